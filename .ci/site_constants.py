@@ -1,6 +1,7 @@
 """An extension of griffe: the comment `#:` before a constant is its docstring in the reference.
 
 Parameters that share an entry of a docstring are shown with the default of each, where griffe shows that of the first.
+Defaults that are private constants are shown by their values.
 """
 
 from __future__ import annotations
@@ -27,11 +28,31 @@ def separated(text: str, parameters: griffe.Parameters) -> str:
     return ENTRY.sub(entries, text)
 
 
+def shown(default: griffe.Expr | str | None, module: griffe.Module) -> griffe.Expr | str | None:
+    """Return a default as the reference shows it: the value of a private constant, others as they are written."""
+    if isinstance(default, griffe.ExprName) and default.name.startswith("_"):
+        return constant(module, default.name) or default
+    # CMOMMT wraps the values of DEFAULTS, to know what was given.
+    if isinstance(default, griffe.ExprSubscript) and str(default.left) == "_DEFAULT":
+        table = constant(module, "DEFAULTS")
+        if isinstance(table, griffe.ExprDict):
+            return dict(zip(map(str, table.keys), table.values, strict=True)).get(str(default.slice), default)
+    return default
+
+
+def constant(module: griffe.Module, name: str) -> griffe.Expr | str | None:
+    """Return the value of a constant of a module; None if it has none of this name."""
+    found = module.members.get(name)
+    return found.value if isinstance(found, griffe.Attribute) else None
+
+
 class Constants(griffe.Extension):
     """Reads the comments of constants."""
 
     def on_attribute_instance(self, *, attr: griffe.Attribute, **_: Any) -> None:
-        """Give an attribute without a docstring the comment that ends on the line before it."""
+        """Show the default of a field, and give an attribute the comment that ends on the line before it."""
+        if not attr.is_alias:
+            attr.value = shown(attr.value, attr.module)
         if attr.docstring or attr.lineno is None or attr.is_alias:
             return
         lines = attr.lines_collection[attr.filepath]
@@ -43,7 +64,9 @@ class Constants(griffe.Extension):
             attr.docstring = griffe.Docstring(text, lineno=first + 1, parent=attr)
 
     def on_function_instance(self, *, func: griffe.Function, **_: Any) -> None:
-        """Separate the parameters of a function that have other defaults."""
+        """Show defaults by their values, and separate the parameters of a function that have other defaults."""
+        for parameter in func.parameters:
+            parameter.default = shown(parameter.default, func.module)
         if func.docstring:
             func.docstring.value = separated(func.docstring.value, func.parameters)
 

@@ -25,6 +25,7 @@ from teamsight.agents.resolve import awareness_of, checked_options, policy_of, s
 from teamsight.agents.robot import Robot
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.target import Target
+from teamsight.agents.world_data import FirstStates
 from teamsight.core import checks
 from teamsight.policies import Policy, Stationary
 from teamsight.policies.percept_of_one import Rule
@@ -268,7 +269,7 @@ class CMOMMT(World):
         self._draw_target_speeds()
         self._stepper.begin_to_collect()
 
-    def _begin(self, seed: int, start: Starts, run: int, states: list[Any]) -> None:
+    def _begin(self, seed: int, start: Starts, run: int, states: FirstStates) -> None:
         """Begin a run in the existing arrays; see `StateKeeper.begin`."""
         self._states.begin(seed, start, run, states, is_kept=True)
         self._draw_target_speeds()

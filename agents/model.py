@@ -19,6 +19,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
+from teamsight.agents.interactions import interact
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
@@ -32,6 +33,7 @@ from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.world.arena import Arena
 from teamsight.world.clock import Clock
+from teamsight.world.interaction import Interaction
 from teamsight.world.proximity.shapes import shape_given
 
 A = TypeVar("A", bound=Body)
@@ -162,8 +164,9 @@ class World(RunMethods):
             The largest distance they can move in a step [length].
         turn_limit : float or array_like, shape (count,), optional
             The largest angle they can turn in a step [rad], at most 2π; unlimited by default, and from π on.
-        placement : {"uniform", "spread"}
-            The rule for the initial positions: uniform over the area, or spread so that sensing discs do not overlap.
+        placement : {"uniform", "spread", "cells"}
+            The rule for the initial positions: uniform over the area; spread so that sensing discs do not overlap; or
+            at the centres of random cells of side 1.
         position : array_like, shape (count, 2) or (2,), optional
             The initial positions, or one for all [length].
         heading : array_like, shape (count, 2) or (2,), optional
@@ -227,6 +230,29 @@ class World(RunMethods):
         """
         declare(self._data, self._engine, (observers, observed), as_, sensor, counts)
 
+    def interact(self, interaction: Interaction, /, **groups: Group) -> None:
+        """Let something happen between the bodies of some groups, in each step after all have moved.
+
+        Parameters
+        ----------
+        interaction : Interaction
+            What happens, such as a capture.
+        **groups : Group
+            The group of each of its roles, by the name of the role.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is not an interaction, a role has no group, a group has two roles or is of another world, or another
+            interaction has a score of the same name. Nothing is changed then.
+        """
+        interact(self._data, self._engine, interaction, groups)
+
+    @property
+    def interactions(self) -> list[Interaction]:
+        """What happens between bodies in each step, in this order; see `interact`."""
+        return [placed.interaction for placed in self._data.interactions]
+
     def adjust(
         self,
         group: Group,
@@ -266,7 +292,7 @@ class World(RunMethods):
         if data is None:
             return f"<{type(self).__name__}, not built>"
         groups = "".join(f", {len(one):,} {one.name}{note_of_inactive(one.bodies.active)}" for one in data.groups)
-        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena!r}{groups}>"
+        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena}{groups}>"
 
     def _repr_html_(self) -> str | None:
         from teamsight.agents.world_card import world_html

@@ -155,7 +155,7 @@ def _trace(world: World) -> tuple[Any, ...]:
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
     # Those of recordings too, which would go on in the next run.
-    sources = [*map(id, world.sources), *map(id, world._data.watchers)]
+    sources = [*map(id, world.sources), *map(id, world._data.watchers), *map(id, world._data.interactions)]
     return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, sources
 
 

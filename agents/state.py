@@ -14,6 +14,7 @@ from teamsight.agents.condition import note_conditions
 from teamsight.agents.decisions.saved_policies import SavedPolicy, described, others_of
 from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.engine.placed_interaction import InteractionSaved, check_interactions
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
@@ -24,7 +25,7 @@ from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.returning import bring_back, lost_members
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.world_data import WorldData
+from teamsight.agents.world_data import FirstStates, WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.world.arena import Arena
@@ -91,6 +92,8 @@ class State(NamedTuple):
         The planned calls, the event sources and the event log.
     generators : Generators
         Where ``world.random`` and ``world.rng`` are.
+    interactions : tuple of InteractionSaved
+        The states of the interactions.
     """
 
     seed: int
@@ -101,6 +104,7 @@ class State(NamedTuple):
     collected: HistoryCollector | None
     events: SavedEvents
     generators: Generators
+    interactions: tuple[InteractionSaved, ...] = ()
 
 
 class StateKeeper:
@@ -126,9 +130,10 @@ class StateKeeper:
         data = self._data
         events, arena = save_events(self._model, data, pending), _identified_arena(data.arena)
         generators = mesa_compat.generators(self._model)
-        return copy.deepcopy(
-            State(data.seed, data.timeline.tick, arena, groups, data.history, collected, events, generators)
-        )
+        interactions = tuple(one.saved() for one in data.interactions)
+        return copy.deepcopy(State(
+            data.seed, data.timeline.tick, arena, groups, data.history, collected, events, generators, interactions
+        ))  # fmt: skip
 
     def restore(self, saved: State) -> None:
         """Go back to a saved state; see `World.restore`."""
@@ -151,6 +156,8 @@ class StateKeeper:
                 group.timetable = old.timetable
                 group.others = others_of(group, old.others)
                 group.begin(old.policy_state)
+            for placed, kept in zip(data.interactions, saved.interactions, strict=True):
+                placed.put_back(kept)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
                 recording.collector = saved.collected
             self._continue(saved.seed, saved.tick, saved.history)
@@ -171,7 +178,7 @@ class StateKeeper:
         if not isinstance(collector, HistoryCollector):
             collector.collect(self._model)
 
-    def begin(self, seed: int, start: Starts, run: int, states: list[Any], *, is_kept: bool) -> None:
+    def begin(self, seed: int, start: Starts, run: int, states: FirstStates, *, is_kept: bool) -> None:
         """Begin a run under a seed: place all agents again and set the clock to 0; see `WorldData.restart`."""
         key = key_of(seed)
         for group in self._data.groups:
@@ -225,6 +232,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
                 f"{state}; restore it in a world whose policies have the same options"
             )
+    check_interactions(saved.interactions, data.interactions)
     check_events(saved.events, data)
 
 

@@ -24,6 +24,7 @@ class Undo:
         # Ctrl-C may come where `Timeline.calling` cannot set it back.
         self._inside = data.timeline.inside
         self._first = mesa_compat.next_identity(model)
+        self._interactions = data.interactions.copy()
         self._kept = [_Kept(group) for group in data.groups]
 
     def undo(self) -> None:
@@ -39,6 +40,7 @@ class Undo:
             mesa_compat.set_next_identity(self._model, self._first)
             for group in added:
                 self._engine.leave_out(group)
+            self._data.interactions[:] = self._interactions
             self._engine.is_bound = False
 
 

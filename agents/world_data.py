@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.placed_interaction import PlacedInteraction
 from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.sources import Sources
 from teamsight.agents.events.timeline import Timeline
@@ -16,6 +17,8 @@ from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.policies.interface import PolicyState
 from teamsight.world.arena import Arena
+from teamsight.world.interaction import InteractionState
+from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import key_of
@@ -45,6 +48,8 @@ class WorldData:
         The completed steps.
     watchers : list of Watcher
         What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
+    interactions : list of PlacedInteraction
+        What happens between bodies after they have moved; `World.interact` adds to it.
     conditions : list of callable
         What is called before and after each step made one by one, and returns whether it has planned an event; see
         `Until.__call__`.
@@ -61,6 +66,7 @@ class WorldData:
         self.sources = Sources(self.timeline)
         self.history = History()
         self.watchers: list[Watcher] = []
+        self.interactions: list[PlacedInteraction] = []
         self.conditions: list[Callable[[], bool]] = []
         # An `Until`, once it is used.
         self.until: Any = None
@@ -74,15 +80,25 @@ class WorldData:
         self.conditions.clear()
         for watcher in self.watchers:
             watcher.forget()
+        for one in self.interactions:
+            one.begin(self.key)
         self.time[0] = tick
+
+    @property
+    def score_names(self) -> tuple[str, ...]:
+        """The columns of the history that interactions write."""
+        return tuple(name for one in self.interactions for name in one.interaction.scores)
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""
         return starts(self.arena, [one for group in self.groups for one in group.founders], keys)
 
-    def first_states(self) -> list[Any]:
-        """Return the state of each group's policy before its first decision; see `first_state`."""
-        return [first_state(group.rules[0], len(group)) for group in self.groups]
+    def first_states(self) -> FirstStates:
+        """Return the states of all policies before their first decision, and of all interactions; see `first_state`."""
+        return FirstStates(
+            [first_state(group.rules[0], len(group)) for group in self.groups],
+            [start_of_interaction(one.interaction, one.sizes) for one in self.interactions],
+        )
 
     @property
     def is_rewritable(self) -> bool:
@@ -90,15 +106,17 @@ class WorldData:
 
         The parameters of user-defined policies, degrees and arenas may have changed: a world with any is bound again.
         """
-        return not is_watched(self.arena) and all(map(_is_shipped, self.groups))
+        if is_watched(self.arena) or not all(map(_is_shipped, self.groups)):
+            return False
+        return all(type(one.interaction).__module__.startswith("teamsight.") for one in self.interactions)
 
-    def restart(self, start: Starts, run: int, states: list[Any], *, is_kept: bool) -> None:
+    def restart(self, start: Starts, run: int, states: FirstStates, *, is_kept: bool) -> None:
         """Put all groups back to the start of a run: one of `start`, with the `states` of `first_states`.
 
         If the arrays are kept, which needs a world that `is_rewritable`, they are written instead of replaced.
         """
         first = 0
-        for group, state in zip(self.groups, states, strict=True):
+        for group, state in zip(self.groups, states.policies, strict=True):
             last = first + group.members_so_far
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
@@ -107,6 +125,15 @@ class WorldData:
                     old[:] = new
             else:
                 group.begin(state)
+        for one, begun in zip(self.interactions, states.interactions, strict=True):
+            one.restart(begun, is_kept=is_kept)
+
+
+class FirstStates(NamedTuple):
+    """The states with which a run begins: of each group's policy, and of each interaction."""
+
+    policies: list[Any]
+    interactions: list[InteractionState]
 
 
 def _is_shipped(group: Group) -> bool:

@@ -7,15 +7,12 @@ which draws without a graphics card here, and so takes more time than with one.
 from __future__ import annotations
 
 import os
-import sys
 import time
 from pathlib import Path
 from typing import Any, NamedTuple
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-
-import browsing
 from measure import Row
+from new_pages import with_new_pages
 
 from teamsight.live import watch
 
@@ -86,19 +83,13 @@ def measure_live(quick: bool) -> list[Row]:
         Whether to measure for a shorter time.
     """
     rows: list[Row] = []
-    if reason := browsing.missing():
-        print(f"live page: {reason}", file=sys.stderr)
-        return rows
-    with browsing.started() as (chromium, loop), browsing.driving(loop):
-        for bodies, radius, goal in CASES:
-            pages = browsing.Pages(chromium, browsing.Problems())
-            one = measure(pages(), bodies, radius, _ASKED[goal], SECONDS / 2 if quick else SECONDS)
-            pages.close()
-            name, most = f"live page, {bodies:,} bodies", None if goal is None else _MOST_CORES
-            # A clock that is late by a thousandth is no slower page.
-            rows.append(Row(name, "frames/s", one.frames, least=None if goal is None else goal - 0.5))
-            rows.append(Row(f"{name}: server", "cores", one.server, most=most))
-            rows.append(Row(f"{name}: browser without graphics card", "cores", one.browser))
+    for (bodies, radius, goal), page in with_new_pages("live page", CASES):
+        one = measure(page, bodies, radius, _ASKED[goal], SECONDS / 2 if quick else SECONDS)
+        name, most = f"live page, {bodies:,} bodies", None if goal is None else _MOST_CORES
+        # A clock that is late by a thousandth is no slower page.
+        rows.append(Row(name, "frames/s", one.frames, least=None if goal is None else goal - 0.5))
+        rows.append(Row(f"{name}: server", "cores", one.server, most=most))
+        rows.append(Row(f"{name}: browser without graphics card", "cores", one.browser))
     return rows
 
 

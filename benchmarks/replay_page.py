@@ -12,10 +12,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-
-import browsing
 from measure import Row
+from new_pages import with_new_pages
 
 from teamsight import CMOMMT
 
@@ -41,19 +39,13 @@ def measure_replay_page(quick: bool) -> list[Row]:
         Whether to measure for a shorter time.
     """
     rows: list[Row] = []
-    if reason := browsing.missing():
-        print(f"page of a recording: {reason}", file=sys.stderr)
-        return rows
-    with browsing.started() as (chromium, loop), browsing.driving(loop), tempfile.TemporaryDirectory() as folder:
-        for bodies, frames, goal in CASES:
+    with tempfile.TemporaryDirectory() as folder:
+        for (bodies, frames, goal), page in with_new_pages("page of a recording", CASES):
             file = _saved(Path(folder) / f"{bodies}.html", bodies, frames)
-            pages = browsing.Pages(chromium, browsing.Problems())
-            drawn = _drawn(pages(), file, SECONDS / 2 if quick else SECONDS)
-            pages.close()
-            rows.append(Row(f"page of a recording, {bodies:,} bodies", "frames/s", drawn, least=goal))
-            rows.append(
-                Row(f"page of a recording, {bodies:,} bodies, {frames} frames", "kB", file.stat().st_size / 1e3)
-            )
+            drawn = _drawn(page, file, SECONDS / 2 if quick else SECONDS)
+            name = f"page of a recording, {bodies:,} bodies"
+            rows.append(Row(name, "frames/s", drawn, least=goal))
+            rows.append(Row(f"{name}, {frames} frames", "kB", file.stat().st_size / 1e3))
     return rows
 
 

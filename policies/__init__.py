@@ -15,13 +15,16 @@ if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
     from teamsight.policies.check import check_policy
+    from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager.linear import LinearQ
     from teamsight.policies.eager.tabular import TabularQ
     from teamsight.policies.evolved.policy import Evolved
     from teamsight.policies.handmade.a_cmommt import ACmommt
+    from teamsight.policies.handmade.b_cmommt import BCmommt
     from teamsight.policies.handmade.centroid import Centroid
     from teamsight.policies.handmade.evasive import Evasive
+    from teamsight.policies.handmade.p_cmommt import PCmommt
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.seek_charger import SeekCharger
     from teamsight.policies.handmade.stationary import Stationary
@@ -30,12 +33,16 @@ if TYPE_CHECKING:
     from teamsight.policies.lazy.lazy_regression import LazyRegression
     from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
+    from teamsight.policies.online.lattice_walk import LatticeWalk
+    from teamsight.policies.online.online_q import OnlineQ
+    from teamsight.policies.online.prey_q import PreyQ
     from teamsight.policies.percept_of_one import PerceptOfOne, turn_to
     from teamsight.policies.registry import POLICIES
 
 _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
     "Action": "teamsight.policies.interface",
+    "BCmommt": "teamsight.policies.handmade.b_cmommt",
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
@@ -44,9 +51,13 @@ _HOMES = {
     "Evolved": "teamsight.policies.evolved.policy",
     "LazyRegression": "teamsight.policies.lazy.lazy_regression",
     "LinearQ": "teamsight.policies.eager.linear",
+    "LatticeWalk": "teamsight.policies.online.lattice_walk",
+    "OnlineQ": "teamsight.policies.online.online_q",
+    "PreyQ": "teamsight.policies.online.prey_q",
     "PolicyArrays": "teamsight.policies.interface",
     "PolicyState": "teamsight.policies.interface",
     "POLICIES": "teamsight.policies.registry",
+    "PCmommt": "teamsight.policies.handmade.p_cmommt",
     "Percept": "teamsight.policies.interface",
     "PerceptOfOne": "teamsight.policies.percept_of_one",
     "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
@@ -58,16 +69,17 @@ _HOMES = {
     "Stationary": "teamsight.policies.handmade.stationary",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",
+    "column_of": "teamsight.policies.columns",
     "go": "teamsight.policies.actions",
     "turn_to": "teamsight.policies.percept_of_one",
     "turned": "teamsight.policies.interface",
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats", "LazyQ",
-    "LazyRegression", "LinearQ", "NeighbourList", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
-    "PolicyArrays", "PolicyState", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "TabularQ",
-    "check_policy", "go", "turn_to", "turned",
+    "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats",
+    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
+    "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger",
+    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

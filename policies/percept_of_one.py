@@ -12,6 +12,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, Channels, channels_of
+from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
 from teamsight.policies.interface import Floats, Integers, Percept
 
 
@@ -37,6 +38,10 @@ class PerceptOfOne(NamedTuple):
     situation: npt.NDArray[np.float32]
     channels: Channels[NeighboursOfOne] = NO_CHANNELS
     time: float = 0.0
+    reward: float = 0.0
+    ended: bool = False
+    identity: int = -1
+    columns: PerceivedColumns = NO_COLUMNS
 
 
 #: A policy for one robot: returns (turn [rad], distance [length]).
@@ -57,6 +62,9 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         percept.situation[i],
         _each_channel(percept.channels, lambda name, seen: _neighbours_of_one(seen, i)),
         float(percept.time[0]),
+        *(float(percept.reward[i]), bool(percept.ended[i])) if len(percept.reward) else (0.0, False),
+        int(percept.identity[i]) if len(percept.identity) else -1,
+        percept.columns,
     )
 
 
@@ -109,6 +117,10 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         np.ascontiguousarray(situation[None]),
         _each_channel(percept.channels, lambda name, seen: _neighbour_list_of_one(f"channels.{name}", seen)),
         np.array([checks.number("percept.time", percept.time)]),
+        np.array([checks.number("percept.reward", percept.reward)]),
+        np.array([checks.flag("percept.ended", percept.ended)]),
+        np.array([int(percept.identity)]),
+        percept.columns,
     )
 
 

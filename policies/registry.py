@@ -17,11 +17,14 @@ if TYPE_CHECKING:
 POLICIES: Registry[Callable[..., Policy]] = Registry(
     {
         "a-cmommt": "teamsight.policies.handmade.a_cmommt:ACmommt",
+        "b-cmommt": "teamsight.policies.handmade.b_cmommt:BCmommt",
         "centroid": "teamsight.policies.handmade.centroid:Centroid",
         "evasive": "teamsight.policies.handmade.evasive:Evasive",
         "evolved": "teamsight.policies.evolved.policy:Evolved",
+        "lattice-walk": "teamsight.policies.online.lattice_walk:LatticeWalk",
         "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
         "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
+        "p-cmommt": "teamsight.policies.handmade.p_cmommt:PCmommt",
         "random-walk": "teamsight.policies.handmade.random_walk:RandomWalk",
         "stationary": "teamsight.policies.handmade.stationary:Stationary",
     },

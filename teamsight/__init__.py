@@ -36,10 +36,16 @@ if TYPE_CHECKING:
     from teamsight.analysis.studies.results import open_study
     from teamsight.analysis.studies.study import Study
     from teamsight.policies.check import check_policy
+    from teamsight.tasks.check import check_task
+    from teamsight.tasks.objective import Objective
+    from teamsight.tasks.registry import TASKS
+    from teamsight.tasks.task import Task
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.check_interaction import check_interaction
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
+    from teamsight.world.interaction import Interaction
     from teamsight.world.polygon import Polygon
 
 _HOMES = {
@@ -67,21 +73,28 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Circle": "teamsight.world.circle",
     "Obstructed": "teamsight.world.contract",
+    "Interaction": "teamsight.world.interaction",
     "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
+    "check_interaction": "teamsight.world.check_interaction",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
+    "check_task": "teamsight.tasks.check",
+    "Objective": "teamsight.tasks.objective",
+    "TASKS": "teamsight.tasks.registry",
+    "Task": "teamsight.tasks.task",
     "open_study": "teamsight.analysis.studies.results",
     "run_many": "teamsight.analysis.runs.run_many",
     "Study": "teamsight.analysis.studies.study",
 }
 
 __all__ = [
-    "CMOMMT", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle", "Departures",
-    "Disc", "EventSource", "Exponential", "Failures", "Obstructed", "Polygon", "Robot", "Sensor", "SensorDropouts",
-    "Study", "Target", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
-    "check_awareness", "check_policy", "check_sensor", "open_study", "run_many",
+    "CMOMMT", "TASKS", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle",
+    "Departures", "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon",
+    "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull",
+    "World", "__version__", "check_arena", "check_awareness", "check_interaction", "check_policy", "check_sensor",
+    "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

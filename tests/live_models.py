@@ -33,3 +33,14 @@ def hives(
     world.senses(robots, targets)
     world.attach(Failures(20, 10), robots)
     return world
+
+
+def meeting(sensing_range: float = 1.0, seed: int = 0) -> World:
+    """Return a world that logs contacts of robots with each other and with targets, and in which one robot fails."""
+    world = World(Disc(3.0), seed=seed)
+    robots = world.add(Robot, 12, policy="random-walk", speed=0.2, sensing_range=sensing_range)
+    world.senses(robots, world.add(Target, 9, policy="random-walk"))
+    world.log_contacts(robots)
+    world.log_contacts(robots, "targets")
+    world.clock.at(3, lambda: world.log("painted", robots[0], colour="red"))
+    return world

@@ -14,8 +14,10 @@ if __name__ != "teamsight.world":
 if TYPE_CHECKING:
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.check_interaction import check_interaction
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Arena, Obstructed
+    from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
     from teamsight.world.obstacles import Obstacle, Outline
     from teamsight.world.polygon import Polygon
     from teamsight.world.sight import Sight
@@ -26,6 +28,9 @@ _HOMES = {
     "Box": "teamsight.world.arena",
     "Circle": "teamsight.world.circle",
     "Disc": "teamsight.world.arena",
+    "InteractingBodies": "teamsight.world.interaction",
+    "Interaction": "teamsight.world.interaction",
+    "InteractionState": "teamsight.world.interaction",
     "Obstacle": "teamsight.world.obstacles",
     "Obstructed": "teamsight.world.contract",
     "Outline": "teamsight.world.obstacles",
@@ -34,11 +39,12 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Walls": "teamsight.world.wall_contacts",
     "check_arena": "teamsight.world.check",
+    "check_interaction": "teamsight.world.check_interaction",
 }
 
 __all__ = [
-    "Arena", "Box", "Circle", "Disc", "Obstacle", "Obstructed", "Outline", "Polygon", "Sight", "Torus", "Walls",
-    "check_arena",
+    "Arena", "Box", "Circle", "Disc", "InteractingBodies", "Interaction", "InteractionState", "Obstacle", "Obstructed",
+    "Outline", "Polygon", "Sight", "Torus", "Walls", "check_arena", "check_interaction",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,6 +61,10 @@ class Bodies:
         The arena's `size`, for `confine`.
     active : ndarray, shape (n,), bool
         Whether it takes part: else it neither moves nor decides, senses nobody and is sensed by nobody.
+    reward : ndarray, shape (n,), float64
+        The sum of what interactions have given it since its last decision.
+    ended : ndarray, shape (n,), bool
+        Whether one has ended a trial for it since then.
     """
 
     identity: npt.NDArray[np.int64]
@@ -73,6 +77,12 @@ class Bodies:
     turn_sine: Column
     arena_size: Column
     active: npt.NDArray[np.bool_]
+    reward: Column = field(default_factory=lambda: np.zeros(0))
+    ended: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
+
+    def __post_init__(self) -> None:
+        if len(self.reward) != len(self.identity):
+            self.reward, self.ended = np.zeros(len(self.identity)), np.zeros(len(self.identity), np.bool_)
 
     def __len__(self) -> int:
         return len(self.identity)

@@ -54,6 +54,7 @@ class Stream(IntEnum):
     SENSOR = 3
     CYCLE = 4
     EVENTS = 5
+    INTERACTION = 6
 
 
 def stream_number(stream: Stream, group: int) -> int:

@@ -17,6 +17,9 @@ from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.due_binding import bind_due
+from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
+from teamsight.agents.engine.interaction_binding import BoundInteractions
+from teamsight.agents.engine.perceived_columns import SHOW_COLUMNS, bind_columns
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -76,10 +79,16 @@ class Binding:
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
         self._relays = relays_of(groups, data.moment)
+        self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
-        is_undoable = is_watched(data.arena) or any(one.detection and one.detection.is_checked for one in relations)
+        self._interactions = BoundInteractions(data, self._group_records)
+        is_undoable = (
+            is_watched(data.arena)
+            or bool(data.interactions)
+            or any(one.detection and one.detection.is_checked for one in relations)
+        )
         self.world = WORLD.pack(WorldArrays(
             data.key,
             data.moment,
@@ -97,6 +106,13 @@ class Binding:
             HIDE if any(relation.is_conditional for relation in relations) else None,
             SHOW_LATE if self._relays else None,
             self._watchers(),
+            MOVE_AND_INTERACT if data.interactions else None,
+            self._interactions.records,
+            self._interactions.partakers,
+            stretch.scores.array,
+            self._interactions.copies,
+            SHOW_COLUMNS if self._columns else None,
+            self._columns,
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
@@ -194,6 +210,7 @@ class Binding:
             log.now, log.row,
             log.situation.array, log.action.array, log.next_situation.array, log.facts.array,
             log.kept_start, log.kept_identity, log.before, log.after,
+            group.last_rewards if log.has_rewards else np.zeros((2, 0)),
         )  # fmt: skip
 
     def _watchers(self) -> npt.NDArray[np.int64]:
@@ -209,6 +226,11 @@ class Binding:
             watcher.bind(bound)
             row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
         return rows
+
+    def show_columns(self) -> None:
+        """Show policies the columns that they read as they are now."""
+        if self._columns:
+            SHOW_COLUMNS(self._columns)
 
     def rebind_watchers(self) -> None:
         """Bind the watchers anew, after one came or went or arrays were replaced."""
@@ -237,6 +259,8 @@ class Binding:
         self.progress["row"] = stretch.buffer.rows
         if world.history is not stretch.buffer.array:
             self.world.update(history=stretch.buffer.array)
+        if world.scores is not stretch.scores.array:
+            self.world.update(scores=stretch.scores.array)
         if trail:
             self.progress["trail_row"] = trail.buffer.rows
             if world.trail is not trail.buffer.array:

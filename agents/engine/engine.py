@@ -9,6 +9,7 @@ from teamsight.agents.decisions.new_timetable import give_timetables, is_every_s
 from teamsight.agents.engine.binding import Binding
 from teamsight.agents.engine.changes import Changes
 from teamsight.agents.engine.failures import (
+    bad_interaction,
     bad_sensing,
     check_places,
     endless,
@@ -20,7 +21,15 @@ from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
 from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.engine.neighbours import connect
 from teamsight.agents.engine.python_policies import Deliberation, carry, due_rows
-from teamsight.agents.engine.records import BAD_ACTION, BAD_SENSING, DONE, GROW_DETECTION, GROW_RELATION, OUTSIDE
+from teamsight.agents.engine.records import (
+    BAD_ACTION,
+    BAD_INTERACTION,
+    BAD_SENSING,
+    DONE,
+    GROW_DETECTION,
+    GROW_RELATION,
+    OUTSIDE,
+)
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Watcher, report
 from teamsight.agents.events.timeline import DECIDE
@@ -93,12 +102,13 @@ class Engine:
             with deferred():
                 self.relations = connect(self._data)
                 give_timetables(self._data)
-                self.stretch = self._data.history.begin(self.relations)
+                self.stretch = self._data.history.begin(self.relations, self._data.score_names)
                 trail = None
                 if self._every:
                     trail = Trail(self._data.groups, self._every, self._data.timeline.tick)
                     self.trails.append(trail)
-                self.transitions.begin(self._data.groups)
+                partakers = [group for one in self._data.interactions for group in one.groups]
+                self.transitions.begin(self._data.groups, partakers)
                 REPORT.plan(kernels_needed(self._data))
                 self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
                 self._binding.progress["phase"] = self._phase
@@ -158,6 +168,7 @@ class Engine:
         self.prepare()
         if group.timetable is not None:
             group.timetable.travel(group.bodies.moved, self._data.timeline.tick)
+        self._binding.show_columns()
         for _ in range(_MOST_GROWTH):
             if group.perception.perceive(group.awareness):
                 return
@@ -278,7 +289,7 @@ class Engine:
 
     def _make_room(self, steps: int) -> None:
         trail = self.trails[-1] if self._every else None
-        self.stretch.buffer.make_room(steps)
+        self.stretch.make_room(steps)
         if trail:
             trail.buffer.make_room(steps // self._every + 1)
         self._binding.record_into(self.stretch, trail)
@@ -295,7 +306,7 @@ class Engine:
             try:
                 while (status := entry(binding.world)) != DONE:
                     where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
-                    if status in (BAD_ACTION, OUTSIDE, BAD_SENSING):
+                    if status in (BAD_ACTION, OUTSIDE, BAD_SENSING, BAD_INTERACTION):
                         raise self._fail(status, where, has_decided=entry is not SEE)
                     # What was computed so far in this step depends on the present state only; it is computed again.
                     self._grow(status, where, need)
@@ -316,6 +327,8 @@ class Engine:
         keep_actions(self._data.groups, status, where, has_decided=has_decided)
         if status == BAD_SENSING:
             return bad_sensing(self.relations[where], int(self._data.moment[0]))
+        if status == BAD_INTERACTION:
+            return bad_interaction(self._data, self._binding.world.value, where)
         return failure(self._data, status, where, int(self._binding.progress["tick"][0]))
 
     def _check_places(self) -> None:
@@ -343,6 +356,6 @@ class Engine:
         self._phase = int(progress["phase"])
         buffer = self.stretch.buffer
         self._is_recorded = self._is_recorded or int(progress["row"]) > buffer.rows
-        buffer.rows = int(progress["row"])
+        buffer.rows = self.stretch.scores.rows = int(progress["row"])
         if self._every:
             self.trails[-1].buffer.rows = int(progress["trail_row"])

@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from teamsight.agents.engine.interacting import BAD_HEADING, BAD_POSITION, BAD_REWARD, BAD_SCORE, BAD_SPEED
 from teamsight.agents.engine.records import BAD_ACTION, GROW_DETECTION, OUTSIDE
 from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.records import WorldArrays
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
     from teamsight.agents.world_data import WorldData
@@ -74,6 +76,25 @@ def bad_sensing(relation: Relation, tick: int) -> ValueError:
 def _sensor_of(relation: Relation) -> str:
     group = relation.observers
     return f"sensors[{relation.name!r}]={group.channels[relation.name].sensor!r} of {group.name}"
+
+
+def bad_interaction(data: WorldData, world: WorldArrays, where: int) -> ValueError:
+    """Return the exception for an interaction that has left something wrong."""
+    progress, placed, found = world.progress[0], data.interactions[where], world.interactions[where].value.found
+    x, y = found.tolist()
+    cure = "check the interaction with check_interaction(). To continue, restore() a state or reset()"
+    if progress["what"] == BAD_SCORE:
+        score = placed.interaction.scores[int(progress["need"])]
+        return ValueError(f"{placed.name}: the score {score!r} is {x:g}; scores must be finite; {cure}")
+    role = placed.interaction.roles[int(progress["need"])]
+    wrong = {
+        BAD_POSITION: f"at ({x:g}, {y:g}), which is outside {data.arena}; write positions inside the arena only",
+        BAD_HEADING: f"with the heading ({x:g}, {y:g}); headings must be unit vectors",
+        BAD_SPEED: f"with the speed {x:g}; speeds must be finite and at least 0",
+        BAD_REWARD: f"with the reward {x:g}; rewards must be finite",
+    }[int(progress["what"])]
+    agent = placed.roles[role].agents[int(progress["body"])]
+    return ValueError(f"{placed.name}: its kernel left {agent!r} at tick {int(progress['tick'])} {wrong}; {cure}")
 
 
 def check_places(data: WorldData) -> None:

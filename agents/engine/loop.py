@@ -1,14 +1,16 @@
 """The loop: the same kernels for one step and for many, with no Python in between.
 
-A step is: perceive → decide → move → search for neighbours → record → watch. Everything that differs from group to
-group is reached through the addresses of entries, so this file is compiled once, whatever policies, degrees and arenas
-there are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
+A step is: perceive → decide → move → interact → search for neighbours → record → watch. Everything that differs from
+group to group is reached through the addresses of entries, so this file is compiled once, whatever policies, degrees
+and arenas there are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
 """
 
 from __future__ import annotations
 
 from teamsight.agents.engine.detection import detect
 from teamsight.agents.engine.due import decide_due, list_due, perceive_due
+from teamsight.agents.engine.interaction_records import interaction_at
+from teamsight.agents.engine.keeping import keep
 from teamsight.agents.engine.records import (
     BAD_ACTION,
     BAD_SENSING,
@@ -36,6 +38,8 @@ def _perceive(address: int) -> int:
     progress = world.progress[0]
     block = progress.tick // TICKS_A_BLOCK
     world.time[0] = progress.tick
+    if world.show_columns != 0:
+        call(world.show_columns, world.columns)
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
         if group.due != 0 and list_due(group.due, progress.tick) == 0:
@@ -88,36 +92,20 @@ def _decide(address: int) -> int:
 
 
 @kernel
-def _keep(address: int, back: bool) -> None:
-    """Save the positions of all bodies, or restore them."""
-    world = world_at(address)
-    at = 0
-    for g in range(world.groups.shape[0]):
-        move = move_at(group_at(world.groups[g]).move)
-        for i in range(move.position.shape[0]):
-            for axis in range(2):
-                if back:
-                    move.position[i, axis] = world.undo[at, axis]
-                    move.heading[i, axis] = world.undo[at, 2 + axis]
-                    move.moved[i, axis] = world.undo[at, 4 + axis]
-                else:
-                    world.undo[at, axis] = move.position[i, axis]
-                    world.undo[at, 2 + axis] = move.heading[i, axis]
-                    world.undo[at, 4 + axis] = move.moved[i, axis]
-            at += 1
-
-
-@kernel
 def _move(address: int) -> int:
     world = world_at(address)
     for number in range(world.logs.shape[0]):
         record_before(world.logs[number])
+    if world.interact != 0:
+        status = call(world.interact, address)
+        world.progress[0].phase = status == DONE
+        return int(status)
     if world.undo.shape[0] > 0:
-        _keep(address, False)
+        keep(address, False)
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
         if call(group.advance, group.move) != 0:
-            _keep(address, True)
+            keep(address, True)
             world.progress[0].where = g
             return OUTSIDE
     world.progress[0].phase = 1
@@ -182,7 +170,7 @@ def _finish(address: int) -> int:
     world = world_at(address)
     progress = world.progress[0]
     if status == BAD_SENSING:
-        _keep(address, True)
+        keep(address, True)
         progress.phase = 0
     if status != DONE:
         return status
@@ -190,6 +178,10 @@ def _finish(address: int) -> int:
         record_after(world.logs[number])
     for r in range(world.relations.shape[0]):
         record_relation(world.relations[r], world.history[progress.row, r], progress.tick + 1)
+    for number in range(world.interactions.shape[0]):
+        here = interaction_at(world.interactions[number])
+        for s in range(here.scores.shape[0]):
+            world.scores[progress.row, here.first_score + s] = here.scores[s]
     progress.row += 1
     progress.tick += 1
     progress.phase = 0

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.binding import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
 from teamsight.agents.engine.due import DueArrays
+from teamsight.agents.engine.interaction_records import InteractionArrays, PartakerArrays
 from teamsight.agents.engine.relays import RelayArrays
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
@@ -27,16 +28,16 @@ Integers = npt.NDArray[np.int64]
 HISTORY_COLUMNS, CONDITIONAL_COLUMNS = 3, 5
 
 #: The status that the loop returns: done, or why it cannot continue.
-DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING = range(7)
+DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING, BAD_INTERACTION = range(8)
 
-_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "where", "need", "stopped")
+_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "where", "need", "stopped", "what", "body")
 PROGRESS = np.dtype([(name, np.int64) for name in _PROGRESS])
 """The state of the loop.
 
 ``steps`` are still to be made. ``phase`` is 1 if bodies have moved but neighbours have not been searched for.
 ``row`` and ``trail_row`` are the next rows of the history and of the recorded positions. ``where`` is the group or the
 relation at which the loop stopped, ``need`` the number of entries for which it needs room. ``stopped`` is 1 if a
-watcher has stopped the loop after a step.
+watcher has stopped the loop after a step. ``what`` is wrong with a ``body`` after an interaction.
 """
 
 
@@ -170,6 +171,8 @@ class LogArrays(NamedTuple):
         The targets sensed before the move; as in `NeighbourList`.
     before, after : ndarray, shape (bodies,), int64
         The number of robots of the team that sense each body of the world, before and after the move.
+    last_rewards : ndarray, shape (2, n) or (2, 0), float64
+        As in `Group`; empty if the group takes part in no interaction.
     """
 
     group: Packed[GroupArrays]
@@ -187,6 +190,7 @@ class LogArrays(NamedTuple):
     kept_identity: Annotated[Integers, "kept"]
     before: Annotated[Integers, "bodies"]
     after: Annotated[Integers, "bodies"]
+    last_rewards: Annotated[Floats, 2, "rewarded"]
 
 
 class WorldArrays(NamedTuple):
@@ -216,13 +220,24 @@ class WorldArrays(NamedTuple):
         The recorded positions.
     undo : ndarray, shape (bodies, 6), float64
         Position, heading and motion of all bodies before a move, with which it is undone if it leads out of the arena,
-        or a sensor then fails; empty if arena and sensors are the package's own.
+        or a sensor then fails; empty if arena and sensors are the package's own and there are no interactions.
     relays : list of Packed of RelayArrays
         What teammates learn late.
     hide, show_late
         The kernels for relations with conditions, and for relays; compiled only where there are any.
     watchers : ndarray, shape (watchers, 4), int64
         For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
+    interact
+        The kernel that moves all bodies and calls the interactions; None without any.
+    interactions, partakers : list of Packed
+        The interactions, and the groups that take part in one.
+    scores : ndarray, shape (steps, scores), float64
+        The scores of all interactions, for each step.
+    copies : ndarray, shape (arrays, 3), int64
+        What interactions write besides positions, headings and motions: the address of each array, that of a copy
+        with which it is put back, and its size in bytes.
+    show_columns, columns
+        The kernel that shows policies the columns that they read, and its record; None if they read none.
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]
@@ -241,6 +256,13 @@ class WorldArrays(NamedTuple):
     hide: Entry | None
     show_late: Entry | None
     watchers: Annotated[Integers, "watchers", 4]
+    interact: Entry | None
+    interactions: list[Packed[InteractionArrays]]
+    partakers: list[Packed[PartakerArrays]]
+    scores: Annotated[Floats, "score rows", "scores"]
+    copies: Annotated[Integers, "copies", 3]
+    show_columns: Entry | None
+    columns: Packed[Any] | None
 
 
 GROUP = Record(GroupArrays)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.events.contact_kernel import COLUMNS, CONTACTS, LOG_CONTACTS, ContactArrays
+from teamsight.agents.events.places import places
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.group import Group
 
@@ -99,10 +100,14 @@ class ContactLog(EventSource):
         return self._its_group().channels[self.channel].counts
 
     @property
+    def rows(self) -> Integers:
+        """What was logged so far, shape (k, 4), with the columns `COLUMNS`: a view that the next steps may change."""
+        return self._watcher.rows[: self._watcher.length[0]]
+
+    @property
     def contacts(self) -> Contacts:
         """What was logged so far."""
-        watcher = self._watcher
-        rows = watcher.rows[: watcher.length[0]].copy()
+        watcher, rows = self._watcher, self.rows.copy()
         return Contacts(rows[:, 0], rows[:, 1] != 0, rows[:, 2], rows[:, 3], watcher.since, self.world.tick)
 
 
@@ -146,7 +151,7 @@ class ContactWatcher(Watcher):
         self._seen = np.zeros((0, 2), np.int64)
         self._observers = self._group.bodies.identity.copy()
         self._observed = np.zeros(0, np.int64) if relation is None else relation.everyone.copy()
-        row, index = _places(self._observers, seen[:, 0]), _places(self._observed, seen[:, 1])
+        row, index = places(self._observers, seen[:, 0]), places(self._observed, seen[:, 1])
         stays = (row >= 0) & (index >= 0)
         self._gone, self._gone_length = seen[~stays], np.array([(~stays).sum()])
         row, index = row[stays], index[stays]
@@ -186,11 +191,3 @@ class ContactWatcher(Watcher):
         self.rows, self.length = rows.copy(), np.full(1, len(rows))
         self._set_seen(seen.copy())
         self._engine.rewatch()
-
-
-def _places(known: Integers, wanted: Integers) -> Integers:
-    """Return the index of each wanted number among the known ones; −1 for those that are not there."""
-    order = np.argsort(known, kind="stable")
-    at = np.searchsorted(known[order], wanted)
-    found: Integers = order[np.minimum(at, len(known) - 1)] if len(known) else np.full(len(wanted), -1)
-    return np.where(known[found] == wanted, found, -1) if len(known) else found

@@ -13,6 +13,7 @@ from teamsight.agents.measures import Measures
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
     from teamsight.agents.events.contact_log import ContactLog
+    from teamsight.agents.events.observation_counts import ObservationCounts
     from teamsight.agents.events.source import EventSource
     from teamsight.agents.events.until import Until
     from teamsight.agents.group import Group
@@ -118,6 +119,23 @@ class EventMethods(Measures):
         from teamsight.agents.events.contact_table import contact_table
 
         return contact_table(self.sources)
+
+    def count_observations(self) -> ObservationCounts:
+        """Count from now on for how many steps each target is observed, and by how many robots.
+
+        Returns
+        -------
+        ObservationCounts
+            Its `table` has a row for each target; `spread`, `entropy` and `redundancy` are numbers of the team. If
+            observations are counted already, those counts. It is an event source: `detach` ends it, states hold it,
+            and a reset begins it anew.
+        """
+        from teamsight.agents.events.observation_counts import ObservationCounts
+
+        for source in self.sources:
+            if isinstance(source, ObservationCounts):
+                return source
+        return self.attach(ObservationCounts())
 
     def log(self, what: str, agent: Body | None = None, /, **details: str | float | np.generic | None) -> None:
         """Add an event to `events`, at the present time: ``world.log("painted", robot, colour="red")``.

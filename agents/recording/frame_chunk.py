@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.recording.frame_kernel import MIDDLE, SLACK, UNIT
+from teamsight.agents.recording.frame_kernel import MIDDLE, UNIT
 from teamsight.agents.recording.frame_layout import Layout, LinkLayout
+from teamsight.agents.recording.spare_memory import give_back, memory
 from teamsight.view.frame import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, PRESENT, TURN, Frame, Links
 from teamsight.view.scene import LinkList
 from teamsight.world.period import shortest
@@ -25,11 +26,6 @@ SERIES = ("observed", "mean_neighbours", "max_neighbours")
 _FEWEST_FRAMES = 8
 # The size of a whole number [bytes].
 _WORD = 8
-
-# Memory of recordings that have ended, for the next ones, since to use memory for the first time costs more than to
-# record; and the largest size of all of it [bytes].
-_spare: list[npt.NDArray[np.uint8]] = []
-_MOST_SPARE = 2**24
 
 
 class Space(NamedTuple):
@@ -48,7 +44,7 @@ class Chunk:
     layout : Layout
         The layout of its frames.
     most : int
-        The number of bytes that the stream of a frame needs at most.
+        The number of bytes of its stream that a frame writes at most, with `SLACK`.
     room : int
         The size of the arrays [bytes], about.
     earlier : int
@@ -60,7 +56,7 @@ class Chunk:
         width = 4 * len(layout.slots)
         # Its positions and directions, its tick, and where its stream begins. Half of the memory is for the streams.
         size = 2 * width + 2 * _WORD
-        self._memory = base = _memory(max(2 * (size * _FEWEST_FRAMES + _WORD + most + SLACK), room))
+        self._memory = base = memory(max(2 * (size * _FEWEST_FRAMES + _WORD + most), room))
         frames = max((len(base) // 2 - _WORD) // size, _FEWEST_FRAMES)
         ends = np.cumsum([_WORD * frames, _WORD * (frames + 1), 2 * width * frames])
         self.ticks, self.begins = base[: ends[0]].view(np.int64), base[ends[0] : ends[1]].view(np.int64)
@@ -93,8 +89,7 @@ class Chunk:
         spare, self._memory = self._memory, np.empty(0, np.uint8)
         self.fixed, self.ticks = self.fixed[:0].copy(), self.ticks[:0].copy()
         self.begins, self.stream = self.begins[:1].copy(), self.stream[:0].copy()
-        if len(spare) + sum(map(len, _spare)) <= _MOST_SPARE:
-            _spare.append(spare)
+        give_back(spare)
 
     def cut(self, tick: int) -> None:
         """Drop the frames from a tick on."""
@@ -122,17 +117,21 @@ class _Reading:
         self._at = chunk.begins[first:last]
         self._flags = self._flags_of(bodies)
         self._counts: list[Integers] = []
+        self._omitted: list[Integers] = []
         self._in_range: list[Integers] = []
         self._links_at: list[Integers] = []
         for one in self._layout.links:
             ends = self._numbers(len(one.observers), is_wide=one.is_wide)
-            self._counts.append(_counts_of(ends, is_wide=one.is_wide))
+            counts = _counts_of(ends, is_wide=one.is_wide)
             if one.has_range:
                 ends = self._numbers(len(one.observers), is_wide=one.is_wide)
             self._in_range.append(_counts_of(ends, is_wide=one.is_wide))
             self._links_at.append(self._at)
+            sizes = counts.sum(axis=1)
+            self._omitted.append(np.where(sizes > one.most, sizes, 0))
+            self._counts.append(np.where(self._omitted[-1][:, None] > 0, 0, counts))
             bytes_a_link = 1 + one.is_wide + 4 * one.measured
-            self._at = self._at + self._counts[-1].sum(axis=1) * bytes_a_link
+            self._at = self._at + (sizes - self._omitted[-1]) * bytes_a_link
 
     def _numbers(self, size: int, *, is_wide: bool = False) -> Integers:
         """Return the next numbers of each frame, shape (frames, size)."""
@@ -201,9 +200,11 @@ class _Reading:
             order = np.argsort(place, kind="stable")
             frame, source, others = frame[order], source[order], [column[order] for column in others]
         ends = np.searchsorted(frame, np.arange(len(self._ticks) + 1)).tolist()
+        columns: dict[str, Any] = dict(zip(("target", "dx", "dy"), others, strict=False))
+        omitted = sum((self._omitted[r] for r in numbers), np.zeros(len(self._ticks), np.int64)).tolist()
         return [
-            Links(source[first:last], *(column[first:last] for column in others))
-            for first, last in pairwise(ends)
+            Links(source[first:last], **{name: one[first:last] for name, one in columns.items()}, omitted=missing)
+            for (first, last), missing in zip(pairwise(ends), omitted, strict=True)
         ]
 
     def _part(self, number: int, wanted: LinkList, space: Space) -> list[npt.NDArray[np.generic]]:
@@ -246,15 +247,6 @@ def link_lists(layouts: Sequence[Layout]) -> tuple[LinkList, ...]:
         )
         for name in names
     )  # fmt: skip
-
-
-def _memory(size: int) -> npt.NDArray[np.uint8]:
-    """Return at least so many bytes: the largest spare ones, or new ones."""
-    fitting = [number for number, one in enumerate(_spare) if len(one) >= size]
-    if not fitting:
-        # Not of zeros: a page of it takes memory when something is written there.
-        return np.empty(size, np.uint8)
-    return _spare.pop(max(fitting, key=lambda number: len(_spare[number])))
 
 
 def _counts_of(ends: Integers, *, is_wide: bool) -> Integers:

@@ -36,6 +36,8 @@ class LinkLayout(NamedTuple):
         The offset for which 32,767 stands [length]; 0 if there are none.
     has_range : bool
         Whether the teammates in range are counted apart from those that are shown.
+    most : int
+        How many links a frame holds; of more it holds none.
     observers, observed : ndarray, shape (n,) and (m,), int64
         The indices of both among all bodies.
     """
@@ -45,6 +47,7 @@ class LinkLayout(NamedTuple):
     measured: bool
     scale: float
     has_range: bool
+    most: int
     observers: Integers
     observed: Integers
 
@@ -55,7 +58,7 @@ class LinkLayout(NamedTuple):
 
     def is_like(self, other: LinkLayout) -> bool:
         """Whether another layout has the same words, if the bodies are the same."""
-        return self[:5] == other[:5] and all(map(np.array_equal, self[5:], other[5:]))
+        return self[:6] == other[:6] and all(map(np.array_equal, self[6:], other[6:]))
 
 
 class Layout(NamedTuple):
@@ -88,7 +91,9 @@ class Layout(NamedTuple):
         )
 
 
-def link_layouts(relations: list[Relation], first_body: dict[int, int], arena: Arena) -> tuple[LinkLayout, ...]:
+def link_layouts(
+    relations: list[Relation], first_body: dict[int, int], arena: Arena, most: int
+) -> tuple[LinkLayout, ...]:  # fmt: skip
     """Return the layouts of all relations.
 
     Parameters
@@ -99,10 +104,20 @@ def link_layouts(relations: list[Relation], first_body: dict[int, int], arena: A
         The index of each group's first agent among all bodies.
     arena : Arena
         The arena.
+    most : int
+        How many links of a relation a frame holds.
     """
     # All relations of a channel are one list in a frame, with offsets or without.
     measured = {relation.name for relation in relations if _is_measured(_sensor(relation))}
-    return tuple(_link_layout(relation, first_body, arena, relation.name in measured) for relation in relations)
+    return tuple(
+        LinkLayout(
+            relation.name, relation.counts, relation.name in measured,
+            _scale(relation, arena) if relation.name in measured else 0.0,
+            relation.name == TEAMMATES and relation.detection is not None, most,
+            _bodies([relation.observers], first_body), _bodies(relation.observed, first_body),
+        )
+        for relation in relations
+    )  # fmt: skip
 
 
 def link_arrays(relation: Relation, layout: LinkLayout) -> LinkArrays:
@@ -114,22 +129,15 @@ def link_arrays(relation: Relation, layout: LinkLayout) -> LinkArrays:
         start, index = relation.true_lists
         offset = np.zeros((0, 2))
     in_range = relation.search.room.start if layout.has_range else np.zeros(0, np.int64)
-    return LinkArrays(start, index, offset, in_range, UNIT / layout.scale if layout.scale else 0.0, layout.is_wide)
+    factor = UNIT / layout.scale if layout.scale else 0.0
+    return LinkArrays(start, index, offset, in_range, factor, layout.is_wide, layout.most)
 
 
 def most_bytes(arrays: LinkArrays) -> int:
     """Return how many bytes the links of a relation need at most."""
     observers = len(arrays.start) - 1 + max(len(arrays.in_range) - 1, 0)
-    links = len(arrays.indices)
+    links = min(len(arrays.indices), arrays.most)
     return (observers + links) * (1 + arrays.is_wide) + 4 * links * (len(arrays.offset) > 0)
-
-
-def _link_layout(relation: Relation, first_body: dict[int, int], arena: Arena, measured: bool) -> LinkLayout:
-    return LinkLayout(
-        relation.name, relation.counts, measured, _scale(relation, arena) if measured else 0.0,
-        relation.name == TEAMMATES and relation.detection is not None,
-        _bodies([relation.observers], first_body), _bodies(relation.observed, first_body),
-    )  # fmt: skip
 
 
 def _bodies(groups: Sequence[Members], first_body: dict[int, int]) -> Integers:

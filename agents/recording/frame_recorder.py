@@ -26,6 +26,8 @@ from teamsight.agents.world_data import WorldData
 from teamsight.view.frame import MOST_PART, Frame
 from teamsight.view.scene import MOST_SLOTS, LinkList, Scene, Slot
 
+# More links than any frame has.
+_ANY_NUMBER = 2**62
 # The size of the first chunk, and of the largest; each is twice as large as the one before [bytes].
 _FIRST, _LARGEST = 2**20, 2**25
 
@@ -51,12 +53,15 @@ class FrameRecorder(Watcher):
 
     Attributes
     ----------
+    most_links : int
+        How many links of a relation a frame holds; of more it holds none, and says how many there are.
     when_closed : callable
         Called without arguments when the world is closed; by default `end`.
     """
 
     entry = RECORD_FRAME
     sees_changes = True
+    most_links = _ANY_NUMBER
 
     def __init__(
         self, data: WorldData, engine: Engine, model: str, *, every: int = 1, title: str | None = None
@@ -157,14 +162,14 @@ class FrameRecorder(Watcher):
 
     def bind(self, bound: Bound) -> None:
         """Find out whose words are where, and make room for a frame."""
-        layouts = link_layouts(bound.relations, bound.first_body, self._data.arena)
+        layouts = link_layouts(bound.relations, bound.first_body, self._data.arena, self.most_links)
         arrays = [link_arrays(relation, one) for relation, one in zip(bound.relations, layouts, strict=True)]
         bodies = sum(map(len, bound.groups))
         layout = self._layout(layouts)
         if layout.size > MOST_SLOTS:
             self._give_up()
             return
-        chunk = self._chunk(layout, 2 * bodies + sum(map(most_bytes, arrays)))
+        chunk = self._chunk(layout, 2 * bodies + sum(map(most_bytes, arrays)) + SLACK)
         records = zip(bound.relations, bound.relation_records, strict=True)
         met = next((record.value.met for relation, record in records if relation.counts), np.zeros(bodies, np.int64))
         groups = [
@@ -174,7 +179,7 @@ class FrameRecorder(Watcher):
         self.record = FRAMES.pack(FrameArrays(
             bound.moment, self.every, groups, [LINKS.pack(one) for one in arrays], met,
             self._space.low, MOST_PART / self._space.size,
-            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most + SLACK,
+            chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most,
             chunk.layout.is_conditional,
         ))  # fmt: skip
 

@@ -18,6 +18,9 @@ from teamsight.core.buffer import Buffer
 _EDGES, _LARGEST, _OBSERVED, _ACTIVE, _ACTIVE_OBSERVED = range(CONDITIONAL_COLUMNS)
 _FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 
+#: The columns of every world, before the scores of its interactions.
+COLUMNS = ("observed", "mean_neighbours", "max_neighbours")
+
 Integers = npt.NDArray[np.int64]
 
 
@@ -28,9 +31,15 @@ class Stretch:
     ----------
     targets, robots : int
         The numbers of agents that can be observed, and that have teammates, inactive ones included.
+    buffer, scores : Buffer
+        The rows: what relations have found, and the scores of interactions.
+    score_names : tuple of str
+        The names of these scores.
     """
 
-    def __init__(self, relations: list[Relation]) -> None:
+    def __init__(self, relations: list[Relation], scores: tuple[str, ...] = ()) -> None:
+        self.score_names = scores
+        self.scores = Buffer((len(scores),), np.float64, _FIRST_ROWS)
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
         self._teams = [relations[r].observers.team for r in self._teammates]
         self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
@@ -54,8 +63,14 @@ class Stretch:
         # As much room as here, because the next run is often as long.
         room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
         other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
+        other.scores = Buffer(self.scores.array.shape[1:], np.float64, room)
         other._sums, other._summed = (NOTHING, 0), 0
         return other
+
+    def make_room(self, steps: int) -> None:
+        """Make room for this many more steps."""
+        self.buffer.make_room(steps)
+        self.scores.make_room(steps)
 
     @property
     def rows(self) -> int:
@@ -125,14 +140,17 @@ class Stretch:
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
-        return self._columns(self.buffer.array[first : self.rows if last is None else last])
+        rows = slice(first, self.rows if last is None else last)
+        scores = dict(zip(self.score_names, self.scores.array[rows].T, strict=True))
+        return self._columns(self.buffer.array[rows]) | scores
 
     def _columns(self, rows: Integers) -> dict[str, npt.NDArray[Any]]:
-        return {
-            "observed": _divided(self._observed_of(rows), self._targets_of(rows)),
-            "mean_neighbours": _divided(self._edges_of(rows), self._robots_of(rows)),
-            "max_neighbours": rows[:, self._teammates, _LARGEST].max(axis=1, initial=0),
-        }
+        values = (
+            _divided(self._observed_of(rows), self._targets_of(rows)),
+            _divided(self._edges_of(rows), self._robots_of(rows)),
+            rows[:, self._teammates, _LARGEST].max(axis=1, initial=0),
+        )
+        return dict(zip(COLUMNS, values, strict=True))
 
     def running_fraction(self, before: Totals, first: int, last: int) -> npt.NDArray[np.float64]:
         """Return the observed fraction after each row from `first` to before `last`, and all `before`."""
@@ -149,14 +167,15 @@ class History:
         self._counted = 0
         self._earlier: tuple[Totals, int] = (NOTHING, 0)
 
-    def begin(self, relations: list[Relation]) -> Stretch:
-        """Begin a new stretch and return it."""
+    def begin(self, relations: list[Relation], scores: tuple[str, ...] = ()) -> Stretch:
+        """Begin a new stretch, with scores of these names, and return it."""
         if self._stretches:
             last = self._stretches[-1]
             last.buffer.array = last.buffer.written.copy()
+            last.scores.array = last.scores.written.copy()
             if last.rows == 0:
                 self._stretches.pop()
-        self._stretches.append(Stretch(relations))
+        self._stretches.append(Stretch(relations, scores))
         return self._stretches[-1]
 
     def begin_like(self, stretch: Stretch) -> Stretch:
@@ -213,7 +232,8 @@ class History:
     def frame(self) -> pd.DataFrame:
         """Return the rows as a table, indexed by step from 1."""
         parts = [stretch.columns() for stretch in self._stretches] or [Stretch([]).columns()]
-        table = pd.DataFrame({name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
+        names = dict.fromkeys(name for part in parts for name in part)
+        table = pd.DataFrame({name: np.concatenate([_column_of(part, name) for part in parts]) for name in names})
         table.index = pd.RangeIndex(1, len(table) + 1, name="step")
         return table
 
@@ -224,6 +244,11 @@ def _sum_of(rows: Integers, relations: list[int], column: int) -> Integers:
         # No copy: most worlds have one such relation, and thousands of short runs begin with it.
         return rows[:, relations[0], column]
     return np.asarray(rows[:, relations, column].sum(axis=1))
+
+
+def _column_of(part: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]:
+    """Return a column of a stretch; NaN for a score that was not yet kept."""
+    return part[name] if name in part else np.full(len(part["observed"]), np.nan)
 
 
 def _divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import pickle
 import secrets
 from collections.abc import Mapping, Sequence
-from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from teamsight.analysis.delta import by_group, sector_occupancy, team_conditions
-from teamsight.analysis.delta.degrees import CountDegrees, Factory, FromSeed, degrees_of
+from teamsight.analysis.delta.degrees import CountDegrees, Factory, degrees_of
 from teamsight.analysis.delta.report import DeltaReport
+from teamsight.analysis.delta.simulated import simulated
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.seeds import model_seed, run_seed
 from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.tasks.task import Task
+    from teamsight.tasks.treatments import Treatment
 
 _PERCEIVED = (
     "Neighbours count when a robot decides: between two decisions it may have more, which it does not perceive."
@@ -28,10 +28,12 @@ _PERCEIVED = (
 
 
 def choose_delta(
-    model: Factory | Mapping[str, Any],
+    model: Task | str | Factory | Mapping[str, Any],
     *,
+    treatment: Treatment | None = None,
+    scenario: Mapping[str, Any] | None = None,
     runs: int | None = None,
-    steps: int = 600,
+    steps: int | None = None,
     risk: float = 0.01,
     rng: int | None = None,
     team: str | None = None,
@@ -45,19 +47,25 @@ def choose_delta(
 
     Parameters
     ----------
-    model : mapping or callable
-        Keyword parameters of `CMOMMT` (without rng and seed), or a class or function that makes a `World` from a seed,
-        which it is given as ``rng`` or ``seed`` if it has a parameter of that name, otherwise as its first argument.
+    model : Task, str, mapping or callable
+        A task, or the name of one; keyword parameters of `CMOMMT` (without rng and seed); or a class or function that
+        makes a `World` from a seed, which it is given as ``rng`` or ``seed`` if it has a parameter of that name,
+        otherwise as its first argument.
+    treatment : "explore", "skilled" or mapping, optional
+        Of a task, whose neighbours count: those of the team that explores (the default), of the one with skill, or of
+        one with these parameters.
+    scenario : mapping, optional
+        Of a task, values of its scenario; the others are its defaults.
     runs : int, optional
         Number of runs; 10 / risk when not given, of which about ten exceed δ.
-    steps : int
-        T, the length of a run.
+    steps : int, optional
+        T, the length of a run; by default that of the task, or 600.
     risk : float
         Maximum probability that any robot has more than δ neighbours during a run of T steps; between 0 and 1.
     rng : int, optional
         Root seed; a random one by default. The seeds of the runs derive from it and are in ``maxima``.
     team : str, optional
-        The only team whose robots count; by default all teams do.
+        The only team whose robots count; by default that of the task, or all.
     perceived : bool
         Count the neighbours of a robot only when it decides; by default at every step. They differ for robots that
         sense now and then, see `Cycle`. Steps are then made one by one.
@@ -103,11 +111,14 @@ def choose_delta(
             f"risk={risk:g}: needs {10 / risk:.1e} runs, at most {limits.MOST_RUNS}; give a risk of at least "
             f"{10 / limits.MOST_RUNS:g}, or runs"
         )
-    runs, steps = limits.runs(math.ceil(10 / risk) if runs is None else runs), limits.steps(steps)
+    worlds = simulated(model, treatment, scenario)
+    team = worlds.team if team is None else team
+    runs = limits.runs(math.ceil(10 / risk) if runs is None else runs)
+    steps = limits.steps(worlds.steps if steps is None else steps)
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
-    planned = _planned(model, root, runs, steps, CountDegrees(team, perceived=checks.flag("perceived", perceived)))
-    if pool is not None and pool.size > 1 and not isinstance(model, Mapping):
-        _check_can_be_sent(model)
+    measure = CountDegrees(team, perceived=checks.flag("perceived", perceived))
+    planned = worlds.runs(root, runs, steps, measure)
+    worlds.check_pool(pool)
     found = degrees_of(planned, pool, progress)
     met = set[team_conditions.Conditions]().union(*(one.met for one in found))
     largest = max(one.max_neighbours for one in found)
@@ -124,7 +135,7 @@ def choose_delta(
         prediction=None if perceived else team_conditions.predict(met, size, steps),
         group_maxima=by_group.group_maxima((one.groups for one in found), [run.seed for run in planned]),
         source="simulation",
-        subject=subject or f"{_name(model, size)}{_of_team(team)}, {runs:,} runs of {steps:,} steps",
+        subject=subject or f"{worlds.name(size)}{_of_team(team)}, {runs:,} runs of {steps:,} steps",
         awareness_range=team_conditions.awareness_range(met),
         length=float(steps),
         unit="steps",
@@ -134,48 +145,6 @@ def choose_delta(
             *_of_short_runs([one.steps for one in found], steps),
         ),
     )
-
-
-def _planned(model: Factory | Mapping[str, Any], root: int, runs: int, steps: int, measure: CountDegrees) -> list[Run]:
-    """Return the runs of a model, each of which samples bearings."""
-    if not isinstance(model, Mapping):
-        if not callable(model):
-            raise TypeError(
-                f"model={model!r}: must be keyword parameters of CMOMMT, or a callable from a seed to a model"
-            )
-        made = FromSeed(model)
-        return [Run({}, run_seed(root, run), steps, measure, made) for run in range(runs)]
-    from teamsight.agents.cmommt import CMOMMT
-
-    settings = dict(model)
-    for name in ("rng", "seed"):
-        if name in settings:
-            raise ValueError(
-                f"{name}={settings[name]!r}: each run gets a seed of its own; give rng to choose_delta instead"
-            )
-    with contextlib.closing(CMOMMT(**settings, rng=0)) as first:
-        # Given, or by default.
-        scenario = [first.settings[name] for name in ("robots", "targets", "radius")]
-    return [Run(settings, model_seed(root, run, *scenario), steps, measure) for run in range(runs)]
-
-
-def _check_can_be_sent(model: Factory) -> None:
-    try:
-        pickle.dumps(model)
-    except Exception as error:
-        raise TypeError(
-            f"model={model!r}: cannot be sent to worker processes; give a function of a module, or leave out pool"
-        ) from error
-
-
-def _name(model: Factory | Mapping[str, Any], robots: int) -> str:
-    if isinstance(model, Mapping):
-        return f"CMOMMT({', '.join(f'{name}={value}' for name, value in model.items())})"
-    given = ""
-    if isinstance(model, partial):
-        given = ", ".join([*map(repr, model.args), *(f"{name}={value!r}" for name, value in model.keywords.items())])
-        given, model = f"({given})", model.func
-    return f"{getattr(model, '__name__', type(model).__name__)}{given}, {robots} robots"
 
 
 def _of_team(team: str | None) -> str:

@@ -18,11 +18,14 @@ from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.run import Model, Run
 from teamsight.analysis.runs.seeding import derived_seed
 from teamsight.analysis.runs.simulate import IMPORTS, Progress, run_all
+from teamsight.analysis.runs.task_runs import TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.workers import WorkerPool, check_workers
 from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
+    from teamsight.tasks.model import TaskModel
+    from teamsight.tasks.task import Task
 
 Settings = Mapping[str, Any] | Iterable[Mapping[str, Any]] | pd.DataFrame
 
@@ -58,12 +61,13 @@ def summary(world: World, steps: int) -> Summary:
 def run_many(
     settings: Settings,
     *,
-    steps: int = 600,
+    task: Task | str | None = None,
+    steps: int | None = None,
     replicates: int | None = None,
     seeds: Iterable[int] | None = None,
     rng: int | None = None,
     model: Model | None = None,
-    measure: Callable[[World, int], Any] = summary,
+    measure: Callable[[World, int], Any] | None = None,
     workers: int = 1,
     progress: Progress = lambda done, total: None,
 ) -> pd.DataFrame:
@@ -78,11 +82,15 @@ def run_many(
     settings : mapping, iterable of mapping, or DataFrame
         Keyword parameters of the model. In a mapping, each list, tuple, range or array holds values to be combined: all
         combinations are run. An iterable of mappings, or the rows of a table, are run as they are.
-    steps : int
-        Steps of each run.
+    task : Task or str, optional
+        A task, or the name of one. Settings then have values of its scenario, ``treatment`` ("skilled", the default, or
+        "explore"), and other parameters of its world.
+    steps : int, optional
+        Steps of each run; by default those of the task, or 600.
     replicates : int, optional
         Runs of each setting, whose seeds derive from `rng`; 1 by default. Settings with the same robots, targets and
-        radius, and with a `model` of your own all settings, get the same seeds: their differences are paired.
+        radius, of a task those with the same scenario, and with a `model` of your own all settings, get the same seeds:
+        their differences are paired.
     seeds : iterable of int, optional
         Seeds under which each setting is run, in place of `replicates` and `rng`.
     rng : int, optional
@@ -103,7 +111,7 @@ def run_many(
     -------
     DataFrame
         The settings, replicate, seed and steps of each run, and what was measured: by default observed_fraction,
-        max_neighbours and mean_neighbours. Rows are in the order of the settings.
+        or the metrics of the task, max_neighbours and mean_neighbours. Rows are in the order of the settings.
 
     Raises
     ------
@@ -118,19 +126,26 @@ def run_many(
     >>> table = run_many({"robots": [5, 10], "radius": [2.0, 4.0]}, steps=100, replicates=3, rng=1)
     >>> table.groupby(["robots", "radius"])["observed_fraction"].mean()  # doctest: +SKIP
     """
-    steps, workers = limits.steps(steps), check_workers(workers)
     for name, function, form in (
         ("model", model, "model(**setting, rng=seed)"), ("measure", measure, "measure(world, steps)"),
         ("progress", progress, "progress(done, total)"),
     ):  # fmt: skip
-        if not callable(function) and (name, function) != ("model", None):
+        if not callable(function) and (function is not None or name == "progress"):
             raise TypeError(f"{name}={checks.shown(function)}: must be a function that is called as {form}")
     _check_takes_rng(model)
-    listed, (count, seeds_of) = _listed(settings), _seeding(replicates, seeds, rng, model)
+    made = _made_by(task, model)
+    steps = limits.steps(steps if steps is not None else 600 if made is None else made.task.steps)
+    workers = check_workers(workers)
+    measure = measure or (summary if made is None else TaskMeasure(made.task))
+    listed, (count, seeds_of) = _listed(settings), _seeding(replicates, seeds, rng, model, made)
     limits.runs(len(listed) * count)
     planned = [(setting, *one) for setting in listed for one in enumerate(seeds_of(setting))]
     columns = Columns(measure, frozenset(_OWN).union(*listed))
-    runs = [_Row(setting, seed, steps, columns, model, row) for row, (setting, _, seed) in enumerate(planned)]
+    given = listed if made is None else [made.parameters(setting) for setting in listed]
+    called = model if made is None or is_cmommt(made.task) else made.task.world
+    runs = [
+        _Row(given[row // count], seed, steps, columns, called, row) for row, (_, _, seed) in enumerate(planned)
+    ]  # fmt: skip
     with WorkerPool(workers, IMPORTS) as pool:
         found = run_all(runs, pool, progress=progress)
     rows = [
@@ -138,6 +153,18 @@ def run_many(
         for (setting, replicate, seed), one in zip(planned, found, strict=True)
     ]
     return pd.DataFrame(rows)
+
+
+def _made_by(task: Task | str | None, model: Model | None) -> TaskModel | None:
+    """Return a task as a model."""
+    if task is None:
+        return None
+    from teamsight.tasks.model import TaskModel
+    from teamsight.tasks.named import task_of
+
+    if model is not None:
+        raise ValueError(f"model={checks.shown(model)}: a task has worlds of its own; give either")
+    return TaskModel(task_of(task))
 
 
 def _check_takes_rng(model: Model | None) -> None:
@@ -243,7 +270,11 @@ def _values(value: Any) -> Sequence[Any]:
 
 
 def _seeding(
-    replicates: int | None, seeds: Iterable[int] | None, rng: int | None, model: Model | None
+    replicates: int | None,
+    seeds: Iterable[int] | None,
+    rng: int | None,
+    model: Model | None,
+    made: TaskModel | None,
 ) -> tuple[int, Callable[[Mapping[str, Any]], list[int]]]:
     """Return how many runs each setting has, and the function that returns their seeds."""
     if seeds is not None:
@@ -257,4 +288,7 @@ def _seeding(
         return len(given), lambda setting: given
     count = limits.runs(1 if replicates is None else replicates, "replicates")
     root = secrets.randbits(32) if rng is None else checks.count("rng", rng, least=0)
+    if made is not None:
+        task = made.task
+        return count, lambda setting: [task_seed(task, root, run, made.scenario(setting)) for run in range(count)]
     return count, lambda setting: [derived_seed(root, run, setting, model is None) for run in range(count)]

@@ -5,18 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeding import SCENARIO, Pairing, derived_seed
+from teamsight.analysis.runs.task_runs import task_seed
 from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.grid import Block
 from teamsight.analysis.studies.definition.identity import setting_ids
-from teamsight.analysis.studies.definition.model import CMOMMT_NAME, integers_of
+from teamsight.analysis.studies.definition.model import CMOMMT_NAME, integers_of, task_named
 from teamsight.analysis.studies.definition.values import text_of, thawed
+
+if TYPE_CHECKING:
+    from teamsight.tasks.task import Task
 
 #: The type of a column: int64, double, bool or text; see `definition.values.stored`.
 Kind = Literal["int", "number", "flag", "text"]
@@ -111,6 +115,11 @@ class Plan:
         integers = integers_of(self.study.model)
         return {name: _kind(values, name in integers) for name, values in self._values.items()}
 
+    @cached_property
+    def _task(self) -> Task | None:
+        """The task of which the scenario enters the seeds."""
+        return task_named(self.study.model)
+
     def stride(self, name: str) -> int:
         """Return how many settings follow each other with one value of a parameter."""
         return self._strides[name]
@@ -138,13 +147,17 @@ class Plan:
         if study.pairing == "none":
             return derived_seed(study.seed, replicate, self.parameters(k), False, "none")
         is_cmommt = study.model == CMOMMT_NAME
-        given = {name: self._value(name, k) for name in SCENARIO if name in self._values} if is_cmommt else {}
+        names = SCENARIO if is_cmommt else () if self._task is None else tuple(self._task.scenario)
+        given = {name: self._value(name, k) for name in names if name in self._values}
         # True and 1 would be one key, and are two values.
         key = (replicate, *map(repr, given.values()))
         if key not in self._seeds:
             if len(self._seeds) >= _MOST_SEEDS:
                 self._seeds.clear()
-            self._seeds[key] = derived_seed(study.seed, replicate, given, is_cmommt)
+            if self._task is None:
+                self._seeds[key] = derived_seed(study.seed, replicate, given, is_cmommt)
+            else:
+                self._seeds[key] = task_seed(self._task, study.seed, replicate, given)
         return self._seeds[key]
 
     def cost(self, k: int) -> float:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.studies.definition.components import Components
-from teamsight.analysis.studies.definition.model import measure_of, model_of
+from teamsight.analysis.studies.definition.model import TASK_PREFIX, measure_of, model_of, task_named
 from teamsight.core import plugins, references
+from teamsight.tasks.model import TaskModel
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
@@ -31,18 +32,22 @@ class Resolved:
 
     def __init__(self, model: str, measure: str, path: tuple[str, ...]) -> None:
         references.search_in(path)
-        self.model: Callable[..., World] = model_of(model)
-        self.measure: Callable[[World, int], Any] = measure_of(measure)
+        task = task_named(model)
+        self._task = None if task is None else TaskModel(task)
+        # The world of a task itself, so that runs of CMOMMT share one.
+        self.model: Callable[..., World] = model_of(model) if task is None else task.world
+        self.measure: Callable[[World, int], Any] = measure_of(measure, model)
         self._components = Components()
 
     def parameters(self, given: Mapping[str, object]) -> dict[str, Any]:
         """Return the keyword arguments of the model for parameters as a study has them."""
-        return self._components.resolved(given)
+        found = self._components.resolved(given)
+        return found if self._task is None else self._task.parameters(found)
 
 
 def modules_of(values: Mapping[str, object]) -> set[str]:
     """Return the names of the modules of all objects that the values of a study name, plug-ins included."""
-    texts = set(_texts_in(values))
+    texts = {text.removeprefix(TASK_PREFIX) for text in _texts_in(values)}
     named = {text for text in texts if references.is_reference(text)}
     named |= {plug_in.reference for plug_in in plugins.plug_ins() if plug_in.name in texts}
     return {reference.partition(":")[0] for reference in named}

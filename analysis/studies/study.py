@@ -63,7 +63,8 @@ class Study:
     ----------
     model : str or callable
         "cmommt", the name of a plug-in, or "package.module:Name": a class or function that is called as
-        ``model(**setting, rng=seed)``.
+        ``model(**setting, rng=seed)``. Or "task:NAME", such as "task:cmommt": then settings have values of the scenario
+        of this task, ``treatment``, and other parameters of its world.
     fixed : mapping
         Parameters of the model that all settings share.
     axes : mapping
@@ -83,8 +84,8 @@ class Study:
     seed : int
         The root seed.
     pairing : "scenario" or "none"
-        Which values enter the seed of a run. By default those of the scenario: robots, targets and radius of `CMOMMT`,
-        so that treatments of one scenario meet the same noise, as in `run_many`. With "none", all.
+        Which values enter the seed of a run. By default those of the scenario: that of a task, or robots, targets and
+        radius of `CMOMMT`, so that treatments of one scenario meet the same noise, as in `run_many`. With "none", all.
     record : Record or mapping
         What is recorded of each run.
     until : Until or mapping, optional

@@ -11,7 +11,14 @@ import numpy as np
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.handmade.forces import attract, attraction_corners, check_ascending, repel, repulsion_corners
+from teamsight.policies.handmade.forces import (
+    attract,
+    attraction_corners,
+    check_ascending,
+    repel,
+    repulsion_corners,
+    rivals,
+)
 from teamsight.policies.handmade.idle import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
 from teamsight.policies.handmade.target_tracks import (
     AGE,
@@ -37,31 +44,22 @@ _PREDICTIVE = _ATTRACTION + 3
 @inlined
 def _weight(x: float, y: float, percept: Any, i: int, parameters: Any) -> Any:
     """Return the weight of the target at (x, y): the assumed probability that no other robot monitors it."""
-    teammates = percept.teammates
-    first = teammates.start[i]
-    last = teammates.start[i + 1]
     rule = parameters[_WEIGHTS]
-    if first == last or rule == 3.0:
+    if percept.teammates.start[i] == percept.teammates.start[i + 1] or rule == 3.0:
         return 1.0
     reach = percept.sensing_range[i]
-    limit = x * x + y * y if rule == 0.0 else reach * reach
-    rivals = 0
-    # Unsigned here and below: numba would check each signed index for a negative value.
-    for k in range(np.uint64(first), np.uint64(last)):
-        way_x = x - teammates.offset[k, 0]
-        way_y = y - teammates.offset[k, 1]
-        rivals += way_x * way_x + way_y * way_y < limit
+    count = rivals(x, y, x * x + y * y if rule == 0.0 else reach * reach, percept, i)
     if rule == 0.0:
-        return 0.0 if rivals > 0 else 1.0
-    if rivals == 0:
+        return 0.0 if count > 0 else 1.0
+    if count == 0:
         return 1.0
     if rule == 1.0:
         return parameters[_SHARED]
-    return max(1.0 - parameters[_LOSS] * rivals, 0.0)
+    return max(1.0 - parameters[_LOSS] * count, 0.0)
 
 
 @inlined
-def _pull(
+def pull(
     x: float, y: float, distance: float, per_reach: float, percept: Any, i: int, parameters: Any
 ) -> tuple[float, float]:
     """Return the weighted force of a target at (x, y)."""
@@ -72,12 +70,13 @@ def _pull(
 
 
 @inlined
-def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
+def push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[float, float]:
     """Return the sum of the forces of all perceived teammates."""
     teammates = percept.teammates
     scale = per_reach if parameters[_SCALE] == 0.0 else 1.0 / percept.awareness_range[i]
     x = 0.0
     y = 0.0
+    # Unsigned indices here and below: see `rivals`.
     for k in range(np.uint64(teammates.start[i]), np.uint64(teammates.start[i + 1])):
         distance = teammates.distance[k]
         force = repel(distance * scale, parameters[_REPULSION:])
@@ -88,72 +87,83 @@ def _push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[floa
 
 
 @inlined
-def _expectations(i: int, per_reach: float, percept: Any, arrays: Any) -> tuple[float, float, int]:
-    """Return the force of targets that are remembered but not sensed, and their number."""
+def update_tracks(i: int, percept: Any, arrays: Any) -> int:
+    """Update the target tracks of robot `i`, if there can be any; return their number."""
+    ints = arrays.state.ints
+    has_relayed = percept.relayed.start[i + 1] > percept.relayed.start[i]
+    has_targets = percept.targets.start[i + 1] > percept.targets.start[i]
+    if ints.shape[1] == 0 or not (has_targets or has_relayed or ints[i, 0, IDENTITY] >= 0):
+        return 0
     parameters = arrays.parameters
-    state = arrays.state
     oldest = 5.0 * max(parameters[_OWN], parameters[_RELAYED])
     # The largest distance of a relayed target.
     farthest = percept.awareness_range[i] + percept.sensing_range[i]
-    if percept.relayed.start[i + 1] == percept.relayed.start[i]:
+    if not has_relayed:
         farthest = parameters[_PREDICTIVE] * percept.sensing_range[i]
-    count = update_target_tracks(i, percept, state, farthest, oldest)
-    x = 0.0
-    y = 0.0
-    lost = 0
-    for slot in range(count):
-        age = state.ints[i, slot, AGE]
-        relayed = state.ints[i, slot, RELAYED]
-        if age == 0 and relayed == 0:
-            continue
-        lost += 1
-        track_x = state.floats[i, slot, X]
-        track_y = state.floats[i, slot, Y]
-        distance = math.sqrt(track_x * track_x + track_y * track_y)
-        exists = math.exp(-age / (parameters[_RELAYED] if relayed else parameters[_OWN]))
-        pull_x, pull_y = _pull(track_x, track_y, distance, per_reach, percept, i, parameters)
-        x += exists * pull_x
-        y += exists * pull_y
-    return x, y, lost
+    return update_target_tracks(i, percept, arrays.state, farthest, oldest)
+
+
+@inlined
+def expectation(i: int, slot: int, per_reach: float, percept: Any, arrays: Any) -> tuple[float, float, int]:
+    """Return the force of a target that is remembered but not sensed, and 1; zeros if it is sensed."""
+    parameters = arrays.parameters
+    state = arrays.state
+    age = state.ints[i, slot, AGE]
+    relayed = state.ints[i, slot, RELAYED]
+    if age == 0 and relayed == 0:
+        return 0.0, 0.0, 0
+    x = state.floats[i, slot, X]
+    y = state.floats[i, slot, Y]
+    exists = math.exp(-age / (parameters[_RELAYED] if relayed else parameters[_OWN]))
+    pull_x, pull_y = pull(x, y, math.sqrt(x * x + y * y), per_reach, percept, i, parameters)
+    return exists * pull_x, exists * pull_y, 1
+
+
+@inlined
+def act(x: float, y: float, lost: int, i: int, percept: Any, parameters: Any, noise: Any, action: Any) -> None:
+    """Write the action of robot `i` on which the force (x, y) acts, and which remembers `lost` targets."""
+    square = x * x + y * y
+    if square > 1e-18:
+        length = math.sqrt(square)
+        shrink = 1.0 / length
+        action.heading[i, 0] = x * shrink
+        action.heading[i, 1] = y * shrink
+        action.distance[i] = min(parameters[_GAIN] * length, 1.0) * percept.speed[i]
+    elif parameters[_WHEN] == 0.0 or (
+        lost == 0
+        and percept.targets.start[i] == percept.targets.start[i + 1]
+        and percept.teammates.start[i] == percept.teammates.start[i + 1]
+    ):
+        idle_step(parameters[_IDLE], parameters[_TURN], i, percept, noise, action)
+    else:
+        action.heading[i, 0] = 0.0
+        action.heading[i, 1] = 0.0
+        action.distance[i] = 0.0
 
 
 @inlined
 def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     parameters = arrays.parameters
     targets = percept.targets
-    slots = arrays.state.ints.shape[1]
     for i in range(percept.heading.shape[0]):
-        first = targets.start[i]
-        last = targets.start[i + 1]
         per_reach = 1.0 / percept.sensing_range[i]
-        x, y = _push(per_reach, percept, i, parameters)
-        for k in range(np.uint64(first), np.uint64(last)):
-            pull_x, pull_y = _pull(
+        x, y = push(per_reach, percept, i, parameters)
+        for k in range(np.uint64(targets.start[i]), np.uint64(targets.start[i + 1])):
+            pull_x, pull_y = pull(
                 targets.offset[k, 0], targets.offset[k, 1], targets.distance[k], per_reach, percept, i, parameters
             )
             x += pull_x
             y += pull_y
+        # Summed apart, because sums depend on their order.
+        lost_x = 0.0
+        lost_y = 0.0
         lost = 0
-        has_relayed = percept.relayed.start[i + 1] > percept.relayed.start[i]
-        if slots > 0 and (last > first or has_relayed or arrays.state.ints[i, 0, IDENTITY] >= 0):
-            pull_x, pull_y, lost = _expectations(i, per_reach, percept, arrays)
-            x += pull_x
-            y += pull_y
-        square = x * x + y * y
-        if square > 1e-18:
-            length = math.sqrt(square)
-            shrink = 1.0 / length
-            action.heading[i, 0] = x * shrink
-            action.heading[i, 1] = y * shrink
-            action.distance[i] = min(parameters[_GAIN] * length, 1.0) * percept.speed[i]
-        elif parameters[_WHEN] == 0.0 or (
-            first == last and lost == 0 and percept.teammates.start[i] == percept.teammates.start[i + 1]
-        ):
-            idle_step(parameters[_IDLE], parameters[_TURN], i, percept, noise, action)
-        else:
-            action.heading[i, 0] = 0.0
-            action.heading[i, 1] = 0.0
-            action.distance[i] = 0.0
+        for slot in range(update_tracks(i, percept, arrays)):
+            pull_x, pull_y, is_lost = expectation(i, slot, per_reach, percept, arrays)
+            lost_x += pull_x
+            lost_y += pull_y
+            lost += is_lost
+        act(x + lost_x, y + lost_y, lost, i, percept, parameters, noise, action)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Forces of teammates and targets as functions of distance; positive values attract.
+"""Forces of teammates and targets as functions of distance, positive values attract; and who is near a target.
 
 Notes
 -----
@@ -6,6 +6,8 @@ Notes
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -100,3 +102,16 @@ def attract(distance: float, corners: tuple[float, ...]) -> float:
     fall = max((corners[3] - distance) * corners[6], 0.0)
     force = near if distance < corners[0] else rise
     return fall if distance > corners[2] else force
+
+
+@inlined
+def rivals(x: float, y: float, square: float, percept: Any, i: int) -> int:
+    """Return how many teammates that robot `i` perceives are nearer to (x, y) than the root of `square`."""
+    teammates = percept.teammates
+    count = 0
+    # Unsigned: numba would check each signed index for a negative value.
+    for k in range(np.uint64(teammates.start[i]), np.uint64(teammates.start[i + 1])):
+        way_x = x - teammates.offset[k, 0]
+        way_y = y - teammates.offset[k, 1]
+        count += way_x * way_x + way_y * way_y < square
+    return count

@@ -6,10 +6,10 @@ import math
 import warnings
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from teamsight.analysis.runs.limits import MOST_RUNS
-from teamsight.cli import limits, values
+from teamsight.cli import limits, task_options, values
 from teamsight.cli.options import Settings
 from teamsight.cli.paths import check_apart
 from teamsight.world.limits import length
@@ -18,7 +18,11 @@ if TYPE_CHECKING:
     from teamsight.analysis.delta.report import DeltaReport
 
 _RECORDED = ("window", "sort")
-_SIMULATED = ("robots", "targets", "radius", "policy", "preset", "runs", "steps", "seed", "workers")
+_OF_CMOMMT = ("robots", "targets", "radius", "policy", "preset")
+_OF_TASK = ("task", "set", "treatment")
+_SIMULATED = (*_OF_CMOMMT, *_OF_TASK, "runs", "steps", "seed", "workers")
+# T where nothing else says it.
+_STEPS = 600
 # Recorded positions may be in any unit.
 _SHORTEST, _LONGEST = 1e-15, 1e18
 
@@ -31,6 +35,9 @@ class DeltaSettings(Settings):
     radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
     policy: str = values.choice("random-walk", "Policy of the robots: {names}.", values.POLICIES)
     preset: str | None = values.preset()
+    task: str | None = task_options.task()
+    set: dict[str, Any] = task_options.scenario()
+    treatment: Literal["explore", "skilled"] = task_options.treatment("explore", "The team of the task: {names}.")
     awareness_range: float = values.number(
         1.0,
         "Distance within which two robots are neighbours.",
@@ -46,7 +53,7 @@ class DeltaSettings(Settings):
         most=1.0,
     )
     runs: int | None = values.runs(None, "Number of runs to simulate.", shown="10 / risk")
-    steps: int = values.steps(600)
+    steps: int | None = values.steps(None, shown="600, or that of the task")
     seed: int = values.seed(0, "Seed of all runs.")
     workers: int | None = values.workers()
     trajectories: Path | None = values.file(
@@ -71,11 +78,22 @@ class DeltaSettings(Settings):
             if "awareness_range" not in self.given:
                 raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
             return
+        if self.task:
+            task_options.check(self, (*_OF_CMOMMT, "awareness_range", "range_shape"))
+        else:
+            task_options.check(self, ())
         self._refuse(_RECORDED, "is for recorded positions; give --trajectories too, or leave it out")
         length("awareness_range", self.awareness_range)
+        robots, targets = (task_options.size_of(self), 0) if self.task else (self.robots, self.targets)
         limits.check_worlds(
-            self.robots, self.targets, self.radius, self.steps, self.runs_needed(), awareness_range=self.awareness_range
+            robots, targets, self.radius, self.length(), self.runs_needed(), awareness_range=self.awareness_range
         )
+
+    def length(self) -> int:
+        """Return T: the given number of steps, that of the task, or 600."""
+        if self.steps is not None:
+            return self.steps
+        return task_options.task_of(self).steps if self.task else _STEPS
 
     def runs_needed(self) -> int:
         """Return the number of runs: the given one, or the 10 / risk that a risk needs.
@@ -100,8 +118,9 @@ class DeltaSettings(Settings):
 
     def about(self) -> dict[str, Any]:
         """Return the settings that distinguish a report from others, fit for JSON."""
-        unused = _SIMULATED if self.trajectories else _RECORDED
+        unused = _SIMULATED if self.trajectories else (*_RECORDED, *(_OF_CMOMMT if self.task else _OF_TASK))
         found = self.values(without=(*unused, "workers", "out", "force"))
+        found |= {} if self.trajectories else {"steps": self.length()}
         return {name: str(value) if isinstance(value, Path) else value for name, value in found.items()}
 
 
@@ -117,6 +136,7 @@ def delta(settings: DeltaSettings) -> None:
     Examples:
       teamsight delta --robots 30 --radius 5
       teamsight delta --robots 30 --radius 2 --policy a-cmommt --risk 0.001
+      teamsight delta --task cmommt --treatment skilled --set robots=30
       teamsight delta --trajectories trajectories.csv --awareness-range 1.0 --window 60
       teamsight delta --trajectories pursuit.parquet --awareness-range 3 --range-shape square
     """
@@ -130,14 +150,19 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
     from teamsight.cli.show import working
 
     # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
-    world = settings.values(("robots", "targets", "radius", "policy", "awareness_range", "range_shape", "preset"))
+    world: Any = settings.values((*_OF_CMOMMT, "awareness_range", "range_shape"))
+    how: dict[str, Any] = {}
+    agents = settings.robots + settings.targets
+    if settings.task:
+        agents = task_options.size_of(settings)
+        world, how = settings.task, task_options.chosen(settings, settings.treatment)
     runs = settings.runs_needed()
-    agent_steps = (settings.robots + settings.targets) * settings.steps * runs
-    with working(settings.workers, agent_steps) as (watch, pool):
+    with working(settings.workers, agents * settings.length() * runs) as (watch, pool):
         return choose_delta(
             world,
+            **how,
             runs=runs,
-            steps=settings.steps,
+            steps=settings.length(),
             risk=settings.risk,
             rng=settings.seed,
             pool=pool,

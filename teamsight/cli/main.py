@@ -13,6 +13,7 @@ from teamsight.cli import (
     delta,
     demo,
     evolve,
+    gathering,
     learn_diagnose,
     learn_evaluate,
     learn_explore,
@@ -26,6 +27,7 @@ from teamsight.cli import (
     status,
     submit,
     sweep,
+    tasks,
     unreliable,
     verify,
     watch,
@@ -57,6 +59,7 @@ def commands() -> None:
 
     \b
       teamsight demo                                 two teams side by side, in the browser
+      teamsight watch                                a team in the browser, with controls
       teamsight run --robots 10 --radius 5           one world: how much does the team observe?
       teamsight delta --robots 30 --radius 5         how many neighbours does a robot have at most?
       teamsight reproduce --quick                    the paper's figures on a coarse grid: half a minute
@@ -93,6 +96,7 @@ commands.add_command(learn)
 add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
 add_command(commands, demo.demo, demo.DemoSettings)
+add_command(commands, gathering.gathering, gathering.GatheringSettings)
 add_command(commands, plugins.plugins, plugins.PluginsSettings)
 add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
@@ -102,6 +106,7 @@ add_command(commands, schema.schema, schema.SchemaSettings)
 add_command(commands, submit.submit, submit.SubmitSettings)
 add_command(commands, status.status, status.StatusSettings)
 add_command(commands, sweep.sweep, sweep.SweepSettings)
+add_command(commands, tasks.tasks, tasks.TasksSettings)
 add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
 add_command(commands, verify.verify, verify.VerifySettings)
 add_command(commands, watch.watch, watch.WatchSettings)

@@ -109,8 +109,9 @@ class Settings:
 
     @classmethod
     def options(cls) -> dict[str, Option]:
-        """Return the options by name, in the order of their declaration."""
-        return {name: value for name, value in vars(cls).items() if isinstance(value, Option)}
+        """Return the options by name, in the order of their declaration; those of a parent class come first."""
+        declared = [item for one in reversed(cls.__mro__) for item in vars(one).items()]
+        return {name: value for name, value in declared if isinstance(value, Option)}
 
     def check(self) -> None:
         """Check what several options must satisfy together.

@@ -16,8 +16,9 @@ _REGISTRIES = {
     "teamsight.policies": ("teamsight.policies.registry", "POLICIES"),
     "teamsight.awareness": ("teamsight.agents.awareness.registry", "AWARENESS"),
     "teamsight.rewards": ("teamsight.analysis.learning.registry", "REWARDS"),
+    "teamsight.tasks": ("teamsight.tasks.registry", "TASKS"),
 }
-_OWN = {"teamsight.models": ("cmommt",), "teamsight.measures": ("summary",)}
+_OWN = {"teamsight.models": ("cmommt",), "teamsight.measures": ("summary", "evenness")}
 
 
 class PluginsSettings(Settings):
@@ -27,8 +28,8 @@ class PluginsSettings(Settings):
 def plugins(settings: PluginsSettings) -> int:
     """List the plug-ins that are installed, and whether each loads.
 
-    A plug-in is a policy, model, sensor, reward, measure or degree of awareness of another distribution, which names it
-    as an entry point; see docs/studies.md. The exit status is 1 if one of them does not load.
+    A plug-in is a policy, model, sensor, reward, measure, degree of awareness or task of another distribution, which
+    names it as an entry point; see docs/studies.md. The exit status is 1 if one of them does not load.
     """
     from teamsight.cli.show import plural, say
     from teamsight.core.plugins import GROUPS, plug_ins

@@ -15,6 +15,16 @@ if TYPE_CHECKING:
     from teamsight.analysis.paper.reproduce import Plan
 
 _LEDGER = "ledger"
+#: The task whose figures have the numbers of the paper.
+_PAPER = "cmommt"
+# Options that only the paper's reproduction has.
+_OF_PAPER = ("figures", "preset")
+
+
+def _tasks() -> Iterable[str]:
+    from teamsight.analysis.reproductions import REPRODUCTIONS
+
+    return (_PAPER, *REPRODUCTIONS)
 
 
 def _figures() -> Iterable[str]:
@@ -27,6 +37,7 @@ class ReproduceSettings(Settings):
     """Settings of ``teamsight reproduce``."""
 
     figures: tuple[str, ...] = values.argument("FIGURE", _figures, many=True)
+    task: str = values.choice(_PAPER, "The task whose source is reproduced: {names}.", _tasks)
     out: Path = values.folder(Path("results"), "Folder for the results.")
     runs: int = values.count(5, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
     steps: int = values.steps(600)
@@ -44,6 +55,12 @@ class ReproduceSettings(Settings):
     quick: bool = values.flag("Use a coarse grid of team sizes and radii.")
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
 
+    def check(self) -> None:
+        """Refuse what only the paper's reproduction has with another task."""
+        for name in _OF_PAPER if self.task != _PAPER else ():
+            if name in self.given:
+                raise ValueError(f"{name}={getattr(self, name)}: is for the task {_PAPER}; leave it out")
+
 
 def reproduce(settings: ReproduceSettings) -> None:
     """Draw the paper's figures and check its claims.
@@ -51,7 +68,7 @@ def reproduce(settings: ReproduceSettings) -> None:
     FIGURE is the number of a figure of the paper, 'delta' (observed targets against δ) or 'ledger' (the claims alone);
     by default all are made. Each figure is written as a picture and a Parquet table with the seed of every run. The
     ledger lists which of the paper's claims hold, and by which rule, for the preset and for the default settings. After
-    an interruption the same command continues from there.
+    an interruption the same command continues from there. With --task, the figures and the ledger of another task.
 
     \b
     Examples:
@@ -67,6 +84,9 @@ def reproduce(settings: ReproduceSettings) -> None:
     from teamsight.cli.show import say, show_ledger, working
 
     folder = prepare_folder(settings.out)
+    if settings.task != _PAPER:
+        _reproduce_task(settings, folder)
+        return
     plan = plan_of(settings)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
@@ -78,6 +98,21 @@ def reproduce(settings: ReproduceSettings) -> None:
         say(line)
     made = [f"figure {name}" for name in plan.figures] + (["ledger"] if ledger else [])
     say(f"{', '.join(made)} in {folder} after {time.perf_counter() - began:.0f} s")
+
+
+def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
+    """Draw the figures and judge the claims of another task."""
+    from teamsight.analysis.reproductions import REPRODUCTIONS, Request
+    from teamsight.cli.show import say, working
+
+    given = {name: getattr(settings, name) for name in ("seed", "runs", "steps") if name in settings.given}
+    request = Request(folder, quick=settings.quick, formats=settings.format, force=settings.force, **given)
+    began = time.perf_counter()
+    with working(settings.workers) as (watch, pool):
+        lines = REPRODUCTIONS[settings.task](request, pool, watch)
+    for line in lines:
+        say(line)
+    say(f"{settings.task} in {folder} after {time.perf_counter() - began:.0f} s")
 
 
 def plan_of(settings: ReproduceSettings) -> Plan:

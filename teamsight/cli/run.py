@@ -2,44 +2,42 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teamsight.cli import limits, values
-from teamsight.cli.options import Settings
+from teamsight.cli import limits, task_options, values
+from teamsight.cli.world_settings import WorldSettings, source_of_failures
 
 if TYPE_CHECKING:
-    from teamsight.agents.cmommt import CMOMMT
-    from teamsight.agents.components.failures import Failures
+    from teamsight.agents.model import World
 
+# T where nothing else says it.
+_STEPS = 600
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
 # Events that are printed; --save-events writes all.
 _MOST_EVENTS = 20
+# Parameters of CMOMMT.
+_OF_CMOMMT = ("robots", "targets", "radius", "policy", "awareness", "delta", "awareness_range", "cycle", "preset")
+_OF_TASK = ("task", "set", "treatment")
 # Options that are no parameters of the model.
 _FAILING = ("failures", "repair")
-_OUTPUT = ("record", "record_every", "save", "save_events", "events", "force")
+_OUTPUT = ("record", "record_every", "save", "save_events", "evenness", "events", "force")
 
 
-class RunSettings(Settings):
+class RunSettings(WorldSettings):
     """Settings of ``teamsight run``."""
 
-    robots: int = values.agents(10, "Number of robots.")
-    targets: int = values.agents(15, "Number of targets.")
-    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.choice("a-cmommt", "Policy of the robots: {names}.", values.POLICIES)
-    awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
-    delta: int = values.sectors(16)
-    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
     cycle: float = values.period(1.0, "Steps from one decision of a robot to the next.")
-    steps: int = values.steps(600, "Number of steps.")
-    seed: int = values.seed(0, "Seed of the world.")
-    preset: str | None = values.preset()
-    failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
-    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
+    steps: int | None = values.steps(None, "Number of steps.", shown="600, or that of the task")
+    task: str | None = task_options.task()
+    set: dict[str, Any] = task_options.scenario()
+    treatment: str | None = task_options.treatment(None, "The team of the task: {names}.", "skilled")
+    evenness: bool = values.flag("Print how evenly targets are observed, and by how many robots.")
     events: bool = values.flag("Print the event log: who did what when.")
     save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
     record: Path | None = values.file("Record the run in this file: .html plays in any browser; or .gif, .mp4, .png.")
@@ -52,10 +50,14 @@ class RunSettings(Settings):
         from teamsight.agents.decisions.cycle import check_run
 
         limits.check_sectors(self)
-        limits.check_failures(self.failures, self.repair, self.robots * self.steps)
+        task_options.check(self, (*_OF_CMOMMT, *_FAILING, "evenness") if self.task else ())
+        steps, robots, targets = self.length(), self.robots, self.targets
+        if self.task:
+            robots, targets = task_options.size_of(self), 0
+        limits.check_failures(self.failures, self.repair, robots * steps)
         if self.record:
             _check_record(self.record)
-            limits.check_recording(self.record, self.robots + self.targets, self.steps, self.record_every)
+            limits.check_recording(self.record, robots + targets, steps, self.record_every)
         elif "record_every" in self.given:
             raise ValueError(f"record_every={self.record_every}: has no effect without --record; give --record FILE")
         files = [name for name in ("record", "save", "save_events") if getattr(self, name)]
@@ -66,15 +68,20 @@ class RunSettings(Settings):
                     "for one"
                 )
         if self.cycle > 1.0:
-            check_run(self.cycle, self.steps)
+            check_run(self.cycle, steps)
         limits.check_worlds(
-            self.robots, self.targets, self.radius, self.steps,
-            awareness_range=self.awareness_range, degrees=(self.awareness,),
-        )  # fmt: skip
+            robots, targets, self.radius, steps, awareness_range=self.awareness_range, degrees=(self.awareness,)
+        )
+
+    def length(self) -> int:
+        """Return the given number of steps, that of the task, or 600."""
+        if self.steps is not None:
+            return self.steps
+        return task_options.task_of(self).steps if self.task else _STEPS
 
 
 def run(settings: RunSettings) -> None:
-    """Simulate one world and print how much its team observes.
+    """Simulate one world and print how much its team observes, or achieves in another task.
 
     \b
     Examples:
@@ -82,23 +89,19 @@ def run(settings: RunSettings) -> None:
       teamsight run --policy centroid --awareness none --robots 30 --radius 3 --seed 7
       teamsight run --awareness ring --delta 8 --steps 2000 --save run.parquet
       teamsight run --failures 500 --repair 50 --events
+      teamsight run --task cmommt --treatment explore --set robots=5
       teamsight run --record run.html
     """
-    from teamsight.agents.awareness.registry import with_option
-    from teamsight.agents.cmommt import CMOMMT
-
-    parameters = settings.values(without=(*_OUTPUT, "steps", "seed", *_FAILING))
-    if settings.awareness not in with_option("delta"):
-        del parameters["delta"]
-    about = parameters | settings.values(("steps", "seed", *_FAILING))
-    world = CMOMMT(**parameters, events=_failures(settings), rng=settings.seed)
+    world, about = _task_world(settings) if settings.task else _cmommt(settings)
     _prepare(settings, about)
+    if settings.evenness:
+        world.count_observations()
     replay = None
     if settings.record:
         replay = world.record(settings.record, every=settings.record_every, force=settings.force)
     began = time.perf_counter()
     try:
-        _simulate(world, settings.steps)
+        _simulate(world, settings.length())
     except BaseException:
         # An interrupted command leaves no file.
         if replay is not None:
@@ -112,14 +115,35 @@ def run(settings: RunSettings) -> None:
     _print(world, settings, taken)
 
 
-def _simulate(world: CMOMMT, steps: int) -> None:
+def _cmommt(settings: RunSettings) -> tuple[World, dict[str, Any]]:
+    """Return CMOMMT with its own options, and the settings that files hold."""
+    from teamsight.agents.awareness.registry import with_option
+    from teamsight.agents.cmommt import CMOMMT
+
+    parameters = settings.values(_OF_CMOMMT)
+    if settings.awareness not in with_option("delta"):
+        del parameters["delta"]
+    about = parameters | {"steps": settings.length()} | settings.values(("seed", *_FAILING))
+    return CMOMMT(**parameters, events=source_of_failures(settings), rng=settings.seed), about
+
+
+def _task_world(settings: RunSettings) -> tuple[World, dict[str, Any]]:
+    """Return a world of a task, and the settings that files hold."""
+    model = task_options.model_of(settings, settings.treatment, settings.seed)
+    about = {"task": settings.task, "treatment": model.treatment, **settings.set}
+    return model(rng=settings.seed, **settings.set), about | {"steps": settings.length(), "seed": settings.seed}
+
+
+def _simulate(world: World, steps: int) -> None:
     """Make the steps, and show how many are made."""
     from teamsight.cli.show import Watch
 
     with Watch() as watch:
         part = -(-steps // _PARTS)
         for start in range(0, steps, part):
-            world.run(min(part, steps - start))
+            # A task may end before; a world that has ended would warn of further steps.
+            if world.running:
+                world.run(min(part, steps - start))
             watch("running", world.tick, steps)
 
 
@@ -133,15 +157,6 @@ def _check_record(place: Path) -> None:
             check_video()
     except ImportError as error:
         raise ValueError(f"record={place}: {error}") from error
-
-
-def _failures(settings: RunSettings) -> Failures | None:
-    """Return the source of failures, if there are any."""
-    if settings.failures is None:
-        return None
-    from teamsight.agents.components.failures import Failures
-
-    return Failures(settings.failures, settings.repair)
 
 
 def _prepare(settings: RunSettings, about: dict[str, Any]) -> None:
@@ -158,7 +173,7 @@ def _prepare(settings: RunSettings, about: dict[str, Any]) -> None:
         files.prepare_folder(place.parent)
 
 
-def _write(world: CMOMMT, settings: RunSettings, about: dict[str, Any]) -> None:
+def _write(world: World, settings: RunSettings, about: dict[str, Any]) -> None:
     from teamsight import __version__
     from teamsight.analysis.runs import files
 
@@ -169,18 +184,27 @@ def _write(world: CMOMMT, settings: RunSettings, about: dict[str, Any]) -> None:
         files.write_table(settings.save_events, world.events, about, force=settings.force)
 
 
-def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
+def _print(world: World, settings: RunSettings, taken: float) -> None:
     from rich.table import Table
 
     from teamsight.cli.show import say, wide_console
 
     history = world.recording.history
     table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_row("observed targets, mean over the run", f"{100 * world.observed_fraction:.1f} %")
-    table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")
+    if settings.task:
+        for name, value in task_options.task_of(settings).measure(world).items():
+            table.add_row(name.replace("_", " "), f"{value:.4g}")
+    else:
+        table.add_row("observed targets, mean over the run", f"{100 * world.observed_fraction:.1f} %")
+        table.add_row("observed targets, last step", f"{100 * history['observed'].iloc[-1]:.1f} %")
+    if settings.evenness:
+        counts = world.count_observations()
+        table.add_row("spread of the targets' observed shares", f"{100 * counts.spread:.1f} %")
+        table.add_row("entropy of observation, at most", f"{counts.entropy:.3f}, {math.log(settings.targets):.3f} nat")
+        table.add_row("robots that sense an observed target", f"{counts.redundancy:.2f}")
     table.add_row("neighbours of a robot, mean", f"{history['mean_neighbours'].mean():.2f}")
     table.add_row("neighbours of a robot, maximum", f"{world.max_neighbours}")
-    table.add_row("time", f"{taken:.2f} s for {settings.steps} steps")
+    table.add_row("time", f"{taken:.2f} s for {world.tick} steps")
     wide_console().print(table, highlight=False)
     if settings.events:
         _print_events(world)
@@ -192,7 +216,7 @@ def _print(world: CMOMMT, settings: RunSettings, taken: float) -> None:
         say(f"events in {settings.save_events}")
 
 
-def _print_events(world: CMOMMT) -> None:
+def _print_events(world: World) -> None:
     """Print the first events, one in a line, and how many there are."""
     from rich.table import Table
 

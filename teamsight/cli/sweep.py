@@ -7,27 +7,37 @@ import shlex
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from teamsight.cli import values
+from teamsight.analysis.runs.limits import MOST_RUNS
+from teamsight.cli import task_options, values
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor
+    from teamsight.analysis.studies.study import Study
     from teamsight.analysis.studies.sweep import SweepSummary
 
 _ENGINES = ("local", "dask")
 _ON_ERROR = ("continue", "stop")
 # Seconds from one line of progress to the next where there is no terminal, as in the log of a cluster's job.
 _PERIOD = 30.0
+_OF_TASK = ("set", "replicates", "steps", "seed")
 _OF_DASK = ("scheduler", "tls_ca", "tls_cert", "tls_key")
 
 
 class SweepSettings(Settings):
     """Settings of ``teamsight sweep``."""
 
-    study: Path = values.input_file("STUDY")
+    study: Path | None = values.input_file("STUDY", required=False)
+    task: str | None = task_options.task("A study of this task in place of STUDY: {names}.")
+    set: dict[str, Any] = task_options.scenario(
+        "A parameter of the task, or treatment; several values, with commas between them, are combined with the others."
+    )
+    replicates: int = values.count(1, "Runs of each setting of a task.", most=MOST_RUNS)
+    steps: int | None = values.steps(None, "Number of steps of each run of a task.", shown="that of the task")
+    seed: int = values.seed(0, "Root seed of the runs of a task.")
     out: Path = values.folder(None, "Folder of the study; created if it does not exist.", required=True)
     workers: int | None = values.workers("number of cores; 1 for a short study")
     engine: Literal["local", "dask"] = values.choice("local", "What makes the runs: {names}.", lambda: _ENGINES)
@@ -46,7 +56,11 @@ class SweepSettings(Settings):
     retry_failed: bool = values.flag("Make the runs again that have failed.")
 
     def check(self) -> None:
-        """Refuse options of Dask without it."""
+        """Refuse a study and a task together, and options of Dask without it."""
+        if (self.study is None) == (self.task is None):
+            given = "both are given" if self.task else "is missing"
+            raise ValueError(f"STUDY: {given}; give a study file, or --task NAME")
+        task_options.check(self, (), _OF_TASK)
         for name in _OF_DASK:
             if self.engine != "dask" and name in self.given:
                 flag = "--" + name.replace("_", "-")
@@ -60,12 +74,13 @@ def sweep(settings: SweepSettings) -> int:
 
     STUDY is a study file; see docs/studies.md. After Ctrl-C, a crash or a power cut the same command continues. With
     more replicates or settings in the file, it adds those. A run that fails becomes a row with its error, and is not
-    made again unless --retry-failed is given; then the exit status is 1.
+    made again unless --retry-failed is given; then the exit status is 1. With --task, no file is needed.
 
     \b
     Examples:
       teamsight sweep study.toml --out results
       teamsight sweep study.toml --out results --workers 8 --on-error stop
+      teamsight sweep --task cmommt --set robots=4,8,16 --set treatment=explore,skilled --replicates 20 --out results
       teamsight sweep study.toml --out results --engine dask --scheduler tcp://10.0.0.1:8786
     """
     from teamsight.analysis.studies.study import Study
@@ -73,7 +88,7 @@ def sweep(settings: SweepSettings) -> int:
     from teamsight.cli.show import Watch
     from teamsight.core.status_line import seconds
 
-    study = Study.from_file(settings.study)
+    study = Study.from_file(settings.study) if settings.study else _of_task(settings)
     runs = 0
     with when_stopped(lambda: _kept(settings, runs)), Watch() as watch:
 
@@ -95,6 +110,29 @@ def sweep(settings: SweepSettings) -> int:
                 retry_failed=settings.retry_failed, progress=show, emit=watch.emit,
             )  # fmt: skip
     return _show(settings, summary)
+
+
+def _of_task(settings: SweepSettings) -> Study:
+    """Return the study of a task: parameters with several values are its axes."""
+    from teamsight.analysis.studies.definition.model import TASK_PREFIX
+    from teamsight.analysis.studies.study import Study
+
+    listed = {name: _listed(value) for name, value in settings.set.items()}
+    study = Study(
+        model=f"{TASK_PREFIX}{settings.task}",
+        fixed={name: value[0] for name, value in listed.items() if len(value) == 1},
+        axes={name: value for name, value in listed.items() if len(value) > 1},
+        replicates=settings.replicates,
+        steps=settings.steps or task_options.task_of(settings).steps,
+        seed=settings.seed,
+    )
+    study.check()
+    return study
+
+
+def _listed(value: Any) -> list[Any]:
+    """Return the values that a text lists with commas between them."""
+    return [values.number_in(part.strip()) for part in value.split(",")] if isinstance(value, str) else [value]
 
 
 @contextlib.contextmanager

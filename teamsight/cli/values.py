@@ -92,14 +92,14 @@ def period(default: float, help: str) -> Any:
     return number(default, help, least=1, most=MOST_STEPS)
 
 
-def steps(default: int, help: str = "Number of steps of each run.") -> Any:
+def steps(default: int | None, help: str = "Number of steps of each run.", shown: str = "") -> Any:
     """Declare a number of steps."""
 
     def check(name: str, value: Any) -> int:
         checks.count(name, value)  # the cure of too many is none of too few
         return checks.count(name, value, most=MOST_STEPS, cure="give fewer steps, or make more runs with other seeds")
 
-    return Option(_numeric(check), default, help, "INTEGER")
+    return Option(_numeric(check), default, help, "INTEGER", shown)
 
 
 def seed(default: int, help: str) -> Any:
@@ -168,9 +168,9 @@ def folder(default: Any, help: str, *, required: bool = False) -> Any:
     return Option(_folder, default, help, "FOLDER", required=required)
 
 
-def input_file(metavar: str) -> Any:
+def input_file(metavar: str, *, required: bool = True) -> Any:
     """Declare an argument that is a file to read."""
-    return Option(_file, None, "", metavar, kind="argument", required=True)
+    return Option(_file, None, "", metavar if required else f"[{metavar}]", kind="argument", required=required)
 
 
 def input_folder(metavar: str) -> Any:

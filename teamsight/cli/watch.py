@@ -6,32 +6,22 @@ import os
 from collections.abc import Callable
 from typing import Any, cast
 
-from teamsight.cli import limits, values
-from teamsight.cli.options import Settings
+from teamsight.cli import limits, task_options, values
+from teamsight.cli.world_settings import WorldSettings, source_of_failures
 from teamsight.core import checks
 
 # Options that are parameters of the model.
 _MODEL = ("robots", "targets", "radius", "policy", "awareness", "delta", "awareness_range", "preset")
 
 
-class WatchSettings(Settings):
+class WatchSettings(WorldSettings):
     """Settings of ``teamsight watch``."""
 
-    robots: int = values.agents(10, "Number of robots.")
-    targets: int = values.agents(15, "Number of targets.")
-    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.choice("a-cmommt", "Policy of the robots: {names}.", values.POLICIES)
-    awareness: str = values.choice("pairwise", "Degree of awareness: {names}.", values.DEGREES)
-    delta: int = values.sectors(16)
-    awareness_range: float = values.length(1.0, "Distance within which two robots are neighbours, in sensing ranges.")
-    preset: str | None = values.preset()
-    failures: float | None = values.duration("Mean number of ticks until a robot fails.", "no failures")
-    repair: float | None = values.duration("Mean number of ticks until a failed robot is repaired.", "no repair")
-    seed: int = values.seed(0, "Seed of the world.")
     model: str | None = values.text(
         "A class or function of your own that builds a world. Its numbers, truth values and choices become controls.",
         "CMOMMT", metavar="MODULE:NAME",
     )  # fmt: skip
+    task: str | None = task_options.task("A task in place of CMOMMT: {names}. Its team is a control.")
     set: dict[str, Any] = values.assignments("Another parameter of the model. May be given several times.")
     beside: dict[str, Any] = values.assignments(
         "A parameter in which a second world differs, which runs beside the first with the same seed. May be given "
@@ -55,7 +45,9 @@ class WatchSettings(Settings):
         limits.check_worlds(
             self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range, degrees=(self.awareness,)
         )
-        for name in () if self.model else set(self.set) & {*_MODEL, "seed"}:
+        if self.task:
+            task_options.check(self, (*_MODEL, "model", "failures", "repair"))
+        for name in () if self.model or self.task else set(self.set) & {*_MODEL, "seed"}:
             raise ValueError(f"set={name}=…: is an option of its own; give --{name.replace('_', '-')}")
 
 
@@ -69,19 +61,18 @@ def watch(settings: WatchSettings) -> None:
       teamsight watch --policy a-cmommt --beside policy=centroid
       teamsight watch --failures 500 --repair 50
       teamsight watch --model my_package.my_module:MyWorld --set hives=3
+      teamsight watch --task cmommt --beside treatment=explore
       teamsight watch --port 0 --no-browser
     """
     from teamsight.live import watch as serve
 
     parameters = {name: getattr(settings, name) for name in _MODEL if name in settings.given}
-    if settings.failures is not None:
-        from teamsight.agents.components.failures import Failures
-
-        parameters["events"] = Failures(settings.failures, settings.repair)
+    if (failures := source_of_failures(settings)) is not None:
+        parameters["events"] = failures
     page = serve(
-        _model(settings.model), {**parameters, **settings.set, **_seed(settings)}, beside=settings.beside or None,
-        rate=settings.rate, every=settings.every, running=not settings.paused, host=settings.host, port=settings.port,
-        token=settings.token, browser=False, wait=False,
+        settings.task or _model(settings.model), {**parameters, **settings.set, **_seed(settings)},
+        beside=settings.beside or None, rate=settings.rate, every=settings.every, running=not settings.paused,
+        host=settings.host, port=settings.port, token=settings.token, browser=False, wait=False,
     )  # fmt: skip
     _show(page, settings)
 
@@ -95,7 +86,7 @@ def _model(reference: str | None) -> Any:
     from teamsight.core import references
 
     references.search_in([os.getcwd()])
-    found = references.load(reference, "model")
+    found = references.load(reference, "model", place="start in the folder of its file")
     if not callable(found):
         raise TypeError(f"model={checks.shown(reference)}: is {checks.shown(found)}; give a class or a function")
     return cast(Callable[..., Any], found)
@@ -103,6 +94,8 @@ def _model(reference: str | None) -> Any:
 
 def _seed(settings: WatchSettings) -> dict[str, int]:
     """Return the seed under its name; a model without one has no such parameter."""
+    if settings.task:
+        return {"rng": settings.seed}
     return {"seed": settings.seed} if settings.model is None or "seed" in settings.given else {}
 
 

@@ -23,6 +23,7 @@ GROUPS = {
     "teamsight.rewards": "reward",
     "teamsight.measures": "measure",
     "teamsight.awareness": "degree of awareness",
+    "teamsight.tasks": "task",
 }
 
 

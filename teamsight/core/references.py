@@ -26,7 +26,7 @@ def is_reference(text: object) -> bool:
     return isinstance(text, str) and len(text) <= _LONGEST and _FORM.fullmatch(text) is not None
 
 
-def load(reference: str, what: str = "policy") -> object:
+def load(reference: str, what: str = "policy", *, place: str = "put its file beside the study file") -> object:
     """Return the object that a reference names; its module is imported.
 
     Parameters
@@ -35,6 +35,8 @@ def load(reference: str, what: str = "policy") -> object:
         The module, and the object in it: "package.module:Name", or "package.module:Class.attribute".
     what : str
         The parameter that holds the reference, for error messages.
+    place : str
+        What makes a module found that is not installed, for error messages: where `search_in` lets modules be found.
 
     Raises
     ------
@@ -49,7 +51,7 @@ def load(reference: str, what: str = "policy") -> object:
     if not is_reference(reference):
         raise ValueError(f"{given}: is no reference; write the module and the name in it, as in 'package.module:Name'")
     home, _, names = reference.partition(":")
-    found: Any = _module(home, given)
+    found: Any = _module(home, given, place)
     owner = f"module {home!r}"
     for name in names.split("."):
         found = _attribute(found, name, owner, given)
@@ -58,8 +60,8 @@ def load(reference: str, what: str = "policy") -> object:
     return loaded
 
 
-def _module(name: str, given: str) -> ModuleType:
-    """Import a module; `given` begins the message of errors."""
+def _module(name: str, given: str, place: str) -> ModuleType:
+    """Import a module; `given` begins the message of errors, and `place` is in their cure."""
     if two := hidden(name):
         raise ValueError(f"{given}: {mixed_up(name, *two)}")
     try:
@@ -67,8 +69,7 @@ def _module(name: str, given: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
             raise ValueError(
-                f"{given}: there is no module {error.name!r}; install it, put its file beside the study file, or add "
-                "its folder to PYTHONPATH"
+                f"{given}: there is no module {error.name!r}; install it, {place}, or add its folder to PYTHONPATH"
             ) from error
         why, cure = failure(error), "install what it needs"
         raise ValueError(f"{given}: module {name!r} fails to import: {why}; {cure}") from error

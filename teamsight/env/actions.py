@@ -92,10 +92,7 @@ class ActionForm:
             If the actions are not numbers, or have another shape.
         """
         shape = (*actions.shape[:2], *self.shape)
-        try:
-            array = np.asarray(given)
-        except ValueError:
-            array = np.asarray(None)
+        array = as_array(given)
         if array.dtype.kind not in ("iu" if self.name == "grid" else "iuf"):
             what = "whole numbers" if self.name == "grid" else "numbers"
             found = _kind(given, array)
@@ -149,16 +146,21 @@ def stacked(actions: Mapping[str, Any], example: npt.NDArray[Any]) -> npt.NDArra
         # The usual case, in a fifth of the time.
         return np.concatenate(listed).reshape(1, -1, *shape)
     for agent, action in actions.items():
-        try:
-            array = np.asarray(action)
-        except ValueError:
-            array = np.asarray(None)
+        array = as_array(action)
         what, good = f"actions[{agent!r}]", example.tolist()
         if array.dtype.kind not in "iuf":
             raise TypeError(f"{what}={checks.shown(action)}: must be of shape {shape}, as in {good}")
         if array.shape != shape:
             raise ValueError(f"{what}: has the shape {array.shape}; it must be {shape}, as in {good}")
     return np.asarray(listed)[np.newaxis]
+
+
+def as_array(given: Any) -> npt.NDArray[Any]:
+    """Return what a user gives as an array; one of objects if it has rows of different lengths."""
+    try:
+        return np.asarray(given)
+    except ValueError:
+        return np.asarray(None)
 
 
 def _kind(given: Any, array: npt.NDArray[Any]) -> str:

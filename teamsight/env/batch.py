@@ -131,7 +131,7 @@ class Batch:
         RuntimeError
             If a world was not reset, or robots have come or left.
         TypeError, ValueError
-            If an action is wrong; then no world has made a step.
+            If an action is wrong; then no world has made a step. After any other error, all worlds must be reset.
         """
         form = self._settings.form
         form.take(actions, self._given, names)
@@ -144,13 +144,18 @@ class Batch:
         if self._record is None:
             self._bind()
         self._status[:] = DONE if waits is None else waits
-        with deferred():
-            result = STEP_ALL(self._record)
+        try:
+            with deferred():
+                result = STEP_ALL(self._record)
+            self._in_python = np.flatnonzero(self._status > WAITS).tolist() if result < 0 else []
+            for place in self._in_python:
+                self._go_on(place)
+        except BaseException:
+            # Some worlds are a step ahead of others now, or between two steps.
+            self._has_begun[:] = self._have_all_begun = False
+            raise
         if result > 0:
             raise form.refusal(self._given, result - 1, names)
-        self._in_python = np.flatnonzero(self._status > WAITS).tolist() if result else []
-        for place in self._in_python:
-            self._go_on(place)
         if self._settings.is_kept:
             for one in self._worlds:
                 one.sync()
@@ -165,7 +170,6 @@ class Batch:
         """Complete a step that compiled code cannot make alone."""
         one, status = self._worlds[place], int(self._status[place])
         sight = one.sight
-        self._set_begun(place, False)
         try:
             if status == NEEDS_PYTHON:
                 one.step(self._steering[place])
@@ -175,7 +179,6 @@ class Batch:
             if len(self) > 1:
                 error.add_note(f"teamsight.env: in world {place}")
             raise
-        self._set_begun(place, True)
         self._note(place)
         if one.sight is not sight:
             self._record = None
@@ -225,7 +228,15 @@ class Batch:
         return self._worlds[place].groups
 
     def world(self, place: int) -> World:
-        """Return the world of a place; from now on its steps are made in Python, until it is reset."""
+        """Return the world of a place; from now on its steps are made in Python, until it is reset.
+
+        Raises
+        ------
+        RuntimeError
+            Before `reset`, and after `close`. After an error the world can be looked at.
+        """
+        if not self._worlds[place].is_shown:
+            raise RuntimeError("world: no episode has begun; call reset() first")
         world = self._worlds[place].world
         self._note(place)
         return world

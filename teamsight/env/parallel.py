@@ -23,6 +23,7 @@ from teamsight.env.rewards import RewardLike
 from teamsight.env.settings import Settings, settings_of
 from teamsight.env.states import StateView
 from teamsight.env.views import RENDER_MODES, Views
+from teamsight.tasks.task import Task
 
 Array: TypeAlias = npt.NDArray[Any]
 _SENSED, _NEIGHBOURS, _ACTIVE = map(OF_ROBOTS.index, ("sensed", "neighbours", "active"))
@@ -132,7 +133,7 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         Raises
         ------
         RuntimeError
-            Before `reset`, and after the end of an episode.
+            Before `reset`, also after an error within a step; and after the end of an episode.
         TypeError, ValueError
             If actions are missing, unknown, not numbers, of another shape, NaN or outside their space. Nothing is
             changed then.
@@ -141,12 +142,13 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         batch = self._batch
         given = stacked({agent: actions[agent] for agent in self.possible_agents}, self._none)
         batch.step(given, None, self._name)
-        observations, infos, names = self._observations(), self._infos(), self.possible_agents
-        rewards = dict(zip(names, batch.rewards[0].tolist(), strict=True))
-        terminations = dict.fromkeys(names, batch.is_stopped(0))
-        truncations = dict.fromkeys(names, bool(batch.cycles[0] >= self.max_cycles))
-        if terminations[names[0]] or truncations[names[0]]:
+        names, is_stopped, is_over = self.possible_agents, batch.is_stopped(0), bool(batch.cycles[0] >= self.max_cycles)
+        # Before the rewards, whose function may fail.
+        if is_stopped or is_over:
             self.agents = []
+        observations, infos = self._observations(), self._infos()
+        rewards = dict(zip(names, batch.rewards[0].tolist(), strict=True))
+        terminations, truncations = dict.fromkeys(names, is_stopped), dict.fromkeys(names, is_over)
         if self.render_mode == "human":
             self.render()
         return observations, rewards, terminations, truncations, infos
@@ -197,8 +199,6 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
 
         Since it may then be changed, further steps of the episode are made one by one in Python, with the same result.
         """
-        if not self.agents and not self._batch.cycles[0]:
-            raise RuntimeError("world: no episode has begun; call reset() first")
         return self._batch.world(0)
 
     def render(self) -> npt.NDArray[np.uint8] | None:
@@ -230,7 +230,7 @@ def parallel_env(
     reward: RewardLike = "observed",
     max_cycles: int = 600,
     render_mode: Literal["rgb_array", "human"] | None = None,
-    model: Callable[..., World] | None = None,
+    model: Callable[..., World] | Task | str | None = None,
     group: str = "robots",
     **parameters: Any,
 ) -> TeamParallelEnv:
@@ -261,11 +261,12 @@ def parallel_env(
         The number of steps of an episode.
     render_mode : {"rgb_array", "human"}, optional
         What `render` does.
-    model : callable, optional
-        Instead of `CMOMMT`, ``model(**parameters, rng=seed)``, which returns a `World`. Its robots must be as many for
-        every seed; their policy is replaced.
+    model : callable, Task or str, optional
+        Instead of `CMOMMT`, ``model(**parameters, rng=seed)``, which returns a `World`; or a task or its name, then
+        parameters are those of its scenario and its world. Its robots must be as many for every seed; their policy is
+        replaced.
     group : str
-        The name of the group of the world whose robots are agents.
+        The name of the group of the world whose robots are agents; of a task by default the first of its team.
     **parameters
         Further parameters of `CMOMMT`, such as `target_policy`, `sensor`, `cycle` or `events`, or those of `model`.
 

@@ -14,14 +14,20 @@ from teamsight.agents.given import AwarenessLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.reused_worlds import ReusedWorlds
+from teamsight.agents.teammates import of_team
 from teamsight.core import checks
 from teamsight.env.actions import ActionForm, ActionLike
 from teamsight.env.observations import LayoutLike, Nearest, layout_of
 from teamsight.env.rewards import Reward, RewardLike, reward_of
+from teamsight.tasks.model import TaskModel
+from teamsight.tasks.named import task_of
+from teamsight.tasks.task import Task
 
 #: What `CMOMMT` takes by default, if no model is given.
 SIZES: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 5.0}
 _DELTA = 16
+# The name of the group, unless another is given.
+_GROUP = "robots"
 #: Parameters of `CMOMMT` that environments set themselves, and what to give instead.
 _OWN = {
     "policy": "actions come from outside; action chooses their form",
@@ -43,8 +49,8 @@ class Settings:
         Called as ``model(**parameters, rng=seed)``; it returns a world.
     parameters : mapping of str to object
         Its parameters.
-    group : str
-        The name of the group that is steered.
+    group : str or None
+        The name of the group that is steered; None for the first of the team of a task.
     degree : Awareness or None
         Its degree of awareness; None for that of the model.
     layout : Nearest or None
@@ -59,7 +65,7 @@ class Settings:
 
     model: Callable[..., World]
     parameters: Mapping[str, Any]
-    group: str
+    group: str | None
     degree: Awareness | None
     layout: Nearest | None
     form: ActionForm
@@ -90,6 +96,8 @@ class Settings:
         if not isinstance(world, World):
             name = getattr(self.model, "__name__", "model")
             raise TypeError(f"model={name}: returned {type(world).__name__}; it must return a World")
+        if not world.running:
+            raise ValueError("model: returned a world that is closed, or was stopped; build a new one on each call")
         if world.tick:
             raise ValueError(f"model: returned a world at tick {world.tick:,}; it must be before its first step")
         group = self._group_of(world)
@@ -98,6 +106,9 @@ class Settings:
         return world, group
 
     def _group_of(self, world: World) -> Group:
+        if self.group is None:
+            assert isinstance(self.model, TaskModel)
+            return of_team(world.groups, self.model.task.team)[0]
         for group in world.groups:
             if group.name == self.group:
                 return group
@@ -115,7 +126,7 @@ def settings_of(
     action: ActionLike,
     reward: RewardLike,
     max_cycles: int,
-    model: Callable[..., World] | None,
+    model: Callable[..., World] | Task | str | None,
     group: str,
 ) -> Settings:
     """Return the settings that a user gives; see `parallel_env`.
@@ -125,10 +136,17 @@ def settings_of(
     TypeError, ValueError
         If one is of the wrong type or outside its limits, or a name is unknown.
     """
-    if model is not None and not callable(model):
-        raise TypeError(f"model={checks.shown(model)}: must be a function or a class that returns a World")
+    if model is CMOMMT:
+        model = None
+    if model is not None and not callable(model) and not isinstance(model, (Task, str)):
+        raise TypeError(f"model={checks.shown(model)}: must be a function or a class that returns a World, or a task")
     form, degree = ActionForm(action), _degree(observation, delta)
     given: dict[str, Any] = dict(parameters)
+    called: str | None = group
+    if isinstance(model, (Task, str)):
+        given = {**{name: value for name, value in sizes.items() if value != SIZES[name]}, **given}
+        sizes = {}
+        model, called = _task_model(model, given), None if group == _GROUP else group
     if model is None:
         _check_parameters(given)
         given = {**sizes, **given, "policy": form.policy}
@@ -140,8 +158,17 @@ def settings_of(
                 raise ValueError(f"{name}={checks.shown(value)}: is for CMOMMT; let your model set it")
     cycles = checks.count("max_cycles", max_cycles)
     return Settings(
-        model or CMOMMT, given, group, degree, layout_of(layout), form, reward_of(reward), cycles,
+        model or CMOMMT, given, called, degree, layout_of(layout), form, reward_of(reward), cycles,
     )  # fmt: skip
+
+
+def _task_model(task: Task | str, given: Mapping[str, Any]) -> TaskModel:
+    """Return a task as a model, after a check of its parameters."""
+    found = task_of(task)
+    # Actions come from outside, so no team has to learn first.
+    model = TaskModel(found, "skilled" if found.explore is None else "explore")
+    model.parameters_known(given)
+    return model
 
 
 def _degree(observation: AwarenessLike | None, delta: int) -> Awareness | None:
@@ -177,7 +204,9 @@ def _check_call(model: Callable[..., World], given: Mapping[str, Any]) -> None:
 
 
 def _check_parameters(given: Mapping[str, Any]) -> None:
-    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN, *SIZES)]
+    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN)]
+    # Those of environments are near to slips too.
+    known += ["observation", "layout", "action", "reward", "max_cycles", "model", "group"]
     for name in given:
         if name in _OWN:
             raise TypeError(f"{name}: is not a parameter of environments; {_OWN[name]}")

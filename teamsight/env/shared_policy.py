@@ -11,6 +11,7 @@ import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from teamsight.env.actions import as_array
 from teamsight.env.vector import Step, TeamVectorEnv, vector_env
 
 Array = npt.NDArray[Any]
@@ -111,7 +112,7 @@ class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
         RuntimeError, TypeError, ValueError
             As for `TeamVectorEnv.step`.
         """
-        given = np.asarray(actions)
+        given = as_array(actions)
         if given.shape[:1] != (self.num_envs,):
             shape = (self.num_envs, *(self.single_action_space.shape or ()))
             raise ValueError(f"actions: have the shape {given.shape}; it must be {shape}, one for each robot")

@@ -56,6 +56,8 @@ class SteppedWorld:
         The record of the world.
     quiet_until : int
         The tick from which a step needs Python.
+    is_shown : bool
+        Whether there is a world, of an episode.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -63,7 +65,7 @@ class SteppedWorld:
         self._world: World
         self._group: Group
         self.sight: Packed[SightArrays]
-        self.quiet_until = 0
+        self.quiet_until, self.is_shown = 0, False
         self._robots: list[int] = []
         self._bound: tuple[Any, Any] | None = None
         self._is_shared = False
@@ -72,7 +74,7 @@ class SteppedWorld:
 
     def begin(self, seed: int) -> tuple[World, Group]:
         """Begin an episode; `show_in` comes before the first step."""
-        self._is_shared, self._bound = False, None
+        self._is_shared, self._bound, self.is_shown = False, None, False
         self._world, self._group = world, group = self._settings.begin(self._worlds, seed)
         self._robots = group.bodies.identity.tolist()
         self._tick = self._row = 0
@@ -90,6 +92,7 @@ class SteppedWorld:
         self._shown, self._observation = shown, observation
         self._bind()
         self._show()
+        self.is_shown = True
 
     @property
     def world(self) -> World:
@@ -163,6 +166,7 @@ class SteppedWorld:
 
     def close(self) -> None:
         """Release the world. Idempotent."""
+        self.is_shown = False
         self._worlds.close()
 
     def _check_robots(self) -> None:
@@ -227,7 +231,7 @@ class SteppedWorld:
             self._observation.perceive, sensing, group.perception.room, self._observation.show, seen,
             self._shown.of_robots, self._shown.of_world,
             np.zeros_like(kept[0]), np.zeros_like(kept[1]), np.zeros(bodies, np.int64), np.zeros(bodies, np.int64),
-            np.ones(1, np.int64),
+            np.ones(1, np.int64), group.last_rewards,
         )  # fmt: skip
         return arrays if before is None else _continued(arrays, before)
 

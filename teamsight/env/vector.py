@@ -13,13 +13,14 @@ from gymnasium.vector.utils import batch_space
 from teamsight.agents.given import AwarenessLike
 from teamsight.agents.model import World
 from teamsight.core import checks
-from teamsight.env.actions import ActionLike
+from teamsight.env.actions import ActionLike, as_array
 from teamsight.env.batch import Batch
 from teamsight.env.observations import LayoutLike
 from teamsight.env.rewards import RewardLike
 from teamsight.env.settings import Settings, settings_of
 from teamsight.env.states import StateView
 from teamsight.env.views import Views
+from teamsight.tasks.task import Task
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
@@ -132,7 +133,9 @@ class TeamVectorEnv:
     def _places(self, worlds: npt.ArrayLike | None) -> list[int]:
         if worlds is None:
             return list(range(self.worlds))
-        given = np.asarray(worlds)
+        given = as_array(worlds)
+        if given.shape == (0,):
+            return []
         if given.dtype == bool and given.shape == (self.worlds,):
             return np.flatnonzero(given).tolist()
         if given.dtype.kind not in "iu" or given.ndim != 1:
@@ -144,7 +147,7 @@ class TeamVectorEnv:
     def _seeds(self, seed: int | Sequence[int] | None, places: list[int]) -> list[int | None]:
         if seed is None:
             return [None] * len(places)
-        if isinstance(seed, Sequence | np.ndarray):
+        if isinstance(seed, Sequence) or (isinstance(seed, np.ndarray) and seed.ndim):
             if len(seed) != len(places):
                 raise ValueError(f"seed: has {len(seed)} numbers; give one to each of the {len(places)} worlds")
             return [checks.seed(None, one) for one in seed]
@@ -157,8 +160,8 @@ class TeamVectorEnv:
         Parameters
         ----------
         actions : array_like, shape (worlds, robots, 2), (worlds, robots) or (worlds, robots, 3)
-            The actions of all robots: "continuous", "grid" or "heading". With "next-step", those of a world whose
-            episode has ended are checked, and not carried out: the step begins the next one, with rewards of 0.
+            The actions of all robots: "continuous", "grid" or "heading". With "next-step", the values of those of a
+            world whose episode has ended are ignored: the step begins the next one, with rewards of 0.
 
         Returns
         -------
@@ -169,7 +172,7 @@ class TeamVectorEnv:
         Raises
         ------
         RuntimeError
-            Before `reset`; and with "disabled" after the end of an episode.
+            Before `reset`, also after an error within a step; and with "disabled" after the end of an episode.
         TypeError, ValueError
             If actions are not numbers, of another shape, NaN or outside their space. Nothing is changed then.
         """
@@ -178,11 +181,12 @@ class TeamVectorEnv:
         batch.step(actions, waits, _name)
         if waits is not None:
             batch.reset(np.flatnonzero(waits).tolist(), [None] * int(waits.sum()))
-        rewards, info = batch.rewards, self._info()
         terminated, truncated = batch.are_stopped, batch.cycles >= self.max_cycles
+        # Before the rewards, whose function may fail.
+        self._has_ended = terminated | truncated
+        rewards, info = batch.rewards, self._info()
         if waits is not None:
             rewards[waits] = 0.0
-        self._has_ended = terminated | truncated
         if self.autoreset == "same-step" and self._has_ended.any():
             info["final_observations"] = batch.observations.copy()
             self.reset(worlds=self._has_ended)
@@ -259,7 +263,7 @@ def vector_env(
     max_cycles: int = 600,
     autoreset: str = "same-step",
     copy: bool = True,
-    model: Callable[..., World] | None = None,
+    model: Callable[..., World] | Task | str | None = None,
     group: str = "robots",
     **parameters: Any,
 ) -> TeamVectorEnv:

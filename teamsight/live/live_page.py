@@ -20,6 +20,9 @@ from teamsight.live.server import Server
 from teamsight.live.session import SEED, Session
 from teamsight.live.signature_controls import SEEDS, check_parameters, has_signature, model_name, seed_name
 from teamsight.live.worlds import Worlds
+from teamsight.tasks.model import TaskModel
+from teamsight.tasks.named import task_of
+from teamsight.tasks.task import Task
 
 #: The port, unless another one is given.
 PORT = 8713
@@ -76,7 +79,7 @@ class LivePage:
 
 
 def watch(
-    model: Callable[..., World] = CMOMMT,
+    model: Callable[..., World] | Task | str = CMOMMT,
     parameters: Mapping[str, Any] | None = None,
     *,
     beside: Mapping[str, Any] | None = None,
@@ -93,9 +96,9 @@ def watch(
 
     Parameters
     ----------
-    model : callable
-        `CMOMMT`, another class of worlds, or a function that builds a world. Its numbers, truth values and choices
-        become controls.
+    model : callable, Task or str
+        `CMOMMT`, another class of worlds, a function that builds a world, or a task or its name. Its numbers, truth
+        values and choices become controls; a task also has one for its team.
     parameters : mapping of str to object, optional
         Arguments of the model, the seed included; by default seed 0.
     beside : mapping of str to object, optional
@@ -129,12 +132,17 @@ def watch(
     TypeError, ValueError
         If the model refuses its parameters, the port is in use, or the address needs a token.
     """
+    if isinstance(model, (Task, str)):
+        model = TaskModel(task_of(model))
     if isinstance(model, World) or not has_signature(model):
         shown = checks.shown(model)
         raise TypeError(
             f"model={shown}: must be a class or a function that builds a world, so that the page can start again; "
             "give the class, and what it is built with as parameters"
         )
+    for called, values in (("parameters", parameters), ("beside", beside)):
+        if values is not None and not isinstance(values, Mapping):
+            raise TypeError(f"{called}={checks.shown(values)}: must be a mapping, as in {{'robots': 5}}")
     access = access_to(host, token)
     checks.count("port", port, least=0, most=_MOST_PORT)
     speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
@@ -164,8 +172,8 @@ def worlds_of(
     model, parameters, beside, every
         As for `watch`.
     """
-    given = [parameters.pop(name) for name in SEEDS if name in parameters]
-    seed = checks.seed(None, given[0] if given else 0)
+    given = {name: parameters.pop(name) for name in SEEDS if name in parameters}
+    seed = checks.seed(given.get("rng"), given.get("seed")) if given else 0
     name = seed_name(model)
     if name is None and (given or beside is not None):
         raise TypeError(

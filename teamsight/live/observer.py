@@ -8,7 +8,7 @@ from teamsight.agents.engine.watching import Bound
 from teamsight.agents.model import World
 from teamsight.agents.recording.frame_kernel import RECORD_FRAME
 from teamsight.agents.recording.frame_recorder import FrameRecorder
-from teamsight.view.frame import Frame
+from teamsight.view.frame import MOST_LINKS, Frame
 from teamsight.view.scene import MOST_SLOTS, Scene
 
 # Ticks between frames that are recorded unasked: none is.
@@ -25,6 +25,9 @@ class Observer(FrameRecorder):
     every : int
         What its scene says about the ticks from one frame to the next.
     """
+
+    # Ranges that controls allow make millions of links, of four bytes each, which no page could draw.
+    most_links = MOST_LINKS
 
     def __init__(self, world: World, every: int) -> None:
         super().__init__(world._data, world._engine, type(world).__name__, every=_NEVER)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
-from itertools import islice
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
 from teamsight.core import checks
+from teamsight.live.event_rows import event_rows
 from teamsight.live.kept import Kept
 from teamsight.live.observer import Observer
 from teamsight.live.signature_controls import model_name, seed_name, value_of
@@ -18,8 +18,6 @@ from teamsight.view.frame import Frame
 from teamsight.view.packing import from_raw, raw
 from teamsight.view.scene import Scene
 
-#: Rows of the event log that a page shows.
-MOST_EVENTS = 100
 _DEGREE = ("awareness", "delta")
 
 
@@ -36,6 +34,8 @@ class LiveTrack:
         The seed.
     every : int
         Ticks from one frame to the next.
+    others : iterable of World
+        Worlds that the model has built before, and must not return again.
 
     Attributes
     ----------
@@ -47,12 +47,17 @@ class LiveTrack:
     Raises
     ------
     TypeError, ValueError
-        If the model refuses its arguments, or does not build a world.
+        If the model refuses its arguments, or does not build a new world.
     """
 
-    def __init__(self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, every: int) -> None:
+    def __init__(
+        self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, every: int,
+        others: Iterable[World] = (),
+    ) -> None:  # fmt: skip
         self._model, self.parameters = model, dict(parameters)
         self.world = _built(model, self.parameters, seed)
+        if any(self.world is other for other in others):
+            raise ValueError(f"{model_name(model)}: returns a world that it returned before; build one on each call")
         self.made = 0
         self.kept = Kept()
         self._observer = Observer(self.world, every)
@@ -140,16 +145,8 @@ class LiveTrack:
         }  # fmt: skip
 
     def events(self) -> dict[str, Any]:
-        """Return the newest rows of the event log, the newest first, and how many there are."""
-        rows = self.world._data.sources.events.rows
-        newest = islice(reversed(rows), MOST_EVENTS)
-        return {
-            "total": len(rows),
-            "rows": [
-                [row.time, row.what, row.group, row.agent, {name: _plain(one) for name, one in row.details.items()}]
-                for row in newest
-            ],
-        }
+        """Return the newest events; see `event_rows`."""
+        return event_rows(self.world)
 
     def close(self) -> None:
         """Release the world."""
@@ -181,10 +178,3 @@ def _apply(world: World, parameters: Mapping[str, Any], name: str, track: LiveTr
             world.awareness = awareness_named(degree, {"delta": delta})
     elif name == "awareness":
         world.awareness = degree
-
-
-def _plain(value: Any) -> Any:
-    """Return a detail of an event as JSON has it."""
-    if value is None or isinstance(value, (bool, int, float, str)):
-        return value
-    return value.item() if hasattr(value, "item") else str(value)

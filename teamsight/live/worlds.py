@@ -45,7 +45,8 @@ class Worlds:
     ) -> None:  # fmt: skip
         self._model, self.seed = model, seed
         self.made = 0
-        self.tracks = [LiveTrack(model, one, seed, every) for one in settings]
+        self.tracks: list[LiveTrack] = []
+        self.tracks = self._built(settings, seed, every)
         self._entitle()
 
     @property
@@ -61,11 +62,18 @@ class Worlds:
         settings, seed, every
             As for the constructor.
         """
-        built = [LiveTrack(self._model, one, seed, every) for one in settings]
+        built = self._built(settings, seed, every)
         before, self.tracks, self.seed, self.made = self.tracks, built, seed, 0
         self._entitle()
         for track in before:
             track.close()
+
+    def _built(self, settings: list[dict[str, Any]], seed: int, every: int) -> list[LiveTrack]:
+        tracks: list[LiveTrack] = []
+        for one in settings:
+            known = [track.world for track in (*self.tracks, *tracks)]
+            tracks.append(LiveTrack(self._model, one, seed, every, known))
+        return tracks
 
     def run(self, steps: int) -> None:
         """Let all worlds make steps; one that had stayed behind after an error makes more.

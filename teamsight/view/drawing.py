@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,6 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.figure import Figure
+from matplotlib.path import Path
+from matplotlib.transforms import Affine2D
 
 from teamsight.core.checks import shown
 from teamsight.view.frame import ACTIVE, OBSERVED, PRESENT, Frame
@@ -29,6 +32,13 @@ _MOST_LINKED, _MOST_TRAILED = 400, 400
 _TRAIL = 12
 # Points of the arc of a sector.
 _CORNERS, _FULL_TURN = 33, 2 * np.pi
+# The shapes of bodies by role; groups of one role differ, as in view.js. A robot is a disc with a line ahead.
+_SHAPES = {"robot": ("disc",), "target": ("disc", "diamond", "square"), "other": ("square", "diamond", "disc")}
+_OUTLINES = {
+    "disc": Path.unit_circle().transformed(Affine2D().scale(0.5)),
+    "square": Path.unit_rectangle().transformed(Affine2D().translate(-0.5, -0.5).scale(0.9)),
+    "diamond": Path.unit_regular_polygon(4).transformed(Affine2D().scale(0.62)),
+}
 # The heights of the chart and of the titles [pixels], and the width of a letter of a title.
 _CHART, _HEAD, _LETTER = 90, 44, 6.4
 
@@ -107,7 +117,10 @@ class _Arena:
         groups = scene.groups
         self._group = np.array([slot.group for slot in scene.slots], np.int64)
         self._is_robot = np.array([groups[slot.group].role == "robot" for slot in scene.slots], bool)
+        self._is_target = np.array([groups[slot.group].role == "target" for slot in scene.slots], bool)
         self._colours = np.array([groups[slot.group].colour for slot in scene.slots])
+        outlines = [_OUTLINES[shape] for shape in shapes_of(scene)]
+        self._outlines = np.array([outlines[number] for number in self._group.tolist()] or [None], object)
         self._reach = np.array([slot.sensing_range for slot in scene.slots])
         self._ranges = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.08, zorder=1)
         self._angles = np.array([slot.field_of_view for slot in scene.slots])
@@ -134,7 +147,8 @@ class _Arena:
         colours[~active] = _GREY
         is_robot = self._is_robot[: len(frame)]
         self._dots.set_offsets(place[there])
-        fills = np.where(is_robot | observed, colours, "none")
+        self._dots.set_paths(self._outlines[: len(frame)][there].tolist())
+        fills = np.where(~self._is_target[: len(frame)] | observed, colours, "none")
         self._dots.set_facecolor(fills[there].tolist())
         self._dots.set_edgecolor(colours[there].tolist())
         facing = there & active & is_robot
@@ -184,6 +198,17 @@ class _Arena:
         was &= ~jumps.any(axis=(0, 2))
         self._trails.set_segments(list(places[:, was].transpose(1, 0, 2)))
         self._trails.set_color(list(self._colours[:size][was]))
+
+
+def shapes_of(scene: Scene) -> list[str]:
+    """Return the shape of each group: "disc", "square" or "diamond"."""
+    used: Counter[str] = Counter()
+    found = []
+    for group in scene.groups:
+        shapes = _SHAPES[group.role if group.role in _SHAPES else "other"]
+        found.append(shapes[used[group.role] % len(shapes)])
+        used[group.role] += 1
+    return found
 
 
 def _lines_of_links(scene: Scene, frame: Frame, place: Floats) -> list[Floats]:

@@ -17,6 +17,8 @@ PRESENT, ACTIVE, OBSERVED = 1, 2, 4
 MOST_PART, TURN = 65_535, 65_536
 #: What stands for the scale of a list of links.
 MOST_OFFSET = 32_767
+#: How many links of a relation the frames of a live page hold; view.js names it too.
+MOST_LINKS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +32,15 @@ class Links:
     dx, dy : ndarray, shape (m,), int16, optional
         Where it appears to be, seen from the source along the axes of the arena: 32,767 stands for `LinkList.scale`.
         None unless the list is measured.
+    omitted : int
+        How many links there are that are not in the arrays, since they are more than a frame holds.
     """
 
     source: Words
     target: Words
     dx: Offsets | None = None
     dy: Offsets | None = None
+    omitted: int = 0
 
     def __len__(self) -> int:
         return len(self.source)

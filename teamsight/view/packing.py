@@ -26,7 +26,7 @@ _MOST_BYTES = 2**31
 
 
 def raw(frame: Frame, scene: Scene) -> bytes:
-    """Return a frame as a raw block: numbers of bodies and of links, time, series, columns, links.
+    """Return a frame as a raw block: numbers of bodies, of links and of omitted links, time, series, columns, links.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def raw(frame: Frame, scene: Scene) -> bytes:
     scene : Scene
         Its scene.
     """
-    counts = np.array([len(frame), *map(len, frame.links)], "<u4")
+    counts = np.array([len(frame), *map(len, frame.links), *(links.omitted for links in frame.links)], "<u4")
     numbers = np.array([frame.time, *frame.series], "<f4")
     words = [getattr(frame, name) for name in _COLUMNS]
     for one, links in zip(scene.links, frame.links, strict=True):
@@ -53,12 +53,13 @@ def from_raw(data: bytes, scene: Scene) -> Frame:
     """
     reader = _Reader(data)
     bodies, *lists = reader.take("<u4", 1 + len(scene.links)).tolist()
+    omitted = reader.take("<u4", len(scene.links)).tolist()
     time, *series = reader.take("<f4", 1 + len(scene.series))
     x, y, heading, flags = (reader.take("<u2", bodies) for _ in _COLUMNS)
     links = []
-    for one, size in zip(scene.links, lists, strict=True):
+    for one, size, missing in zip(scene.links, lists, omitted, strict=True):
         arrays = [reader.take("<u2", size) for _ in range(4 if one.measured else 2)]
-        links.append(_links_of(arrays))
+        links.append(_links_of(arrays, missing))
     reader.end()
     return Frame(float(time), np.array(series, np.float32), x, y, heading, flags, tuple(links))
 
@@ -145,12 +146,13 @@ def _summed(differences: Words, is_there: Mask) -> Words:
 
 
 def _packed_links(lists: Sequence[Links], *, is_measured: bool) -> list[bytes]:
-    """Return the parts of one list of links: sizes, sources, targets, and offsets if it is measured."""
+    """Return the parts of one list of links: sizes, omitted ones, sources, targets, and offsets if it is measured."""
     sizes = np.array([len(links) for links in lists], np.int64)
     source, *others = (_joined(arrays) for arrays in _in_columns(lists, is_measured=is_measured))
     before = np.concatenate([np.zeros(1, np.uint16), source])[: len(source)]
     before[_firsts(sizes)] = 0
-    return [sizes.astype("<u4").tobytes(), _split(source - before), *map(_split, others)]
+    omitted = np.array([links.omitted for links in lists], "<u4")
+    return [sizes.astype("<u4").tobytes(), omitted.tobytes(), _split(source - before), *map(_split, others)]
 
 
 def _in_columns(lists: Sequence[Links], *, is_measured: bool) -> list[list[Words]]:
@@ -159,7 +161,7 @@ def _in_columns(lists: Sequence[Links], *, is_measured: bool) -> list[list[Words
 
 
 def _unpacked_links(reader: _Reader, count: int, *, is_measured: bool) -> list[Links]:
-    sizes = reader.take("<u4", count).astype(np.int64)
+    sizes, omitted = reader.take("<u4", count).astype(np.int64), reader.take("<u4", count).tolist()
     total = int(sizes.sum())
     # Four bytes at least for each link.
     reader.check(4 * total)
@@ -167,7 +169,10 @@ def _unpacked_links(reader: _Reader, count: int, *, is_measured: bool) -> list[L
     ends = np.cumsum(sizes)
     sums = np.concatenate([np.zeros(1, np.uint16), np.cumsum(columns[0], dtype=np.uint16)])
     columns[0] = sums[1:] - np.repeat(sums[ends - sizes], sizes)
-    return [_links_of([column[end - size : end].copy() for column in columns]) for size, end in zip(sizes, ends)]  # noqa: B905
+    return [
+        _links_of([column[end - size : end].copy() for column in columns], missing)
+        for size, end, missing in zip(sizes, ends, omitted, strict=True)
+    ]
 
 
 def _firsts(sizes: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
@@ -185,10 +190,10 @@ def _arrays_of(links: Links, *, is_measured: bool) -> list[Words]:
     return arrays
 
 
-def _links_of(arrays: list[Words]) -> Links:
+def _links_of(arrays: list[Words], omitted: int) -> Links:
     source, target, *offsets = arrays
     dx, dy = (offset.view(np.int16) for offset in offsets) if offsets else (None, None)
-    return Links(source, target, dx, dy)
+    return Links(source, target, dx, dy, omitted)
 
 
 def _joined(arrays: Sequence[Words]) -> Words:

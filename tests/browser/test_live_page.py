@@ -24,7 +24,7 @@ _PATIENCE = 60.0
 
 
 @pytest.fixture
-def live() -> Iterator[Callable[..., LivePage]]:
+def live(problems: browsing.Problems) -> Iterator[Callable[..., LivePage]]:
     """Serves live pages on free ports, and closes them."""
     made: list[LivePage] = []
 
@@ -34,6 +34,8 @@ def live() -> Iterator[Callable[..., LivePage]]:
         return made[-1]
 
     yield serve
+    # Pages that outlive their server try to connect again.
+    problems.expect("ERR_CONNECTION_REFUSED")
     for one in made:
         one.close()
 
@@ -50,7 +52,7 @@ def settled(page: Page, server: LivePage) -> None:
     tick = world_of(server).tick
     page.wait_for_function(
         "tick => teamsight.view && teamsight.view.tracks.length && teamsight.view.drawings > 0 && !teamsight.view.isDirty"
-        " && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
+        " && teamsight.view.tracks.every(({ frames }) => frames.length) && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
         arg=tick,
     )
 
@@ -171,6 +173,8 @@ def test_what_needs_a_new_world_starts_again(page: Page, live: Callable[..., Liv
     page.locator("#tl-seed").fill("77")
     page.locator("#tl-seed").press("Enter")
     until(lambda: world_of(server).seed_used == 77)
+    # The frames of the world before have the same tick; they go before the note comes.
+    page.get_by_text("Started again with seed 77").wait_for()
     settled(page, server)
     assert_same_places(page, CMOMMT(robots=25, policy="centroid", seed=77))
 
@@ -219,6 +223,23 @@ def test_events_are_listed(page: Page, live: Callable[..., LivePage]) -> None:
     page.goto(server.url)
     page.locator(".ts-log tbody tr").nth(5).wait_for()
     assert "failed" in page.locator(".ts-log tbody").inner_text()
+
+
+def test_contacts_are_listed_by_tick(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(live_models.meeting)
+    shown(page, server)
+    for tick in range(1, 5):
+        page.get_by_role("button", name="Step", exact=True).click()
+        until(lambda tick=tick: world_of(server).tick == tick)
+    settled(page, server)
+    table = world_of(server).contacts
+    page.get_by_text(f"Events ({len(table) + 1})").wait_for()
+    log = page.locator(".ts-log tbody")
+    first = table[(table.tick == 0) & (table.channel == "teammates")]
+    log.get_by_role("cell", name=f"{len(first)} contacts begun", exact=True).wait_for()
+    assert "painted" in log.inner_text()
+    page.locator(".ts-log").scroll_into_view_if_needed()
+    shot(page, "live-contacts")
 
 
 def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
@@ -407,11 +428,63 @@ def test_a_page_that_comes_later_shows_what_was_before(page: Page, live: Callabl
     assert page.evaluate("() => teamsight.view.shownTime") == 0
 
 
-def test_reduced_motion_begins_at_rest(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+def test_too_many_links_are_said_and_controls_go_on(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(parameters={"robots": 400, "targets": 20, "radius": 5.0, "policy": "stationary"})
+    shown(page, server)
+    assert not page.locator(".ts-omitted").is_visible()
+    page.locator("#tl-awareness_range").fill("100")
+    page.locator("#tl-awareness_range").press("Enter")
+    page.get_by_text("Teammates: 159,600 links, more than 100,000: not shown").wait_for()
+    page.get_by_text("400 robots, 159,600 links, too many to show; neighbours: mean 399.0, at most 399 now, 399 so far.").wait_for()
+    page.evaluate("() => teamsight.view.select(0, 0)")
+    page.get_by_label("Inspector").get_by_text("159,600 links, more than 100,000: not shown.").wait_for()
+    shot(page, "live-too-many-links")
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    page.locator("#tl-awareness_range").fill("0.5")
+    page.locator("#tl-awareness_range").press("Enter")
+    page.locator(".ts-omitted").wait_for(state="hidden")
+    settled(page, server)
+
+
+def test_reduced_motion_holds_only_its_own_page(new_page: browsing.Pages, live: Callable[..., LivePage], shot: Any) -> None:
     server = live(running=True)
-    page = new_page(reduced_motion=True)
+    other, page = new_page(), new_page(reduced_motion=True)
+    other.goto(server.url)
     page.goto(server.url)
+    page.get_by_text("Your system asks for reduced motion").wait_for()
+    still = page.evaluate("() => teamsight.view.shownTime")
+    tick = world_of(server).tick
+    until(lambda: world_of(server).tick > tick + 30)
+    other.wait_for_function("tick => teamsight.view.shownTime > tick + 20", arg=tick)
+    assert page.evaluate("() => teamsight.view.shownTime") == still
+    assert server.session.is_running
+    shot(page, "live-reduced-motion")
+    # Who asks for motion gets it.
+    page.get_by_role("button", name="Follow the run").click()
+    page.wait_for_function("time => teamsight.view.shownTime > time + 20", arg=still)
+    assert not page.get_by_text("Your system asks for reduced motion").is_visible()
+    page.get_by_role("button", name="Pause", exact=True).first.click()
     until(lambda: not server.session.is_running)
     settled(page, server)
     page.get_by_role("button", name="Run", exact=True).click()
-    until(lambda: server.session.is_running)
+    tick = world_of(server).tick
+    page.wait_for_function("tick => teamsight.view.shownTime > tick + 10", arg=tick)
+
+
+def test_reduced_motion_rests_when_another_page_runs_the_model(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+    server = live()
+    other, page = new_page(), new_page(reduced_motion=True)
+    shown(other, server)
+    shown(page, server)
+    press(other, "Space")
+    page.get_by_text("Your system asks for reduced motion").wait_for()
+    still = page.evaluate("() => teamsight.view.shownTime")
+    until(lambda: world_of(server).tick > still + 20)
+    assert page.evaluate("() => teamsight.view.shownTime") == still
+    # At rest, all pages show the same moment again.
+    press(other, "Space")
+    until(lambda: not server.session.is_running)
+    settled(page, server)
+    page.get_by_role("button", name="Step", exact=True).click()
+    settled(page, server)

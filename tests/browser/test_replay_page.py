@@ -166,13 +166,14 @@ def test_charts_show_the_history_of_the_model(page: Page, tmp_path: Path) -> Non
         at_tick(page, tick)
         observed = [np.mean([target.is_observed for target in twin.targets]) for twin in twins]
         numbers = [[len(robot.neighbours) for robot in twin.robots] for twin in twins]
-        points = round(100 * observed[0]) - round(100 * observed[1]), round(100 * (observed[0] - observed[1]))
+        points = round(100 * (observed[1] - observed[0]))
         charts = page.locator(".ts-chart")
         assert charts.nth(0).locator(".ts-value").all_inner_texts() == [f"{100 * share:.0f} %" for share in observed]
         assert charts.nth(2).locator(".ts-value").all_inner_texts() == [f"{np.mean(one):.2f}" for one in numbers]
         assert charts.nth(3).locator(".ts-value").all_inner_texts() == [str(max(one)) for one in numbers]
-        sign = "+" if points[1] > 0 else "−" if points[1] < 0 else "±"
-        assert charts.nth(1).locator(".ts-value").inner_text() == f"{sign}{abs(points[1])} points"
+        sign = "+" if points > 0 else "−" if points < 0 else "±"
+        assert charts.nth(1).locator(".ts-value").inner_text() == f"{sign}{abs(points)} points"
+        assert charts.nth(1).locator("figcaption span").first.inner_text() == "Right − left"
 
 
 def test_charts_have_gaps_where_nothing_is_known(page: Page, tmp_path: Path) -> None:
@@ -245,7 +246,7 @@ def test_keys_move_in_time(replay: Page, keys: list[str], at: int) -> None:
 
 
 def test_the_slider_and_a_chart_move_in_time(replay: Page) -> None:
-    slider = replay.get_by_role("slider", name="Frame")
+    slider = replay.get_by_role("slider", name="Tick")
     slider.fill("17")
     assert position(replay) == 17
     until(replay, "document.querySelector('.ts-scrub').getAttribute('aria-valuetext') === 'tick 17'")
@@ -259,6 +260,35 @@ def test_the_slider_and_a_chart_move_in_time(replay: Page) -> None:
     replay.mouse.move(box["x"] + 40 + (box["width"] - 48) / 2, box["y"] + 30)
     replay.mouse.up()
     assert position(replay) == pytest.approx(STEPS / 2, abs=1)
+
+
+def test_two_runs_with_frames_at_other_ticks_show_the_same_time(page: Page, tmp_path: Path) -> None:
+    seldom, often = team().record(steps=STEPS, every=10), team().record(steps=STEPS, every=4)
+    opened(page, written(tmp_path, seldom, often))
+    ticks = sorted({*range(0, STEPS + 1, 10), *range(0, STEPS + 1, 4)})
+    assert page.evaluate("teamsight.view.times") == ticks
+    times = "[teamsight.view.shownTime, ...[0, 1].map(t => teamsight.view.frameOf(t).time)]"
+    slider = page.get_by_role("slider", name="Tick")
+    # The slider is time: of a tick without a frame the nearest is shown, and each run shows its latest frame until then.
+    for wanted, shown in ((3, [4, 0, 4]), (19, [20, 20, 20]), (28, [28, 20, 28]), (31, [30, 30, 28]), (STEPS, [40, 40, 40])):
+        slider.fill(str(wanted))
+        assert page.evaluate(times) == shown
+        page.evaluate("teamsight.view.draw()")
+        assert float(slider.input_value()) == shown[0]
+    for key, shown in (("Home", [0, 0, 0]), ("ArrowRight", [4, 0, 4]), ("PageUp", [36, 30, 36]), ("ArrowLeft", [32, 30, 32]), ("End", [40, 40, 40])):
+        slider.press(key)
+        assert page.evaluate(times) == shown
+    # The same model twice: what is compared differs only where one run shows an older frame.
+    known = page.evaluate("teamsight.view.times.map((time, k) => teamsight.view.charts[1].lines[0].at(k))")
+    assert len(known) == len(ticks)
+    assert [known[ticks.index(tick)] for tick in (0, 20, 40)] == [0, 0, 0]
+
+
+def test_bodies_are_drawn_between_the_frames_of_their_own_run(page: Page, tmp_path: Path) -> None:
+    seldom, often = team().record(steps=STEPS, every=4), team().record(steps=STEPS)
+    opened(page, written(tmp_path, seldom, often))
+    # Half a tick after tick 6: run 0 is between its frames of ticks 4 and 8, run 1 between those of ticks 6 and 7.
+    assert page.evaluate("teamsight.view.at = 6.5, [0, 1].map(t => teamsight.view.shareOf(t))") == [2.5 / 4, 0.5]
 
 
 def test_keys_of_buttons_and_fields_are_theirs(replay: Page) -> None:
@@ -444,6 +474,45 @@ def test_a_frame_of_another_page_may_hold_it(page: Page, tmp_path: Path) -> None
     page.set_content('<iframe width="900" height="560" sandbox="allow-scripts" title="A recording"></iframe>')
     page.evaluate("text => { document.querySelector('iframe').srcdoc = text; }", inner)
     page.frame_locator("iframe").locator("#teamsight[data-state=ready]").wait_for()
+
+
+@pytest.mark.parametrize(("size", "width"), [(browsing.WIDE, "660px"), (browsing.WIDE, "1100px"), (browsing.PHONE, "100%")])
+def test_a_frame_of_the_site_has_its_height_and_its_colours(
+    new_page: browsing.Pages, tmp_path: Path, shot: Callable[[Page, str], None], size: tuple[int, int], width: str
+) -> None:
+    (tmp_path / "gallery").mkdir()
+    written(tmp_path / "gallery", recorded(team(), STEPS))
+    script = (Path(__file__).resolve().parents[2] / "docs" / "assets" / "gallery.js").read_text("utf-8")
+    outer = tmp_path / "outer.html"
+    outer.write_text(
+        "<!doctype html><meta name=viewport content='width=device-width'><title>A site</title><style>body { margin: 0 } "
+        f"iframe {{ width: {width}; border: 1px solid; box-sizing: border-box }}</style><body data-md-color-scheme=slate>"
+        f"<iframe src='gallery/recording.html' title='A recording' height=300></iframe><p>After it</p><script>{script}</script>", "utf-8",
+    )  # fmt: skip
+    page = new_page(size=size)
+    page.goto(outer.as_uri())
+    page.frame_locator("iframe").locator("#teamsight[data-state=ready]").wait_for()
+    inner = page.frames[1]
+    until(inner, "document.documentElement.scrollHeight <= innerHeight && innerHeight > 500")
+    # What was said is what is needed: without empty room below, and it stays so.
+    high = inner.evaluate("innerHeight")
+    assert inner.evaluate("document.getElementById('teamsight').getBoundingClientRect().height") > high - 2
+    # The system is light, and the site dark.
+    until(inner, "teamsight.view.palette.page === '#14171b'")
+    assert inner.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 27)"
+    shot(page, f"framed-{size[0]}-{width.rstrip('%')}")
+    page.evaluate("document.body.setAttribute('data-md-color-scheme', 'default')")
+    until(inner, "teamsight.view.palette.page === '#f6f7f9'")
+    assert inner.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(246, 247, 249)"
+    inner.evaluate("teamsight.view.select(0, 2)")
+    until(inner, "document.querySelector('.ts-inspector').innerText.includes('robots · 3')")
+    until(inner, "document.documentElement.scrollHeight <= innerHeight")
+    taller = inner.evaluate("innerHeight")
+    assert high <= taller < high + 800
+    inner.evaluate("teamsight.view.select(0, null)")
+    until(inner, "document.querySelector('.ts-inspector').innerText.includes('Hover')")
+    page.wait_for_timeout(200)
+    assert inner.evaluate("innerHeight") == taller
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,12 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
     assert out.count(f"  teamsight {command}") >= 3
 
 
+def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = call(capsys, "--help")
+    assert status == 0
+    assert "  teamsight watch  " in out
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -96,12 +96,18 @@ def test_every_default_passes_its_own_check_unless_nothing_stands_for_it() -> No
                 assert option.check(name, text) == option.default, (settings, name)
 
 
+def subclasses(parent: type[Settings]) -> Iterator[type[Settings]]:
+    for one in parent.__subclasses__():
+        yield one
+        yield from subclasses(one)
+
+
 def settings_of(command: click.Command) -> type[Settings]:
     """Return the settings class whose options a command has."""
     names = [parameter.name for parameter in command.params]
     (found,) = [
         one
-        for one in Settings.__subclasses__()
+        for one in subclasses(Settings)
         if one.__module__.startswith("teamsight.") and list(one.options()) == names
         # Several commands have no options.
         and (names or one.__name__.lower() == f"{command.name}settings")
@@ -120,6 +126,19 @@ def test_the_help_shows_each_option_with_its_default(command: click.Command) -> 
             assert record == "  ".join(filter(None, (option.help_text(), "[required]" if option.required else default)))
             # Without a default, leaving the option out means that there is no such thing.
             assert default or option.required or option.many or name in ("preset", "out", "record", "save", "save_events", "trajectories", "training", "further")
+
+
+def test_options_of_a_parent_class_come_first_and_can_be_declared_anew() -> None:
+    class Parent(Settings):
+        steps: int = count(5, "Steps.")
+        seed: int = count(0, "Seed.", least=0)
+
+    class Child(Parent):
+        workers: int = count(1, "Workers.")
+        steps: int = count(7, "Steps.")
+
+    assert list(Child.options()) == ["steps", "seed", "workers"]
+    assert (Child().steps, Parent().steps, Child(seed="3").seed) == (7, 5, 3)
 
 
 class Sample(Settings):

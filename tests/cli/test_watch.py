@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from teamsight.cli import main
 from teamsight.cli.options import InputError
 from teamsight.cli.watch import WatchSettings
 
@@ -69,6 +70,15 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
 def test_wrong_options_are_refused(options: dict[str, object], said: str) -> None:
     with pytest.raises((InputError, ValueError), match=re.escape(said)):
         WatchSettings(**options)
+
+
+def test_a_model_that_is_not_found_is_answered_for_this_command(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["watch", "--no-browser", "--model", "nowhere_at_all:World"])
+    said = capsys.readouterr().err
+    assert "model='nowhere_at_all:World': there is no module 'nowhere_at_all'" in said
+    assert "start in the folder of its file" in said
+    assert "study" not in said
 
 
 def test_values_of_parameters_are_read() -> None:

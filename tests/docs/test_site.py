@@ -19,7 +19,7 @@ CHECK = runpy.run_path(str(ROOT / ".ci" / "check_site.py"))
 PUBLIC = (
     "teamsight", "teamsight.agents", "teamsight.agents.awareness", "teamsight.agents.components",
     "teamsight.agents.events", "teamsight.agents.sensing", "teamsight.analysis.contacts", "teamsight.analysis.delta",
-    "teamsight.env", "teamsight.live", "teamsight.policies", "teamsight.view", "teamsight.world",
+    "teamsight.env", "teamsight.live", "teamsight.policies", "teamsight.tasks", "teamsight.view", "teamsight.world",
 )  # fmt: skip
 NEEDED = ("mkdocs", "material", "mkdocstrings")
 
@@ -39,6 +39,11 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     worlds = (site / "reference" / "worlds.html").read_text(encoding="utf-8")
     for method in ("add", "run", "step", "record", "senses", "attach"):
         assert f'id="teamsight.World.{method}"' in worlds
+    # The values of defaults, not the names of private constants.
+    for reference in (site / "reference").glob("*.html"):
+        text = re.sub(r"<[^>]+>", "", reference.read_text(encoding="utf-8"))
+        assert not re.search(r"(?:default:\s*|=\s?)_[A-Za-z]\w*", text), reference.name
+    assert re.search(r"<b><code>radius</code></b>[^–]*default:\s*<code>.*5\.0.*</code>", worlds)
     # Parameters that share an entry have the default of each.
     environments = (site / "reference" / "environments.html").read_text(encoding="utf-8")
     assert re.search(r"<b><code>targets</code></b>[^–]*default:\s*<code>15</code>", environments)

@@ -92,6 +92,8 @@ def test_steps_at_the_wrong_time() -> None:
     env.close()
     with pytest.raises(RuntimeError, match="call reset"):
         env.step(actions(env))
+    with pytest.raises(RuntimeError, match=r"world: no episode has begun; call reset\(\) first"):
+        env.world  # noqa: B018
     with pytest.raises(ValueError, match="seed=-1: must be at least 0"):
         env.reset(seed=-1)
     with pytest.raises(ValueError, match="agent='robot_10'.*robot_1"):
@@ -116,8 +118,9 @@ def test_many_worlds_check_their_actions() -> None:
     with pytest.raises(ValueError, match=r"actions\[2, 1\]=\[0.0, nan\]: must be finite"):
         env.step(bad)
     assert np.array_equal(env.state(), before)
-    with pytest.raises(ValueError, match=r"actions: have the shape \(3, 2\); it must be \(12, 2\)"):
-        gymnasium_env(3, robots=4).step(np.zeros((3, 2)))
+    for given in (np.zeros((3, 2)), [[0.0], [0.0, 0.0]]):
+        with pytest.raises(ValueError, match=r"actions: have the shape .*; it must be \(12, 2\), one for each robot"):
+            gymnasium_env(3, robots=4).step(given)
 
 
 def test_worlds_and_seeds_are_checked() -> None:
@@ -125,9 +128,11 @@ def test_worlds_and_seeds_are_checked() -> None:
     for settings, error, message in (
         ({"seed": [1, 2]}, ValueError, "has 2 numbers; give one to each of the 3 worlds"),
         ({"seed": 1.5}, TypeError, "seed=1.5: must be a whole number"),
+        ({"seed": np.array(5)}, TypeError, r"seed=array\(5\): must be a whole number"),
         ({"worlds": [3]}, ValueError, r"worlds=\[3\]: must be numbers from 0 to 2"),
         ({"worlds": [0.5]}, TypeError, "must be numbers of worlds, or 3 flags"),
         ({"worlds": [True, False]}, TypeError, "must be numbers of worlds, or 3 flags"),
+        ({"worlds": [[1], [1, 2]]}, TypeError, "must be numbers of worlds, or 3 flags"),
     ):
         with pytest.raises(error, match=message):
             env.reset(**settings)  # type: ignore[arg-type]
@@ -195,3 +200,22 @@ def test_an_error_of_the_users_names_the_world() -> None:
     with pytest.raises(RuntimeError, match="has not begun an episode"):
         env.step(np.zeros((3, 2, 2)))
     env.reset()
+
+
+def test_a_world_can_be_had_during_an_episode_only() -> None:
+    env = vector_env(2, robots=2)
+    for number in range(2):
+        with pytest.raises(RuntimeError, match=r"world: no episode has begun; call reset\(\) first"):
+            env.world(number)
+    env.reset(seed=1, worlds=[])
+    env.reset(seed=1, worlds=[1])
+    assert env.world(1).seed_used == 2
+    env.close()
+    with pytest.raises(RuntimeError, match="no episode has begun"):
+        env.world(1)
+
+
+def test_slips_in_names_of_options_are_answered_with_the_nearest() -> None:
+    for slip, near in (("robotts", "robots"), ("max_cycle", "max_cycles"), ("rewards", "reward"), ("sensr", "sensor")):
+        with pytest.raises(ValueError, match=rf"parameter='{slip}': unknown; did you mean '{near}'\?"):
+            parallel_env(**{slip: 3})  # type: ignore[arg-type]

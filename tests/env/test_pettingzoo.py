@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, parallel_seed_test, render_test, seed_test
+from pettingzoo.utils import aec_to_parallel, wrappers
 
 from teamsight import Failures
 from teamsight.env import ActionGrid, Nearest, env, parallel_env, views
@@ -35,6 +36,17 @@ def test_agents_in_turn_pass_them_too() -> None:
     # PettingZoo reports that observations are no pictures.
     api_test(env(robots=3, max_cycles=20), 60)
     seed_test(lambda: env(robots=3, max_cycles=20), 40)
+
+
+def test_pettingzoos_wrappers_take_it() -> None:
+    for wrapped in (
+        wrappers.BaseParallelWrapper(parallel_env(robots=3, max_cycles=10)),
+        wrappers.MultiEpisodeParallelEnv(parallel_env(robots=3, max_cycles=10), 3),
+        aec_to_parallel(env(robots=3, max_cycles=10)),
+    ):
+        parallel_api_test(wrapped, 40)
+        assert wrapped.unwrapped.metadata["name"] == "teamsight_cmommt_v0"
+    api_test(wrappers.ClipOutOfBoundsWrapper(env(robots=3, max_cycles=10)), 40)
 
 
 def test_episodes_have_the_length_that_is_asked_for() -> None:

@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import gc
 import weakref
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import gymnasium
 import numpy as np
 import pytest
-from gymnasium.wrappers.vector import ClipAction, RecordEpisodeStatistics
+from gymnasium.wrappers.vector import (
+    ClipAction,
+    DictInfoToList,
+    NormalizeObservation,
+    NormalizeReward,
+    RecordEpisodeStatistics,
+)
 
-from teamsight import CMOMMT
-from teamsight.env import gymnasium_env, vector_env
+from teamsight import CMOMMT, Failures
+from teamsight.env import TeamVectorEnv, gymnasium_env, vector_env
 from teamsight.env.seeding import episode_seed
+from teamsight.env.vector import Observations
 
 ZERO = np.zeros((2, 3, 2))
 
@@ -127,6 +136,39 @@ def test_gymnasium_wraps_robots_as_sub_environments() -> None:
     assert infos["episode"]["r"] == pytest.approx(total, abs=1e-5)
     assert infos["episode"]["l"].tolist() == [10] * 12
     wrapped.close()
+
+
+def test_gymnasiums_other_wrappers_take_it() -> None:
+    plain, wrapped = (gymnasium_env(2, robots=3, max_cycles=4, autoreset="next-step") for _ in range(2))
+    normal = NormalizeReward(DictInfoToList(NormalizeObservation(wrapped)))
+    plain.reset(seed=1)
+    normal.reset(seed=1)
+    for _ in range(9):
+        expected, (observations, rewards, *_, infos) = plain.step(np.zeros((6, 2))), normal.step(np.zeros((6, 2)))
+        assert observations.shape == expected[0].shape
+        assert rewards.shape == (6,)
+        assert [one["sensed"] for one in infos] == expected[4]["sensed"].tolist()
+    normal.close()
+    normal.close()
+
+
+def rolled(env: TeamVectorEnv, steps: int, seed: int) -> Iterator[Observations]:
+    actions = np.random.default_rng(seed).uniform(-1.0, 1.0, (2, 3, 2))
+    env.reset(seed=seed)
+    for _ in range(steps):
+        yield env.step(actions).observations
+
+
+def test_environments_in_turn_and_in_threads_do_not_disturb_each_other() -> None:
+    def alone(seed: int) -> list[Observations]:
+        return list(rolled(vector_env(2, robots=3, max_cycles=20, events=Failures(20, 10)), 50, seed))
+
+    expected = list(map(alone, range(3)))
+    with ThreadPoolExecutor(3) as threads:
+        assert np.array_equal(list(threads.map(alone, range(3))), expected)
+    several = [vector_env(2, robots=3, max_cycles=20, events=Failures(20, 10)) for _ in range(3)]
+    in_turn = zip(*(rolled(env, 50, seed) for seed, env in enumerate(several)), strict=True)
+    assert np.array_equal(list(zip(*in_turn, strict=True)), expected)
 
 
 def test_gymnasium_gets_final_observations() -> None:

@@ -294,3 +294,14 @@ def test_pursuit_of_pettingzoo_is_recorded(run: Run, tmp_path: Path, monkeypatch
     assert np.array_equal(one[["x", "y"]], two[two["run"] == 0][["x", "y"]])
     for _, way in one.groupby("robot", observed=True):
         assert np.abs(np.diff(way[["x", "y"]].to_numpy(), axis=0)).sum(axis=1).max() == 1
+
+
+def test_relatives_of_a_cmommt_are_compared(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["relatives.py", "relatives.toml", "3"])
+    tables = run("relatives").strip().split("\n\n")
+    assert tables[::2] == ["observed_fraction", "spread", "entropy", "redundancy", "requests"]
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in tables[1].splitlines()[2:]]
+    assert [row[:2] for row in rows] == [[radius, reach] for radius in "358" for reach in "14"]
+    # The random walk observes less by far, whatever else differs.
+    assert all(row[3].startswith("−0.") for row in rows)
+    assert [len(line.split("|")) - 2 for line in tables[9].splitlines()] == [5] * 8

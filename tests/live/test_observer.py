@@ -12,6 +12,7 @@ from teamsight.agents.components.failures import Failures
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.live.observer import Observer
 from teamsight.view.frame import Frame
+from teamsight.view.packing import raw
 
 
 def failing() -> World:
@@ -56,6 +57,52 @@ def assert_same(one: Frame, other: Frame) -> None:
     for mine, theirs in zip(one.links, other.links, strict=True):
         np.testing.assert_array_equal(mine.source, theirs.source)
         np.testing.assert_array_equal(mine.target, theirs.target)
+
+
+class Bounded(Observer):
+    """An observer whose frames hold few links."""
+
+    most_links = 4
+
+
+def noisy() -> World:
+    world = World(Box(6, 5), seed=4)
+    robots = world.add(Robot, 5, policy="random-walk", awareness_range=2.0, sensing_range=3.0)
+    world.senses(robots, world.add(Target, 7, policy="random-walk"), sensor=Sensor(range_noise=0.1))
+    return world
+
+
+@pytest.mark.parametrize("make", [failing, growing, noisy])
+def test_frames_hold_so_many_links_and_say_how_many_there_are(make: Any) -> None:
+    world, twin = make(), make()
+    observer, plain = Bounded(world, 1), Observer(twin, 1)
+    omitted = 0
+    for _ in range(30):
+        one, other = observer.frame(), plain.frame()
+        # Bodies and series are the same, those of lists without links too.
+        for name in ("series", "x", "y", "heading", "flags"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        for found, links in zip(one.links, other.links, strict=True):
+            is_too_many = len(links) > Bounded.most_links
+            assert found.omitted == (len(links) if is_too_many else 0)
+            for name in ("source", "target", "dx", "dy"):
+                held = getattr(links, name)
+                expected = held if held is None or not is_too_many else held[:0]
+                np.testing.assert_array_equal(getattr(found, name), expected, err_msg=name)
+            omitted += is_too_many
+        world.run(1)
+        twin.run(1)
+    assert omitted > 0
+
+
+def test_a_page_of_thousands_of_robots_holds_few_bytes() -> None:
+    # Everybody senses everybody: 159,600 links of each list, of four bytes each.
+    world = CMOMMT(400, 400, awareness_range=100.0, sensing_range=100.0, radius=5.0, policy="stationary", seed=1)
+    observer = Observer(world, 1)
+    frame = observer.frame()
+    assert [one.omitted for one in frame.links] == [400 * 399, 400 * 400]
+    assert len(raw(frame, observer.present)) < 10_000
+    assert len(observer._chunks[-1].stream) < 2e6
 
 
 def test_the_scene_is_the_same_object_until_it_changes() -> None:

@@ -263,6 +263,7 @@ def test_models_that_cannot_be_watched_are_refused(live: Callable[..., LivePage]
     for model, parameters, said in (
         (CMOMMT(), {}, "model=<CMOMMT.*: must be a class or a function"), (3, {}, "model=3: must be a class"),
         (dict, {}, "model=<class 'dict'>: must be a class"), (lambda seed=0: 3, {}, "builds 3, which is no World"), (lambda seed=0: World(Disc(3.0), seed=seed), {}, "world without agents"),
+        (CMOMMT, {"seed": 1, "rng": 2}, "rng=2, seed=1: two names for one seed"), (CMOMMT, 3, "parameters=3: must be a mapping"),
         (CMOMMT, {"robot": 3}, "parameter='robot': unknown; did you mean 'robots'"), (CMOMMT, {"robots": 0}, "robots=0"),
         (live_models.hives, {"hives": 30}, "hives=30: must be at most 20"), (CMOMMT, {"seed": -1}, "-1: must be at least 0"),
         (lambda robots: CMOMMT(robots), {}, "needs a value for its parameter 'robots'"),

@@ -234,6 +234,10 @@ class ACmommtRobot:
             / distance
         )
 
+    def _share(self, identity: int) -> float:
+        """The factor on the force of a target; that of P-CMOMMT."""
+        return 1.0
+
     def decide(self, one: Any, noise: list[float]) -> tuple[Vector, float]:
         """Head along the sum of the forces, and go min(gain · |F|, 1) times the speed."""
         p, reach = self.policy, one.sensing_range
@@ -246,13 +250,13 @@ class ACmommtRobot:
         force = sum(
             repulsion(math.hypot(*teammate) / scale, p.dr1, p.dr2) * complex(*teammate) / math.hypot(*teammate) for teammate in teammates
         )
-        for target in one.targets.offset.tolist():
-            force += self._pull(tuple(target), teammates, reach)
+        for identity, target in zip(one.targets.identity.tolist(), one.targets.offset.tolist(), strict=True):
+            force += self._share(identity) * self._pull(tuple(target), teammates, reach)
         lost = [track for track in self.target_tracks if track[2] < self.tick or track[4]]
         for track in lost:
             place = self._expected(track)
             exists = math.exp(-(self.tick - track[2]) / (p.relayed_decay if track[4] else p.decay))
-            force += exists * self._pull((place.real, place.imag), teammates, reach)
+            force += self._share(track[0]) * exists * self._pull((place.real, place.imag), teammates, reach)
         if abs(force) > 1e-9:
             return (force.real / abs(force), force.imag / abs(force)), min(p.gain * abs(force), 1.0) * one.speed
         if p.idle_when == "no-force" or not (teammates or lost or len(one.targets.identity)):

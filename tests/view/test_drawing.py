@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, Box, Robot, Sensor, Target, Torus, World
-from teamsight.view.drawing import Drawing, _lines_of_links
+from teamsight import CMOMMT, Body, Box, Robot, Sensor, Target, Torus, World
+from teamsight.view.drawing import Drawing, _lines_of_links, shapes_of
 
 
 @pytest.mark.parametrize("angle", [math.radians(90), math.radians(300), 2 * math.pi])
@@ -45,3 +45,28 @@ def test_a_link_across_the_seam_leaves_and_arrives() -> None:
     frame, scene = replay.frames[0], replay.scene
     found = np.array(_lines_of_links(scene, frame, frame.positions(scene.bounds)))
     np.testing.assert_allclose(found[:, :, 0], [[1.5, 2.5], [-2.5, -1.5]], atol=1e-3)
+
+
+def test_groups_have_the_shapes_of_the_page() -> None:
+    world = World(Box(6.0, 6.0), rng=1)
+    robots = world.add(Robot, 1, policy="stationary")
+    world.senses(robots, world.add(Target, 1, policy="stationary"))
+    for name in ("walls", "beacons"):
+        world.add(Body, 1, policy="stationary", name=name)
+    for group, place in zip(world.groups, ((-2.0, -2.0), (-1.2, -2.0), (-2.0, 2.0), (2.0, 2.0)), strict=True):
+        group[0].position = place
+    replay = world.record(steps=0)
+    assert shapes_of(replay.scene) == ["disc", "disc", "square", "diamond"]
+    drawing = Drawing(replay.tracks, 600)
+    picture, axes = drawing.show(0), drawing.figure.axes[0]
+    shares = {}
+    for group in world.groups[1:]:
+        column, row = (round(value) for value in axes.transData.transform(group[0].position))
+        ink = (picture[len(picture) - 1 - row - 9 : len(picture) - row + 8, column - 8 : column + 9] < 225).any(axis=2)
+        high, wide = (np.flatnonzero(ink.any(axis=axis)) for axis in (1, 0))
+        box = ink[high[0] : high[-1] + 1, wide[0] : wide[-1] + 1]
+        shares[group.name] = box.mean()
+    # Of the box around it, a square fills all, a circle π/4 and a diamond half, and their edges a little more.
+    assert shares["walls"] > 0.94, shares
+    assert 0.72 < shares["targets"] < 0.94, shares
+    assert shares["beacons"] < 0.72, shares

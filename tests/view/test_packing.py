@@ -40,7 +40,7 @@ def recordings(draw: Any) -> tuple[list[Frame], Scene]:
             count = draw(st.integers(0, 5)) if size else 0
             ends = [np.sort(draw(arrays(np.uint16, count, elements=WORD))), draw(arrays(np.uint16, count, elements=WORD))]
             offsets = [draw(arrays(np.int16, count, elements=OFFSET)) for _ in range(2)] if one.measured else []
-            links.append(Links(*ends, *offsets))
+            links.append(Links(*ends, *offsets, omitted=draw(st.integers(0, 2**32 - 1))))
         numbers = draw(arrays(np.float32, len(series), elements=st.floats(width=32)))
         frames.append(Frame(float(time), numbers, *columns, tuple(links)))
     return frames, scene(sizes[-1] if sizes else 0, lists, series)
@@ -55,6 +55,7 @@ def assert_same(one: Frame, other: Frame) -> None:
     for mine, theirs in zip(one.links, other.links, strict=True):
         for name in ("source", "target", "dx", "dy"):
             np.testing.assert_array_equal(getattr(mine, name), getattr(theirs, name), err_msg=name)
+        assert mine.omitted == theirs.omitted
 
 
 @pytest.mark.short
@@ -74,10 +75,10 @@ def test_the_bytes_are_those_of_the_format() -> None:
     about = scene(2, links, ("observed", "mean_neighbours"))
     words = [np.array(each, np.uint16) for each in ([1, 2], [3, 4], [5, 0x1234], [7, 7])]
     offsets = [np.array([-2], np.int16), np.array([3], np.int16)]
-    pairs = (Links(np.array([0, 1], np.uint16), np.array([1, 0], np.uint16)), Links(np.array([1], np.uint16), np.array([0], np.uint16), *offsets))
+    pairs = (Links(np.array([0, 1], np.uint16), np.array([1, 0], np.uint16)), Links(np.array([1], np.uint16), np.array([0], np.uint16), *offsets, omitted=258))
     first = Frame(0.0, np.array([0.5, 1.0], np.float32), *(each[:1] for each in words), (pairs[0], pairs[1]))
     second = Frame(1.0, np.array([1.0, 2.0], np.float32), *words, pairs)
-    counts, numbers = np.array([2, 2, 1], "<u4"), np.array([1.0, 1.0, 2.0], "<f4")
+    counts, numbers = np.array([2, 2, 1, 0, 258], "<u4"), np.array([1.0, 1.0, 2.0], "<f4")
     block = np.array([1, 2, 3, 4, 5, 0x1234, 7, 7, 0, 1, 1, 0, 1, 0, 65534, 3], "<u2")
     assert raw(second, about) == counts.tobytes() + numbers.tobytes() + block.tobytes()
 
@@ -85,8 +86,8 @@ def test_the_bytes_are_those_of_the_format() -> None:
     head = np.array([2], "<u4").tobytes() + np.array([0, 1, 0.5, 1, 1, 2], "<f4").tobytes() + np.array([1, 2], "<u2").tobytes()
     # Low bytes of the differences, then high bytes: slot 0 does not change, slot 1 begins.
     columns = bytes([1, 0, 2, 0, 0, 0, 3, 0, 4, 0, 0, 0, 5, 0, 0x34, 0, 0, 0x12, 7, 0, 7, 0, 0, 0])
-    teammates = np.array([2, 2], "<u4").tobytes() + bytes([0, 1, 0, 1, 0, 0, 0, 0]) + bytes([1, 0, 1, 0, 0, 0, 0, 0])
-    targets = np.array([1, 1], "<u4").tobytes() + bytes([1, 1, 0, 0]) + bytes(4) + bytes([254, 254, 255, 255]) + bytes([3, 3, 0, 0])
+    teammates = np.array([2, 2, 0, 0], "<u4").tobytes() + bytes([0, 1, 0, 1, 0, 0, 0, 0]) + bytes([1, 0, 1, 0, 0, 0, 0, 0])
+    targets = np.array([1, 1, 258, 258], "<u4").tobytes() + bytes([1, 1, 0, 0]) + bytes(4) + bytes([254, 254, 255, 255]) + bytes([3, 3, 0, 0])
     assert content == head + columns + teammates + targets
 
 

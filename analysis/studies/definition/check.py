@@ -36,7 +36,7 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | 
         If one does not load, the model does not have a parameter, or `CMOMMT` refuses a value.
     """
     check_parameters(model, plan.names)
-    columns = declared_columns(measure_of(measure))
+    columns = declared_columns(measure_of(measure, model))
     if until is not None and columns is not None:
         check_measured(until, columns)
     components = Components()

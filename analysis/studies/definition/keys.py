@@ -82,8 +82,8 @@ SAMPLE: Mapping[str, Key] = {
 #: What is recorded of each run.
 RECORD: Mapping[str, Key] = {
     "measure": Key(
-        'What is measured of a whole run: "summary", a plug-in, or the function "package.module:name", which is called '
-        "as measure(world, steps).",
+        'What is measured of a whole run: "summary", "evenness", a plug-in, or the function "package.module:name", '
+        "which is called as measure(world, steps).",
         {**_TEXT, "default": "summary"},
     ),
     "steps": Key("Whether one row for each step is recorded.", {**_FLAG, "default": False}),

@@ -10,11 +10,17 @@ from teamsight.core import checks, plugins, references
 
 if TYPE_CHECKING:
     from teamsight.agents.model import World
+    from teamsight.tasks.task import Task
 
 #: The name of `CMOMMT` in a study.
 CMOMMT_NAME = "cmommt"
-#: The name of `run_many`'s measure.
-SUMMARY_NAME = "summary"
+#: What stands before the name of a task: "task:cmommt".
+TASK_PREFIX = "task:"
+#: The measures of teamsight by name, as references; "summary" is that of `run_many`.
+MEASURES = {
+    "summary": "teamsight.analysis.runs.run_many:summary",
+    "evenness": "teamsight.analysis.runs.evenness:evenness",
+}
 
 # Two names for the seed, which the study gives.
 _SEEDS = ("rng", "seed")
@@ -26,7 +32,7 @@ def model_of(model: str) -> Callable[..., World]:
     Parameters
     ----------
     model : str
-        "cmommt", "package.module:Name" or the name of a plug-in.
+        "cmommt", "task:NAME", "package.module:Name" or the name of a plug-in.
 
     Raises
     ------
@@ -37,35 +43,56 @@ def model_of(model: str) -> Callable[..., World]:
         from teamsight.agents.cmommt import CMOMMT
 
         return CMOMMT
-    return _callable("model", model, CMOMMT_NAME, "a class, or a function with rng")
+    if (task := task_named(model)) is not None:
+        from teamsight.tasks.model import TaskModel
+
+        return TaskModel(task)
+    return _callable("model", model, (CMOMMT_NAME, f"{TASK_PREFIX}NAME"), "a class, or a function with rng")
 
 
-def measure_of(measure: str) -> Callable[[World, int], Any]:
+def task_named(model: str) -> Task | None:
+    """Return the task that is the model of a study; None if it is no task.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no task of this name.
+    """
+    if not model.startswith(TASK_PREFIX):
+        return None
+    from teamsight.tasks.named import task_of
+
+    return task_of(model.removeprefix(TASK_PREFIX))
+
+
+def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int], Any]:
     """Return the function that measures a run; its module is imported.
 
     Parameters
     ----------
     measure : str
-        "summary", "package.module:name" or the name of a plug-in.
+        "summary", "evenness", "package.module:name" or the name of a plug-in. The summary of a task has its metrics.
+    model : str
+        The model.
 
     Raises
     ------
     TypeError, ValueError
         If there is none of this name, or it cannot be called.
     """
-    if measure == SUMMARY_NAME:
-        from teamsight.analysis.runs.run_many import summary
+    if measure == "summary" and (task := task_named(model)) is not None:
+        from teamsight.analysis.runs.task_runs import TaskMeasure
 
-        return summary
-    return _callable("record.measure", measure, SUMMARY_NAME, "a function (world, steps)")
+        return TaskMeasure(task)
+    return _callable("record.measure", MEASURES.get(measure, measure), tuple(MEASURES), "a function (world, steps)")
 
 
-def _callable(key: str, value: str, own: str, cure: str) -> Callable[..., Any]:
+def _callable(key: str, value: str, own: tuple[str, ...], cure: str) -> Callable[..., Any]:
     """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` is known, too."""
     if references.is_reference(value):
         found = references.load(value, key)
     else:
-        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, (own,))
+        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, own)
     if not callable(found):
         raise TypeError(f"{key}={checks.shown(value)}: cannot be called; give {cure}")
     return found

@@ -17,8 +17,8 @@ class Record(NamedTuple):
     Attributes
     ----------
     measure : str
-        What is measured of the whole run: "summary", a plug-in, or the function "package.module:name", which is called
-        as ``measure(world, steps)`` and returns a NamedTuple or a mapping.
+        What is measured of the whole run: "summary", "evenness", a plug-in, or the function "package.module:name",
+        which is called as ``measure(world, steps)`` and returns a NamedTuple or a mapping.
     steps : bool
         Whether the history is recorded: one row for each step.
     trajectories : int

@@ -157,12 +157,15 @@ class Controls {
     this.runButton = this.button("Run", "Run (space)", () => page.runOrPause());
     this.runButton.classList.add("tl-run");
     this.note = make("p", { class: "tl-note", role: "status", "aria-live": "polite" });
+    this.rest = make("div", { class: "tl-rest", hidden: true },
+      make("p", {}, "Your system asks for reduced motion: the run goes on, and this page shows one moment of it."),
+      make("div", { class: "tl-row" }, this.button("Follow the run", "Show the newest frame (End)", () => page.follow())));
     this.ticks = make("p", { class: "tl-ticks" });
     return make("div", {},
       make("div", { class: "tl-row" }, this.runButton,
         this.button("Step", "One step (→ at the newest frame)", () => page.step()),
         this.button("Reset", "Start again with the same seed", () => page.link.send("reset"))),
-      this.ticks, this.note);
+      this.ticks, this.note, this.rest);
   }
 
   buildRate() {
@@ -365,7 +368,7 @@ class Log {
     const side = (t) => (tracks.length > 1 ? ["left: ", "right: "][t] : "");
     this.body.replaceChildren(...rows.slice(0, 100).map(({ row: [time, what, group, agent, details], t }) => make("tr", {},
       make("td", {}, Number.isInteger(time) ? String(time) : time.toFixed(2)), make("td", {}, what),
-      make("td", {}, `${side(t)}${group === null ? "" : `${group} ${agent}`}`),
+      make("td", {}, `${side(t)}${[group, agent].filter((one) => one !== null).join(" ")}`),
       make("td", {}, Object.entries(details).map(([name, value]) => `${name} ${typeof value === "number" && !Number.isInteger(value) ? value.toPrecision(3) : value}`).join(", ")))));
   }
 }
@@ -376,7 +379,7 @@ const MOST_CHORDS = 3000, LABELLED = 24, GRAPH_PAUSE = 100, GRAPH_SIZE = 240, BA
 
 class Graph {
   constructor(page, element) {
-    Object.assign(this, { page, drawnAt: 0, timer: 0, key: "", nodes: [] });
+    Object.assign(this, { page, drawnAt: 0, timer: 0, key: "", nodes: [], drawnFrames: [] });
     this.canvas = make("canvas", { role: "img", "aria-label": "Neighbour graph" });
     this.text = make("p", { class: "tl-graph-text" });
     this.details = make("details", { open: true }, make("summary", {}, "Neighbour graph"), this.canvas, this.text);
@@ -400,9 +403,11 @@ class Graph {
     const { view } = this.page, selected = view.selected;
     const shown = view.tracks.map((track, t) => ({ track, t, frame: view.frameOf(t) })).filter(({ frame }) => frame);
     if (!shown.length) return;
-    const key = [shown.map(({ frame, track }) => [frame.time, track.scene.slots.length]), selected.track, selected.slot, this.canvas.clientWidth, shown.length].join();
-    if (key === this.key) return;
-    this.key = key;
+    // A change between two steps makes another frame of the same time.
+    const isSame = shown.length === this.drawnFrames.length && shown.every(({ frame }, k) => frame === this.drawnFrames[k]);
+    const key = [shown.map(({ track }) => track.scene.slots.length), selected.track, selected.slot, this.canvas.clientWidth, shown.length].join();
+    if (isSame && key === this.key) return;
+    Object.assign(this, { key, drawnFrames: shown.map(({ frame }) => frame) });
     const ratio = devicePixelRatio || 1, width = this.canvas.clientWidth || GRAPH_SIZE, size = Math.min(width / shown.length, GRAPH_SIZE);
     const height = size + BARS;
     if (this.canvas.width !== Math.round(width * ratio) || this.canvas.height !== Math.round(height * ratio)) {
@@ -429,7 +434,8 @@ class Graph {
       // Present and active: robots that have failed have no neighbours, and do not count in their mean.
       if (scene.groups[scene.slots[s].group].team !== null && (frame.flags[s] & 3) === 3) { place.set(s, team.length); team.push(s); }
     }
-    const { source, target } = list < 0 ? { source: [], target: [] } : frame.links[list];
+    const { source, target, omitted } = list < 0 ? { source: [], target: [] } : frame.links[list];
+    if (omitted) return this.tooMany(track, frame, team.length, omitted, t);
     const degrees = new Uint32Array(team.length);
     for (let k = 0; k < source.length; k++) if (place.has(source[k])) degrees[place.get(source[k])] += 1;
     const radius = size / 2 - 16, x = (k) => left + size / 2 + radius * Math.sin((2 * Math.PI * k) / team.length), y = (k) => size / 2 - radius * Math.cos((2 * Math.PI * k) / team.length);
@@ -448,8 +454,19 @@ class Graph {
       if (team.length <= LABELLED) this.label(to, String(degrees[k]), left + size / 2 + (x(k) - left - size / 2) * (1 + 11 / radius), size / 2 + (y(k) - size / 2) * (1 + 11 / radius), text);
     });
     this.histogram(to, degrees, left, size, accent, text, soft);
-    const mean = team.length ? source.length / team.length : 0, state = this.page.state && this.page.state.tracks[t];
-    return `${team.length} robots, ${source.length} links; neighbours: mean ${mean.toFixed(1)}, at most ${most} now${state ? `, ${Math.max(state.most, most)} so far` : ""}.`;
+    const mean = team.length ? source.length / team.length : 0;
+    return `${team.length} robots, ${source.length} links; ${this.neighbours(mean, most, t)}`;
+  }
+
+  // What remains to be said where a frame does not hold the links.
+  tooMany({ scene }, frame, robots, links, t) {
+    const [mean, most] = ["mean_neighbours", "max_neighbours"].map((name) => frame.value(scene.series.indexOf(name)));
+    return `${robots} robots, ${links.toLocaleString("en")} links, too many to show; ${this.neighbours(mean, most, t)}`;
+  }
+
+  neighbours(mean, most, t) {
+    const state = this.page.state && this.page.state.tracks[t];
+    return `neighbours: mean ${mean.toFixed(1)}, at most ${most} now${state ? `, ${Math.max(state.most, most)} so far` : ""}.`;
   }
 
   // Links as lines between nodes: dashed where only one side has the other in range.
@@ -518,7 +535,7 @@ class Graph {
 class Page {
   constructor(root) {
     const view = new View(root, { live: true, title: document.title });
-    Object.assign(this, { view, run: null, state: null, transport: { running: false } });
+    Object.assign(this, { view, run: null, state: null, isResting: false, hasAsked: false, transport: { running: false } });
     this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
     root.prepend(this.banner);
     this.controls = new Controls(this, view.slot("controls"));
@@ -536,19 +553,47 @@ class Page {
   // The graph follows the frame that is shown, whoever chose it.
   watchPosition() {
     const { view } = this, draw = view.draw.bind(view);
-    view.draw = (...times) => { draw(...times); this.graph.soon(); };
+    view.draw = (...times) => { draw(...times); this.graph.soon(); this.showRest(); };
   }
 
   runOrPause() {
     if (this.transport.running) return this.pause();
     // Who runs the model wants to see it.
     this.view.show(this.view.frameCount - 1);
-    return this.link.send("run");
+    return this.startRun();
   }
 
   play() {
     if (!this.view.following) return false;
+    return this.startRun();
+  }
+
+  startRun() {
+    this.hasAsked = true;
     return this.link.send("run");
+  }
+
+  // A run that this page has not asked for moves nothing here, if the system asks for reduced motion; others see it move.
+  restOrFollow(isRunning) {
+    const { view } = this;
+    if (!isRunning) {
+      if (this.isResting) view.show(view.frameCount - 1);
+      this.isResting = this.hasAsked = false;
+    } else if (!this.transport.running && !this.hasAsked && view.following && matchMedia("(prefers-reduced-motion: reduce)").matches) {
+      this.isResting = true;
+      view.following = false;
+    }
+  }
+
+  follow() {
+    this.hasAsked = true;
+    this.view.show(this.view.frameCount - 1);
+    this.view.play();
+  }
+
+  showRest() {
+    if (this.isResting && this.view.following) this.isResting = false;
+    this.controls.rest.hidden = !this.isResting;
   }
 
   pause() { return this.link.send("pause"); }
@@ -592,7 +637,7 @@ class Page {
         if (i >= tracks) view.removeTrack(i);
         else view.clear(i);
       }
-      view.following = true;
+      view.following = !this.isResting;
     }
     view.setScene(track, scene);
     this.graph.key = "";
@@ -605,12 +650,12 @@ class Page {
   }
 
   on_state(state) {
-    // Motion that nobody has asked for.
-    if (!this.state && state.running && matchMedia("(prefers-reduced-motion: reduce)").matches) this.link.send("pause");
     // Also on a page that is opened later.
     if (state.failed && !(this.state && this.state.failed)) this.fail(state.note);
     this.state = state;
+    this.restOrFollow(state.running);
     this.setRunning(state.running);
+    this.showRest();
     this.controls.showState(state);
     this.graph.soon();
   }

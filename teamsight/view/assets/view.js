@@ -17,6 +17,8 @@ window.teamsight = (() => {
 
 const PRESENT = 1, ACTIVE = 2, OBSERVED = 4;
 const MOST = 65535, TURN = 65536, MEASURED = 32767;
+// How many links of a list frames of a live page hold.
+const MOST_LINKS = 100000;
 
 // Frames of a packed replay: columns of all frames one after the other, and where each frame begins in them.
 class Store {
@@ -42,7 +44,7 @@ class PackedFrame {
   get heading() { return this.column(2); }
   get flags() { return this.column(3); }
   get links() {
-    return this.store.lists.map((list) => links(list, list.first[this.index], list.first[this.index + 1]));
+    return this.store.lists.map((list) => links(list, this.index));
   }
   // The same with columns that are made once; the getters above make them at each use.
   get plain() {
@@ -53,8 +55,10 @@ class PackedFrame {
   column(c) { return this.store.columns[c].subarray(this.store.first[this.index], this.store.first[this.index + 1]); }
 }
 
-function links(list, from, to) {
-  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to), scale: list.scale };
+// `omitted` says how many links there are that a frame does not hold.
+function links(list, index) {
+  const from = list.first[index], to = list.first[index + 1], { scale } = list, omitted = list.omitted[index];
+  const found = { source: list.source.subarray(from, to), target: list.target.subarray(from, to), scale, omitted };
   if (list.dx) {
     found.dx = list.dx.subarray(from, to);
     found.dy = list.dy.subarray(from, to);
@@ -115,11 +119,12 @@ class Reader {
 function decodeFrame(data, scene, offset = 0) {
   const whole = data instanceof Uint8Array ? data : new Uint8Array(data);
   const reader = new Reader(whole.subarray(offset));
-  const n = reader.count(), counts = scene.links.map(() => reader.count());
+  const n = reader.count(), [counts, omitted] = [0, 0].map(() => scene.links.map(() => reader.count()));
   const time = reader.float(), series = reader.floats(scene.series.length);
   const columns = [0, 0, 0, 0].map(() => reader.words(n));
   const lists = scene.links.map((list, l) => {
-    const found = { source: reader.words(counts[l]), target: reader.words(counts[l]), scale: list.scale };
+    const [source, target] = [0, 0].map(() => reader.words(counts[l]));
+    const found = { source, target, scale: list.scale, omitted: omitted[l] };
     for (const name of list.measured ? ["dx", "dy"] : []) found[name] = signed(reader.words(counts[l]));
     return found;
   });
@@ -169,7 +174,8 @@ function undelta(values, first) {
 function readLinks(reader, frames, { measured, scale }) {
   const first = new Uint32Array(frames + 1);
   for (let f = 0; f < frames; f++) first[f + 1] = first[f] + reader.count();
-  const list = { first, source: reader.planes(first[frames]), target: reader.planes(first[frames]), scale };
+  const omitted = Uint32Array.from({ length: frames }, () => reader.count());
+  const list = { first, omitted, source: reader.planes(first[frames]), target: reader.planes(first[frames]), scale };
   for (let f = 0; f < frames; f++) {
     for (let k = first[f] + 1; k < first[f + 1]; k++) list.source[k] += list.source[k - 1];
   }
@@ -193,6 +199,16 @@ async function inflated(bytes) {
 }
 
 // Part: perception.
+
+// The index of the last entry at or before a time; −1 if there is none.
+function lastAt(entries, time, timeOf = (entry) => entry) {
+  let low = 0, high = entries.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (timeOf(entries[middle]) <= time) low = middle + 1; else high = middle;
+  }
+  return low - 1;
+}
 
 // What is worked out once for a scene.
 class Layout {
@@ -272,7 +288,9 @@ function percept(layout, frame, slot) {
   frame = frame.plain || frame;
   if (!has(frame, slot, PRESENT) || !has(frame, slot, ACTIVE)) return null;
   const group = layout.scene.groups[layout.group[slot]];
-  const channels = layout.scene.links.map((list, l) => ({ ...list, sensed: sensed(layout, frame, l, slot) }));
+  const channels = layout.scene.links.map((list, l) => ({
+    ...list, sensed: sensed(layout, frame, l, slot), omitted: frame.links[l].omitted,
+  }));
   const teammates = layout.teammates < 0 ? [] : channels[layout.teammates].sensed;
   const degree = degreeOf(group), found = { channels, teammates, degree };
   if (degree === "ring") found.ring = ring(teammates, group.awareness.delta);
@@ -285,6 +303,8 @@ function percept(layout, frame, slot) {
   }
   return found;
 }
+
+const tooMany = (count) => `${count.toLocaleString("en")} links, more than ${MOST_LINKS.toLocaleString("en")}: not shown`;
 
 // Who senses a body, by list.
 function observers(frame, slot) {
@@ -306,7 +326,18 @@ const DARK = {
   grid: "#323842", tracks: ["#63b3ed", "#f6ad55"], marker: "#ffffff", difference: "#c4a5f5",
 };
 
-const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+// A page that holds this one in a frame may say which colours it has, and then learns how high this one is:
+// {teamsight: {scheme: "dark" or "light"}}, {teamsight: {height}}. It may say so before there is a view.
+const outer = { scheme: null, view: null };
+const dark = () => (outer.scheme ? outer.scheme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);
+const showScheme = () => { document.documentElement.dataset.scheme = dark() ? "dark" : "light"; };
+showScheme();
+if (window !== window.parent) addEventListener("message", ({ source, data }) => {
+  const { scheme } = (source === window.parent && data && data.teamsight) || {};
+  if (scheme !== "dark" && scheme !== "light") return;
+  outer.scheme = scheme;
+  if (outer.view) outer.view.onOuter();
+});
 const still = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 function components(colour) {
@@ -1012,19 +1043,21 @@ function roundUp(value, steps = [1, 2, 5, 10]) {
 // One series against time, for all tracks; or the difference of two. The lines are drawn when data or size change; the
 // cursor and the values are elements of their own, so that playing repaints nothing else.
 class Chart {
-  // `read(frame)` is the value; `lines` says which tracks; `difference` whether it is the first minus the second.
+  // `read(frame)` is the value; `lines` says which tracks; `difference` whether it is the one on the right minus the other.
   constructor(parent, name, view, difference = false) {
     Object.assign(this, { name, view, difference, drawnTo: [], domain: [0, 1], top: isShare(name) ? 1 : 0 });
     this.canvas = make("canvas", { class: "ts-chart-lines" });
     this.cursor = make("div", { class: "ts-cursor" });
     this.values = make("span", { class: "ts-values" });
-    const title = difference ? "Difference" : nameOf(name);
+    const title = difference ? "Right − left" : nameOf(name);
+    // A narrow page has one run below the other.
+    const stacked = difference ? make("span", { class: "ts-stacked" }, "Lower − upper") : null;
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
     this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` },
-      make("figcaption", {}, make("span", {}, title), this.values), this.plot);
+      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.values), this.plot);
     this.plot.setAttribute("role", "img");
-    this.plot.setAttribute("aria-label", `${title} against time`);
-    if (difference) this.element.title = `${nameOf(name)} of the first, minus that of the second`;
+    this.plot.setAttribute("aria-label", `${difference ? nameOf(name) : ""} ${title} against time`.trim());
+    if (difference) this.element.title = `${nameOf(name)} of the run on the right, minus that of the run on the left`;
     parent.append(this.element);
     this.to = this.canvas.getContext("2d");
     let isHeld = false;
@@ -1083,14 +1116,16 @@ class Chart {
       };
     };
     if (!this.difference) return tracks.map((_, t) => line(t));
-    const [one, other] = [line(0), line(1)];
-    const at = (k) => {
-      const time = one.time(k), j = this.view.indexAt(1, time);
-      // A run that is over is compared with nothing; of a live one the frame is on its way.
-      const isOver = !this.view.live && j >= 0 && time > other.time(other.length - 1);
-      return j < 0 || isOver ? NaN : one.at(k) - other.at(j);
-    };
-    return [{ ...one, at, colour: palette.difference, dash: [] }];
+    const [left, right] = [line(0), line(1)], { times } = this.view;
+    const at = (k) => this.differenceAt(times[k], left, right);
+    return [{ at, time: (k) => times[k], length: times.length, colour: palette.difference, dash: [] }];
+  }
+
+  differenceAt(time, left, right) {
+    const { view } = this, [i, j] = [view.indexAt(0, time), view.indexAt(1, time)];
+    // A run that is over is compared with nothing; of a live one the frame is on its way.
+    const isOver = ({ time: when, length }) => !view.live && time > when(length - 1);
+    return i < 0 || j < 0 || isOver(left) || isOver(right) ? NaN : right.at(j) - left.at(i);
   }
 
   // Draws what has been added. All is drawn anew only where the axes must change.
@@ -1224,12 +1259,7 @@ class Chart {
   }
 
   differenceText() {
-    const [one, other] = [0, 1].map((t) => this.view.frameOf(t)), series = this.series;
-    if (!one || !other) return "–";
-    const { shownTime, tracks, live } = this.view;
-    if (!live && tracks.some(({ frames }) => shownTime > frames[frames.length - 1].time)) return "–";
-    const value = one.value(series[0]) - other.value(series[1]);
-    const points = Math.round(100 * value);
+    const value = this.view.times.length ? this.lines[0].at(this.view.position) : NaN, points = Math.round(100 * value);
     return Number.isFinite(value) ? `${points > 0 ? "+" : points < 0 ? "−" : "±"}${Math.abs(points)} points` : "–";
   }
 }
@@ -1346,6 +1376,10 @@ class Inspector {
     const { scene } = layout, parts = [];
     for (const channel of found.channels) {
       if (channel.channel === "teammates") continue;
+      if (channel.omitted && senses(group)) {
+        parts.push(section(`Senses ${channel.name}`, "", ""), soft(`${capital(tooMany(channel.omitted))}.`));
+        continue;
+      }
       if (!channel.sensed.length && !(group.role === "robot" && channel.channel === "targets")) continue;
       parts.push(section(`Senses ${channel.name}`, channel.sensed.length, channel.measured ? "as measured" : ""));
       parts.push(sensedTable(scene, channel.sensed));
@@ -1374,6 +1408,8 @@ class Inspector {
 
   awareness(layout, slot, group, one, found) {
     const { scene } = layout, { teammates } = found, count = teammates.length;
+    const { omitted } = found.channels[layout.teammates] || {};
+    if (omitted) return [section("Neighbours", "", ""), soft(`${capital(tooMany(omitted))}.`)];
     const measured = layout.teammates >= 0 && scene.links[layout.teammates].measured ? "as measured" : "";
     if (found.degree === "ring") {
       const note = section("Neighbours", count, count ? "not identified by the ring" : "");
@@ -1534,6 +1570,10 @@ const ACTS = {
   "[": (view) => view.selectNext(-1), "]": (view) => view.selectNext(1),
   Escape: (view) => view.select(view.selected.track, null), s: (view) => view.savePicture(), "?": (view) => view.help(),
 };
+// By how many frames keys move the slider that has the focus, as they move any slider.
+const SLIDER_KEYS = {
+  ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1, PageDown: -10, PageUp: 10, Home: -Infinity, End: Infinity,
+};
 for (const key of "ralkt") ACTS[key] = (view) => view.toggleKey(key);
 
 // The page. Of a replay, the whole is there from the start; of a live run, frames are appended.
@@ -1544,8 +1584,9 @@ for (const key of "ralkt") ACTS[key] = (view) => view.toggleKey(key);
 //   clear(i)               drop the frames of track i
 //   removeTrack(i)         drop the last track
 //   tracks[i]              {scene, frames, layout, arena}
-//   position               index of the frame shown (in the longest track; the others show the same time)
-//   show(index)            show a frame; the last one is followed in a live page
+//   times                  the ticks of which any track has a frame, in order; each track shows its latest frame until then
+//   position               index of the tick that is shown, among these; shownTime is the tick
+//   show(index)            show the tick of this index; the last one is followed in a live page
 //   play(), pause()        and `playing`; in a live page, play goes on to the newest frame and follows it
 //   following              live: the newest frame is shown; going back stops it
 //   select(track, slot)    slot null releases; `selected` is {track, slot}; `onselect(selected)` is called
@@ -1562,7 +1603,7 @@ class View {
       selected: { track: 0, slot: null }, hovered: { track: 0, slot: null }, onselect: null, transport: null,
       camera: { zoom: 1, x: 0.5, y: 0.5 }, speed: 1, every: 1, loop: false, palette: dark() ? DARK : LIGHT,
       toggles: {}, charts: [], drawings: 0, scheduled: 0, isDirty: true, lastInspected: 0, lastSaid: 0,
-      isSeen: true, domain: [0, 1],
+      isSeen: true, domain: [0, 1], times: [],
     });
     this.build();
     this.listen();
@@ -1574,7 +1615,7 @@ class View {
     const index = Math.floor(this.at + 1e-9);
     return this.playing && !this.following ? index - (index % this.every) : index;
   }
-  get frameCount() { return this.tracks.length ? this.tracks[this.clock].frames.length : 0; }
+  get frameCount() { return this.times.length; }
 
   setScene(i, scene) {
     if (i < 0 || i > this.tracks.length) throw new Error(`track ${i}: the next one is ${this.tracks.length}`);
@@ -1607,7 +1648,10 @@ class View {
     }
     frames.push(frame);
     track.bytes += frame.bytes || 0;
-    this.forget(track, i);
+    const { times } = this;
+    if (!times.length || frame.time > times[times.length - 1]) times.push(frame.time);
+    else if (times[lastAt(times, frame.time)] !== frame.time) this.refreshTimes();
+    this.forget(track);
     if (this.following) this.at = Math.max(this.frameCount - 1, 0);
     this.isGrown = true;
     this.invalidate();
@@ -1617,6 +1661,7 @@ class View {
     const track = this.tracks[i];
     track.frames.length = 0;
     track.bytes = 0;
+    this.refreshTimes();
     this.at = this.following ? Math.max(this.frameCount - 1, 0) : 0;
     this.redrawCharts();
     this.invalidate();
@@ -1634,6 +1679,7 @@ class View {
     this.observer.unobserve(track.canvas);
     track.box.remove();
     this.tracks.length = i;
+    this.refreshTimes();
     if (this.selected.track >= i) this.select(0, null);
     if (this.hovered.track >= i) this.hovered = { track: 0, slot: null };
     this.buildCharts();
@@ -1643,7 +1689,7 @@ class View {
 
   show(index) {
     const last = Math.max(this.frameCount - 1, 0);
-    this.at = Math.min(Math.max(Number.isFinite(index) ? index : 0, 0), last);
+    this.at = Math.min(Math.max(Number(index) || 0, 0), last);
     this.following = this.live && this.at >= last;
     this.invalidate();
   }
@@ -1680,38 +1726,30 @@ class View {
 
   // What is shown.
 
-  // The track whose frames `position` counts: the one with the most.
-  get clock() {
-    const { tracks } = this;
-    return tracks.length > 1 && tracks[1].frames.length > tracks[0].frames.length && !this.live ? 1 : 0;
+  // Works out `times` after frames have gone, or come between others; the tick that is shown stays.
+  refreshTimes() {
+    const { shownTime } = this;
+    this.times = [...new Set(this.tracks.flatMap(({ frames }) => frames.map(({ time }) => time)))].sort((a, b) => a - b);
+    this.at = Math.max(lastAt(this.times, shownTime), 0);
+    this.redrawCharts();
   }
 
-  get shownTime() {
-    const frame = this.tracks.length && this.tracks[this.clock].frames[this.position];
-    return frame ? frame.time : 0;
-  }
+  get shownTime() { return this.times[this.position] ?? 0; }
 
   // The index of the last frame of a track at or before a time; −1 if there is none.
   indexAt(i, time) {
     const { frames } = this.tracks[i];
-    let low = 0, high = frames.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (frames[middle].time <= time) low = middle + 1; else high = middle;
-    }
-    return low - 1;
+    return lastAt(frames, time, (frame) => frame.time);
   }
 
-  indexOf(i) { return i === this.clock ? this.position : this.indexAt(i, this.shownTime); }
+  indexOf(i) { return this.indexAt(i, this.shownTime); }
   frameOf(i) { return this.tracks[i].frames[this.indexOf(i)] || null; }
   trackOf(layout) { return this.tracks.find((track) => track.layout === layout); }
 
-  // The index of the frame nearest to a time.
+  // The index of the tick nearest to a time, among those of which there are frames.
   nearestIndex(time) {
-    const { clock } = this, { frames } = this.tracks[clock], before = Math.max(this.indexAt(clock, time), 0);
-    const after = Math.min(before + 1, frames.length - 1);
-    const isAfter = frames.length && Math.abs(frames[after].time - time) < Math.abs(frames[before].time - time);
-    return isAfter ? after : before;
+    const { times } = this, before = Math.max(lastAt(times, time), 0), after = Math.min(before + 1, times.length - 1);
+    return Math.abs(times[after] - time) < Math.abs(times[before] - time) ? after : before;
   }
 
   // The times that charts show. Those of a run that still grows have room to the right, so that axes change rarely.
@@ -1726,13 +1764,12 @@ class View {
   }
 
   // Drops the oldest frames in tenths, so that appending stays quick.
-  forget(track, i) {
+  forget(track) {
     const { frames } = track;
     if (!this.live || (frames.length <= this.keep && track.bytes <= this.keepBytes)) return;
     const count = Math.min(Math.max(Math.ceil(frames.length / 10), frames.length - this.keep), frames.length - 1);
     for (const frame of frames.splice(0, count)) track.bytes -= frame.bytes || 0;
-    if (i === this.clock) this.at = Math.max(this.at - count, 0);
-    this.redrawCharts();
+    this.refreshTimes();
   }
 
   // Building.
@@ -1787,9 +1824,10 @@ class View {
     this.loopButton = this.button("loop", "Loop (o)", () => this.setLoop(!this.loop));
     this.loopButton.classList.add("ts-loop");
     this.loopButton.setAttribute("aria-pressed", "false");
-    const scale = { type: "range", min: 0, max: 0, step: 1, value: 0 };
-    this.scrub = make("input", { ...scale, class: "ts-scrub", "aria-label": "Frame" });
-    this.scrub.addEventListener("input", () => this.look(Number(this.scrub.value)));
+    const scale = { type: "range", min: 0, max: 0, step: "any", value: 0 };
+    this.scrub = make("input", { ...scale, class: "ts-scrub", "aria-label": "Tick" });
+    this.scrub.addEventListener("input", () => this.look(this.nearestIndex(Number(this.scrub.value))));
+    this.scrub.addEventListener("keydown", (event) => this.onSliderKey(event));
     this.clockText = make("span", { class: "ts-clock" });
     const option = (value, text, chosen) => make("option", { value, selected: value === chosen }, text);
     const pace = `Speed; 1× is ${PACE} frames a second (, and .)`;
@@ -1822,10 +1860,11 @@ class View {
     const canvas = make("canvas", { tabindex: 0, role: "img", "aria-describedby": "ts-status" });
     const caption = make("h2", { class: "ts-caption" });
     const scale = make("div", { class: "ts-scale" }, make("span"));
-    const box = make("section", { class: "ts-track" }, caption, make("div", { class: "ts-canvas" }, canvas, scale));
+    const omitted = make("p", { class: "ts-omitted", hidden: true });
+    const box = make("section", { class: "ts-track" }, caption, make("div", { class: "ts-canvas" }, canvas, scale, omitted));
     const arena = new Arena(canvas, this.camera, this.palette);
     arena.setLayout(layout);
-    this.tracks[i] = { scene, layout, frames: [], bytes: 0, arena, canvas, caption, scale, box };
+    this.tracks[i] = { scene, layout, frames: [], bytes: 0, arena, canvas, caption, scale, omitted, box };
     this.stage.append(box);
     this.observer.observe(canvas);
     this.listenToCanvas(i, canvas);
@@ -1982,8 +2021,7 @@ class View {
     // Between frames bodies are drawn on the way, unless frames follow each other faster than pictures anyway.
     const isSmooth = this.playing && !this.following && this.every === 1 && PACE * this.speed < 60 && !still()
       && this.tracks.every(({ scene }) => scene.every <= SMOOTH_EVERY);
-    const share = isSmooth ? this.at - this.position : 0;
-    this.tracks.forEach((track, t) => this.drawTrack(track, t, share));
+    this.tracks.forEach((track, t) => this.drawTrack(track, t, isSmooth ? this.shareOf(t) : 0));
     this.drawings += 1;
     if (this.isGrown) {
       this.fitDomain();
@@ -1994,6 +2032,14 @@ class View {
     this.showClock();
     this.inspectSoon(now);
     if (now - this.lastSaid > 10000) this.say();
+  }
+
+  // How much of the way from the frame of a track to its next one has passed.
+  shareOf(t) {
+    const { times, position } = this, { frames } = this.tracks[t], index = this.indexOf(t);
+    const before = times[position], after = times[position + 1] ?? before, time = before + (this.at - position) * (after - before);
+    const [from, until] = [frames[index], frames[index + 1]];
+    return from && until ? (time - from.time) / (until.time - from.time) : 0;
   }
 
   drawTrack(track, t, share) {
@@ -2009,6 +2055,14 @@ class View {
       marked: isTwin ? chosen : null, before: (k) => frames[index - k] || null,
     });
     this.showScale(track);
+    this.showOmitted(track, frames[index]);
+  }
+
+  // Links that a frame does not hold, so that nobody takes it for a frame without links.
+  showOmitted({ scene, omitted }, frame) {
+    const lists = frame ? frame.links.flatMap((list, l) => (list.omitted ? [[scene.links[l].name, list.omitted]] : [])) : [];
+    omitted.hidden = !lists.length;
+    setText(omitted, lists.map(([name, count]) => `${capital(name)}: ${tooMany(count)}`).join(". "));
   }
 
   // A bar of a round length.
@@ -2022,9 +2076,10 @@ class View {
   }
 
   showClock() {
-    const last = Math.max(this.frameCount - 1, 0);
+    const { times } = this, first = times[0] ?? 0, last = times[times.length - 1] ?? 0;
+    if (Number(this.scrub.min) !== first) this.scrub.min = first;
     if (Number(this.scrub.max) !== last) this.scrub.max = last;
-    this.scrub.value = this.position;
+    this.scrub.value = this.shownTime;
     const text = `tick ${Math.round(this.shownTime)}`;
     this.scrub.setAttribute("aria-valuetext", text);
     setText(this.clockText, text);
@@ -2074,11 +2129,30 @@ class View {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     document.addEventListener("keydown", (event) => this.onKey(event));
     document.addEventListener("visibilitychange", () => this.resume());
+    outer.view = this;
+    if (outer.scheme) this.onOuter();
     // One of many recordings in a page plays only while it can be seen.
     new IntersectionObserver((changes) => {
       this.isSeen = changes[changes.length - 1].isIntersecting;
       this.resume();
     }).observe(this.root);
+  }
+
+  onOuter() {
+    this.recolour();
+    if (document.documentElement.classList.contains("ts-framed")) return;
+    document.documentElement.classList.add("ts-framed");
+    new ResizeObserver(() => this.sayHeight()).observe(this.root);
+  }
+
+  // It grows only, until the width is another: what follows the frame should not move whenever somebody points at a body.
+  sayHeight() {
+    const tallest = this.said && this.said.width === innerWidth ? this.said.height : 0;
+    const height = Math.max(Math.ceil(this.root.getBoundingClientRect().height), tallest);
+    if (height > tallest) {
+      this.said = { width: innerWidth, height };
+      window.parent.postMessage({ teamsight: { height } }, "*");
+    }
   }
 
   resume() {
@@ -2087,6 +2161,7 @@ class View {
   }
 
   recolour() {
+    showScheme();
     this.palette = dark() ? DARK : LIGHT;
     for (const { arena } of this.tracks) arena.recolour(this.palette);
     for (const chart of this.charts) chart.redraw();
@@ -2108,6 +2183,13 @@ class View {
     ACTS[name](this);
   }
 
+  // Keys move the slider to ticks of which there are frames.
+  onSliderKey(event) {
+    if (!Object.hasOwn(SLIDER_KEYS, event.key) || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    this.look(this.position + SLIDER_KEYS[event.key]);
+  }
+
   selectNext(by) {
     const { track } = this.selected, frame = this.tracks[track] && this.frameOf(track);
     if (!frame) return;
@@ -2124,7 +2206,8 @@ class View {
   // What a body senses, for who cannot see the picture.
   sayBody(track, slot) {
     const { scene } = this.tracks[track], found = this.inspect(track, slot);
-    const counts = found ? found.channels.map(({ name, sensed: list }) => `${list.length} ${name}`) : ["nothing"];
+    const count = ({ name, sensed: list, omitted }) => `${omitted ? "an unknown number of" : list.length} ${name}`;
+    const counts = found ? found.channels.map(count) : ["nothing"];
     setText(this.status, `${bodyName(scene, slot)}. Senses ${counts.join(", ")}.`);
   }
 
@@ -2285,6 +2368,7 @@ async function start(root, data) {
       view.setScene(t, scene);
       view.tracks[t].frames = frames[t];
     });
+    view.refreshTimes();
     view.fitDomain();
     for (const chart of view.charts) chart.resize();
     view.show(0);

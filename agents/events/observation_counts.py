@@ -1,0 +1,181 @@
+"""Observation counts: for how many steps each target was observed, and by how many robots."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from teamsight.agents.engine.watching import Bound, Watcher
+from teamsight.agents.events.observation_kernel import (
+    COLUMNS,
+    COUNT_OBSERVATIONS,
+    OBSERVATIONS,
+    ObservationArrays,
+)
+from teamsight.agents.events.places import places
+from teamsight.agents.events.source import EventSource
+
+Integers = npt.NDArray[np.int64]
+
+
+class Counted(NamedTuple):
+    """The counts of all targets that were ever there, in the order in which they came.
+
+    Attributes
+    ----------
+    identity, group : ndarray, shape (m,), int64
+        The `unique_id` of each, and the number of its group.
+    counts : ndarray, shape (m, 3), int64
+        See `COLUMNS` of the kernel.
+    """
+
+    identity: Integers
+    group: Integers
+    counts: Integers
+
+
+_NOBODY = Counted(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, len(COLUMNS)), np.int64))
+
+
+class ObservationCounts(EventSource):
+    """Counts for each target the steps in which robots observe it, in compiled code.
+
+    `World.count_observations` attaches it. A reset begins anew. What counts as observed is what counts in
+    `World.observed_fraction`; a target counts in the steps in which it is present and active.
+
+    Attributes
+    ----------
+    table : DataFrame
+        One row for each target; see there.
+    spread, entropy, redundancy : float
+        What follows for the team; each is NaN where it is undefined.
+    """
+
+    needs_group = False
+
+    def connect(self) -> None:
+        """Begin to watch the steps."""
+        self._watcher = ObservationWatcher(self.world._engine)
+        self.world._engine.watch(self._watcher)
+
+    def disconnect(self) -> None:
+        """End watching; what was counted is lost."""
+        self.world._engine.unwatch(self._watcher)
+        del self._watcher
+
+    def begin(self) -> None:
+        """Count from now on."""
+        self._watcher.load(_NOBODY)
+
+    def save(self) -> Counted:
+        """Return the counts so far."""
+        return self._watcher.counted()
+
+    def load(self, data: Counted) -> None:
+        """Go back to what `save` returned."""
+        self._watcher.load(Counted(*(array.copy() for array in data)))
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row for each target that was there for a step, those that have left included.
+
+        The columns are target (`unique_id`), group, steps (in which it was there), observed (in which at least one
+        robot sensed it), sightings (the sum over the steps of the number of robots that sensed it) and share
+        (observed / steps).
+        """
+        identity, group, counts = self._present()
+        names = np.array([one.name for one in self.world.groups], object)
+        table = pd.DataFrame({"target": identity, "group": names[group]})
+        for column, name in enumerate(COLUMNS):
+            table[name] = counts[:, column]
+        return table.assign(share=counts[:, 1] / counts[:, 0])
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation over the targets of the observed share of each, in [0, 0.5]; NaN without targets.
+
+        A target's observed share is the fraction of its steps in which at least one robot senses it. 0 if all are
+        observed for the same share; the deviation is that of these targets, with the number of targets as divisor.
+        """
+        steps, observed, _ = self._present().counts.T
+        return float(np.std(observed / steps)) if len(steps) else float("nan")
+
+    @property
+    def entropy(self) -> float:
+        """H = −Σ p log p [nat], where p is a target's share of the steps in which any is observed.
+
+        From 0, if only one target is ever observed, to the logarithm of the number of targets, if all are for the same
+        number of steps. NaN if none was observed.
+        """
+        observed = self._present().counts[:, 1]
+        shares = observed[observed > 0] / max(observed.sum(), 1)
+        return float(-(shares * np.log(shares)).sum()) + 0.0 if len(shares) else float("nan")
+
+    @property
+    def redundancy(self) -> float:
+        """The mean number of robots that sense an observed target, over targets and steps, at least 1.
+
+        NaN if none was observed.
+        """
+        _, observed, sightings = self._present().counts.sum(axis=0)
+        return float(sightings / observed) if observed else float("nan")
+
+    def _present(self) -> Counted:
+        """Return the counts of the targets that were there for a step."""
+        identity, group, counts = self._watcher.counted()
+        there = counts[:, 0] > 0
+        return Counted(identity[there], group[there], counts[there])
+
+
+class ObservationWatcher(Watcher):
+    """The arrays of observation counts; `OBSERVATIONS` describes them."""
+
+    entry = COUNT_OBSERVATIONS
+
+    def __init__(self, engine: Any) -> None:
+        self._engine = engine
+        self.load(_NOBODY)
+
+    def load(self, counted: Counted) -> None:
+        """Go on from these counts; the next `bind` finds their rows."""
+        self._earlier, self._now = counted, _NOBODY
+        self._engine.rewatch()
+
+    def counted(self) -> Counted:
+        """Return the counts of all bodies that were ever there."""
+        known, new = self._earlier, self._now
+        at = places(known.identity, new.identity)
+        counts, is_new = known.counts.copy(), at < 0
+        counts[at[~is_new]] = new.counts[~is_new]
+        return Counted(
+            np.concatenate([known.identity, new.identity[is_new]]),
+            np.concatenate([known.group, new.group[is_new]]),
+            np.concatenate([counts, new.counts[is_new]]),
+        )
+
+    def bind(self, bound: Bound) -> None:
+        """Find the rows of the bodies that were counted before."""
+        self._earlier = known = self.counted()
+        relations = [r for r, relation in enumerate(bound.relations) if relation.counts]
+        sides = [bound.relations[r].observers.number for r in relations]
+        seen = {group.number for r in relations for group in bound.relations[r].observed}
+        targets = [g for g, group in enumerate(bound.groups) if group.number in seen]
+        identity = np.concatenate([np.zeros(0, np.int64), *(group.bodies.identity for group in bound.groups)])
+        group = np.repeat([one.number for one in bound.groups], [len(one) for one in bound.groups]).astype(np.int64)
+        counts = np.zeros((len(identity), len(COLUMNS)), np.int64)
+        at = places(known.identity, identity)
+        counts[at >= 0] = known.counts[at[at >= 0]]
+        self._now = Counted(identity, group, counts)
+        self.record = OBSERVATIONS.pack(ObservationArrays(
+            [bound.relation_records[r] for r in relations],
+            np.array([sides.index(side) for side in sides], np.int64),
+            [bound.group_records[g] for g in targets],
+            np.array([bound.first_body[bound.groups[g].number] for g in targets], np.int64),
+            np.zeros(1, np.int64), np.full((len(identity), 2), -1), counts,
+        ))  # fmt: skip
+
+    def happened(self) -> None:
+        """Plan nothing: the counts never stop a run."""

@@ -1,0 +1,34 @@
+"""CMOMMT as a task: robots disperse over a disc to observe moving targets."""
+
+from __future__ import annotations
+
+from teamsight.agents.cmommt import CMOMMT, DEFAULTS
+from teamsight.agents.model import World
+from teamsight.tasks.objective import Objective
+from teamsight.tasks.task import Task
+
+_SCENARIO = (
+    "robots", "targets", "radius", "sensing_range", "awareness_range", "robot_speed", "target_speed",
+)  # fmt: skip
+
+
+def observed_fraction(world: World) -> float:
+    """Return the mean over the steps of the fraction of targets that at least one robot senses."""
+    return float(world.observed_fraction)
+
+
+TASK = Task(
+    name="cmommt",
+    title="Cooperative observation of multiple moving targets",
+    world=CMOMMT,
+    scenario={name: DEFAULTS[name] for name in _SCENARIO},
+    objective=Objective("observed_fraction", "more"),
+    metrics={"observed_fraction": observed_fraction},
+    explore={"policy": "random-walk", "awareness": "none"},
+    skilled={"policy": "a-cmommt", "awareness": "pairwise"},
+    team="robots",
+    size="robots",
+    steps=600,
+    gathers=False,
+    about="Robots in a disc keep as many moving targets as possible in sight. They disperse. Source: Touzet (2000).",
+)

@@ -1,0 +1,22 @@
+"""The tasks that have a name; each is imported when it is first used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from teamsight.core.registry import Registry
+
+if TYPE_CHECKING:
+    from teamsight.tasks.task import Task
+
+#: The tasks by name, in the order of tables.
+TASKS: Registry[Task] = Registry(
+    {
+        "cmommt": "teamsight.tasks.cmommt:TASK",
+        "pursuit": "teamsight.tasks.pursuit.task:TASK",
+        "forage": "teamsight.tasks.foraging.forage:TASK",
+        "consume": "teamsight.tasks.foraging.consume:TASK",
+        "graze": "teamsight.tasks.foraging.graze:TASK",
+    },
+    group="teamsight.tasks",
+)
