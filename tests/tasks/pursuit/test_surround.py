@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from teamsight import check_interaction
 from teamsight.policies import LatticeWalk
+from teamsight.tasks.pursuit.surround import Surround
 from teamsight.tasks.pursuit.world import Pursuit
 
 SIDE = 3
@@ -38,3 +40,7 @@ def test_four_hunters_on_its_sides_capture_the_prey() -> None:
         moved += not np.array_equal(before, world.prey.position)
     assert captured > 10
     assert moved > 10
+
+
+def test_contract() -> None:
+    check_interaction(Surround(10, 10))
