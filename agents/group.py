@@ -28,6 +28,7 @@ from teamsight.agents.settings import readonly as readonly
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
+from teamsight.policies.columns import columns_of
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
@@ -89,6 +90,8 @@ class Group(Deciding, Generic[A]):
         What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
+    perceived_columns : dict of str to ndarray, shape (identities,), float64
+        The columns that its policies read, by identity; empty for a function of one robot in a world without any.
     has_conditions : bool
         Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
     action : Action
@@ -134,6 +137,7 @@ class Group(Deciding, Generic[A]):
         self.relations: dict[str, Relation] = {}
         self.host = host
         self.time = np.zeros(1)
+        self.perceived_columns: dict[str, Floats] = {}
         self.begin(first_state(policy, len(bodies)))
 
     def begin(self, state: Any) -> None:
@@ -320,7 +324,8 @@ class Group(Deciding, Generic[A]):
         others = channels_of(channels, map(self.room, channels))
         return Percept(
             *body, targets, teammates, relayed, self.perception.situation, others, self.time,
-            bodies.reward, bodies.ended,
+            bodies.reward, bodies.ended, bodies.identity,
+            columns_of(tuple(self.perceived_columns), self.perceived_columns.values()),
         )  # fmt: skip
 
     def noise(self, tick: int) -> Floats:

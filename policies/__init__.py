@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
     from teamsight.policies.check import check_policy
+    from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager.linear import LinearQ
     from teamsight.policies.eager.tabular import TabularQ
@@ -70,6 +71,7 @@ _HOMES = {
     "Stationary": "teamsight.policies.handmade.stationary",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",
+    "column_of": "teamsight.policies.columns",
     "go": "teamsight.policies.actions",
     "turn_to": "teamsight.policies.percept_of_one",
     "turned": "teamsight.policies.interface",
@@ -79,7 +81,7 @@ __all__ = [
     "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats",
     "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
     "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger",
-    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "go", "turn_to", "turned",
+    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -19,6 +19,7 @@ from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.due_binding import bind_due
 from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
 from teamsight.agents.engine.interaction_binding import BoundInteractions
+from teamsight.agents.engine.perceived_columns import SHOW_COLUMNS, bind_columns
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -78,6 +79,7 @@ class Binding:
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
         self._relays = relays_of(groups, data.moment)
+        self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
@@ -109,6 +111,8 @@ class Binding:
             self._interactions.partakers,
             stretch.scores.array,
             self._interactions.copies,
+            SHOW_COLUMNS if self._columns else None,
+            self._columns,
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
@@ -222,6 +226,11 @@ class Binding:
             watcher.bind(bound)
             row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
         return rows
+
+    def show_columns(self) -> None:
+        """Show policies the columns that they read as they are now."""
+        if self._columns:
+            SHOW_COLUMNS(self._columns)
 
     def rebind_watchers(self) -> None:
         """Bind the watchers anew, after one came or went or arrays were replaced."""

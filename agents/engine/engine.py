@@ -168,6 +168,7 @@ class Engine:
         self.prepare()
         if group.timetable is not None:
             group.timetable.travel(group.bodies.moved, self._data.timeline.tick)
+        self._binding.show_columns()
         for _ in range(_MOST_GROWTH):
             if group.perception.perceive(group.awareness):
                 return

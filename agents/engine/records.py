@@ -236,6 +236,8 @@ class WorldArrays(NamedTuple):
     copies : ndarray, shape (arrays, 3), int64
         What interactions write besides positions, headings and motions: the address of each array, that of a copy
         with which it is put back, and its size in bytes.
+    show_columns, columns
+        The kernel that shows policies the columns that they read, and its record; None if they read none.
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]
@@ -259,6 +261,8 @@ class WorldArrays(NamedTuple):
     partakers: list[Packed[PartakerArrays]]
     scores: Annotated[Floats, "score rows", "scores"]
     copies: Annotated[Integers, "copies", 3]
+    show_columns: Entry | None
+    columns: Packed[Any] | None
 
 
 GROUP = Record(GroupArrays)
