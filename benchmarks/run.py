@@ -20,6 +20,7 @@ from components import measure_components
 from conditions import measure_conditions
 from cycles import measure_cycles
 from events import measure_events
+from foraging import measure_foraging
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
@@ -38,7 +39,7 @@ from view import measure_view
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "components", "processes", "studies", "view",
+    "components", "processes", "foraging", "studies", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -67,6 +68,7 @@ def main() -> int:
         "processes": lambda: measure_processes(rounds),
         "conditions": lambda: measure_conditions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
+        "foraging": lambda: measure_foraging(min(rounds, 7)),
         "studies": lambda: [
             *measure_study_speed(rounds, options.quick), *measure_engines(min(rounds, 5), options.quick)
         ],

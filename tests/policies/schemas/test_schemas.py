@@ -98,7 +98,7 @@ def test_attached_robots_deliver_and_then_wander() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"communication": "radio"}, r"communication='radio'.*none.*state.*goal"),
+        ({"communication": "radio"}, r"communication='radio'.*goal, none, state"),
         ({"goal": -1.0}, r"goal=-1.*at least 0"),
         ({"robot_sphere": 0.0}, r"robot_sphere=0.*above 0"),
         ({"obstacles": ((1.0, 2.0),)}, r"obstacles=.*\(x, y, radius\)"),
