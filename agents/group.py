@@ -96,6 +96,8 @@ class Group(Deciding, Generic[A]):
         Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
     action : Action
         The last decision.
+    last_rewards : ndarray, shape (2, n), float64
+        What interactions gave each agent in the last step, and 1 if one ended a trial for it, else 0.
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     members : ndarray, shape (lanes,), int64
@@ -149,6 +151,7 @@ class Group(Deciding, Generic[A]):
         self.members = np.zeros(lanes, np.int64)
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
+        self.last_rewards = np.zeros((2, size))
         # After a failed step: whether the kernel had decided; the next step then carries out `action`.
         self.has_decided = False
 
@@ -168,7 +171,7 @@ class Group(Deciding, Generic[A]):
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
         bodies.active[:] = True
-        bodies.reward[:], bodies.ended[:] = 0.0, False
+        bodies.reward[:], bodies.ended[:], self.last_rewards[:] = 0.0, False, 0.0
         for channel in self.channels.values():
             channel.works[:] = True
         for readings in self.readings.values():

@@ -171,6 +171,8 @@ class LogArrays(NamedTuple):
         The targets sensed before the move; as in `NeighbourList`.
     before, after : ndarray, shape (bodies,), int64
         The number of robots of the team that sense each body of the world, before and after the move.
+    last_rewards : ndarray, shape (2, n) or (2, 0), float64
+        As in `Group`; empty if the group takes part in no interaction.
     """
 
     group: Packed[GroupArrays]
@@ -188,6 +190,7 @@ class LogArrays(NamedTuple):
     kept_identity: Annotated[Integers, "kept"]
     before: Annotated[Integers, "bodies"]
     after: Annotated[Integers, "bodies"]
+    last_rewards: Annotated[Floats, 2, "rewarded"]
 
 
 class WorldArrays(NamedTuple):

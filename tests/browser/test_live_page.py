@@ -24,7 +24,7 @@ _PATIENCE = 60.0
 
 
 @pytest.fixture
-def live() -> Iterator[Callable[..., LivePage]]:
+def live(problems: browsing.Problems) -> Iterator[Callable[..., LivePage]]:
     """Serves live pages on free ports, and closes them."""
     made: list[LivePage] = []
 
@@ -34,6 +34,8 @@ def live() -> Iterator[Callable[..., LivePage]]:
         return made[-1]
 
     yield serve
+    # Pages that outlive their server try to connect again.
+    problems.expect("ERR_CONNECTION_REFUSED")
     for one in made:
         one.close()
 
@@ -50,7 +52,7 @@ def settled(page: Page, server: LivePage) -> None:
     tick = world_of(server).tick
     page.wait_for_function(
         "tick => teamsight.view && teamsight.view.tracks.length && teamsight.view.drawings > 0 && !teamsight.view.isDirty"
-        " && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
+        " && teamsight.view.tracks.every(({ frames }) => frames.length) && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
         arg=tick,
     )
 
@@ -171,6 +173,8 @@ def test_what_needs_a_new_world_starts_again(page: Page, live: Callable[..., Liv
     page.locator("#tl-seed").fill("77")
     page.locator("#tl-seed").press("Enter")
     until(lambda: world_of(server).seed_used == 77)
+    # The frames of the world before have the same tick; they go before the note comes.
+    page.get_by_text("Started again with seed 77").wait_for()
     settled(page, server)
     assert_same_places(page, CMOMMT(robots=25, policy="centroid", seed=77))
 
@@ -224,9 +228,10 @@ def test_events_are_listed(page: Page, live: Callable[..., LivePage]) -> None:
 def test_contacts_are_listed_by_tick(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
     server = live(live_models.meeting)
     shown(page, server)
-    for _ in range(4):
+    for tick in range(1, 5):
         page.get_by_role("button", name="Step", exact=True).click()
-        settled(page, server)
+        until(lambda tick=tick: world_of(server).tick == tick)
+    settled(page, server)
     table = world_of(server).contacts
     page.get_by_text(f"Events ({len(table) + 1})").wait_for()
     log = page.locator(".ts-log tbody")

@@ -476,6 +476,45 @@ def test_a_frame_of_another_page_may_hold_it(page: Page, tmp_path: Path) -> None
     page.frame_locator("iframe").locator("#teamsight[data-state=ready]").wait_for()
 
 
+@pytest.mark.parametrize(("size", "width"), [(browsing.WIDE, "660px"), (browsing.WIDE, "1100px"), (browsing.PHONE, "100%")])
+def test_a_frame_of_the_site_has_its_height_and_its_colours(
+    new_page: browsing.Pages, tmp_path: Path, shot: Callable[[Page, str], None], size: tuple[int, int], width: str
+) -> None:
+    (tmp_path / "gallery").mkdir()
+    written(tmp_path / "gallery", recorded(team(), STEPS))
+    script = (Path(__file__).resolve().parents[2] / "docs" / "assets" / "gallery.js").read_text("utf-8")
+    outer = tmp_path / "outer.html"
+    outer.write_text(
+        "<!doctype html><meta name=viewport content='width=device-width'><title>A site</title><style>body { margin: 0 } "
+        f"iframe {{ width: {width}; border: 1px solid; box-sizing: border-box }}</style><body data-md-color-scheme=slate>"
+        f"<iframe src='gallery/recording.html' title='A recording' height=300></iframe><p>After it</p><script>{script}</script>", "utf-8",
+    )  # fmt: skip
+    page = new_page(size=size)
+    page.goto(outer.as_uri())
+    page.frame_locator("iframe").locator("#teamsight[data-state=ready]").wait_for()
+    inner = page.frames[1]
+    until(inner, "document.documentElement.scrollHeight <= innerHeight && innerHeight > 500")
+    # What was said is what is needed: without empty room below, and it stays so.
+    high = inner.evaluate("innerHeight")
+    assert inner.evaluate("document.getElementById('teamsight').getBoundingClientRect().height") > high - 2
+    # The system is light, and the site dark.
+    until(inner, "teamsight.view.palette.page === '#14171b'")
+    assert inner.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 27)"
+    shot(page, f"framed-{size[0]}-{width.rstrip('%')}")
+    page.evaluate("document.body.setAttribute('data-md-color-scheme', 'default')")
+    until(inner, "teamsight.view.palette.page === '#f6f7f9'")
+    assert inner.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(246, 247, 249)"
+    inner.evaluate("teamsight.view.select(0, 2)")
+    until(inner, "document.querySelector('.ts-inspector').innerText.includes('robots · 3')")
+    until(inner, "document.documentElement.scrollHeight <= innerHeight")
+    taller = inner.evaluate("innerHeight")
+    assert high <= taller < high + 800
+    inner.evaluate("teamsight.view.select(0, null)")
+    until(inner, "document.querySelector('.ts-inspector').innerText.includes('Hover')")
+    page.wait_for_timeout(200)
+    assert inner.evaluate("innerHeight") == taller
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

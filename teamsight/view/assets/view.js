@@ -326,7 +326,18 @@ const DARK = {
   grid: "#323842", tracks: ["#63b3ed", "#f6ad55"], marker: "#ffffff", difference: "#c4a5f5",
 };
 
-const dark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+// A page that holds this one in a frame may say which colours it has, and then learns how high this one is:
+// {teamsight: {scheme: "dark" or "light"}}, {teamsight: {height}}. It may say so before there is a view.
+const outer = { scheme: null, view: null };
+const dark = () => (outer.scheme ? outer.scheme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches);
+const showScheme = () => { document.documentElement.dataset.scheme = dark() ? "dark" : "light"; };
+showScheme();
+if (window !== window.parent) addEventListener("message", ({ source, data }) => {
+  const { scheme } = (source === window.parent && data && data.teamsight) || {};
+  if (scheme !== "dark" && scheme !== "light") return;
+  outer.scheme = scheme;
+  if (outer.view) outer.view.onOuter();
+});
 const still = () => matchMedia("(prefers-reduced-motion: reduce)").matches;
 
 function components(colour) {
@@ -494,6 +505,23 @@ const LEAST_ZOOM = 0.5, MOST_ZOOM = 60;
 const MANY = 250, VERY_MANY = 1500;
 // Frames of a trail: of few bodies, of many, of very many, and of the selected one; and the most ticks of these.
 const TRAILS = [24, 8, 4], LONG_TRAIL = 150, TRAIL_TICKS = 48, LONG_TRAIL_TICKS = 300;
+
+// Adds a square of this half side to a path, or the part of it within `half` of an angle.
+function addSquare(to, x, y, reach, angle, half) {
+  if (half >= Math.PI - 1e-6) {
+    to.rect(x - reach, y - reach, 2 * reach, 2 * reach);
+    return;
+  }
+  const first = angle - half, last = angle + half, right = Math.PI / 2, turns = [first];
+  // Corners are at odd eighths of a turn.
+  for (let k = Math.floor(first / right - 0.5) + 1; (k + 0.5) * right < last; k++) turns.push((k + 0.5) * right);
+  to.moveTo(x, y);
+  for (const turn of [...turns, last]) {
+    const dx = Math.cos(turn), dy = Math.sin(turn), scale = reach / Math.max(Math.abs(dx), Math.abs(dy));
+    to.lineTo(x + dx * scale, y + dy * scale);
+  }
+  to.closePath();
+}
 
 class Arena {
   // `camera` is shared by all tracks: {zoom, x, y}, where x and y are the middle as shares of the box around the arena.
@@ -692,8 +720,10 @@ class Arena {
     const slot = this.layout.scene.slots[s], reach = slot[name] * at.scale, { to } = this;
     const angle = -angleOf(frame, s), half = name === "sensing_range" ? slot.field_of_view / 2 : Math.PI;
     if (!(reach > 0)) return;
+    const isSquare = this.layout.scene.groups[slot.group].range_shape === "square";
     this.copies(this.px[s], this.py[s], reach, at, (x, y) => {
-      if (half >= Math.PI - 1e-6) {
+      if (isSquare) addSquare(to, x, y, reach, angle, half);
+      else if (half >= Math.PI - 1e-6) {
         to.moveTo(x + reach, y);
         to.arc(x, y, reach, 0, 2 * Math.PI);
       } else {
@@ -1318,8 +1348,9 @@ class Inspector {
     ];
     if (group.policy) facts.push(["Policy", group.policy]);
     if (degreeOf(group)) facts.push(["Awareness", group.awareness ? degreeText(group.awareness) : "none"]);
-    if (senses(group)) facts.push(["Sensing range", length(one.sensing_range)]);
-    if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range)]);
+    const shape = group.range_shape === "square" ? ", square" : "";
+    if (senses(group)) facts.push(["Sensing range", length(one.sensing_range) + shape]);
+    if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range) + shape]);
     const angle = (one.field_of_view * 180) / Math.PI;
     if (angle < 360 - 1e-4) facts.push(["Field of view", `${Math.round(angle)}°`]);
     for (const [name, value] of Object.entries(group.fields || {})) {
@@ -2098,11 +2129,30 @@ class View {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.recolour());
     document.addEventListener("keydown", (event) => this.onKey(event));
     document.addEventListener("visibilitychange", () => this.resume());
+    outer.view = this;
+    if (outer.scheme) this.onOuter();
     // One of many recordings in a page plays only while it can be seen.
     new IntersectionObserver((changes) => {
       this.isSeen = changes[changes.length - 1].isIntersecting;
       this.resume();
     }).observe(this.root);
+  }
+
+  onOuter() {
+    this.recolour();
+    if (document.documentElement.classList.contains("ts-framed")) return;
+    document.documentElement.classList.add("ts-framed");
+    new ResizeObserver(() => this.sayHeight()).observe(this.root);
+  }
+
+  // It grows only, until the width is another: what follows the frame should not move whenever somebody points at a body.
+  sayHeight() {
+    const tallest = this.said && this.said.width === innerWidth ? this.said.height : 0;
+    const height = Math.max(Math.ceil(this.root.getBoundingClientRect().height), tallest);
+    if (height > tallest) {
+      this.said = { width: innerWidth, height };
+      window.parent.postMessage({ teamsight: { height } }, "*");
+    }
   }
 
   resume() {
@@ -2111,6 +2161,7 @@ class View {
   }
 
   recolour() {
+    showScheme();
     this.palette = dark() ? DARK : LIGHT;
     for (const { arena } of this.tracks) arena.recolour(this.palette);
     for (const chart of this.charts) chart.redraw();
