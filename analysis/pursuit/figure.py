@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -87,7 +87,7 @@ def _draw_gains(axes: Axes, table: pd.DataFrame) -> None:
     _legend(axes, "lower right")
 
 
-def _legend(axes: Axes, where: str) -> None:
+def _legend(axes: Axes, where: Literal["upper right", "lower right"]) -> None:
     if axes.get_legend_handles_labels()[1]:
         axes.legend(frameon=False, loc=where)
 
