@@ -20,6 +20,7 @@ from components import measure_components
 from conditions import measure_conditions
 from cycles import measure_cycles
 from events import measure_events
+from foraging import measure_foraging
 from interactions import measure_interactions
 from learning import measure_learning
 from measure import Row
@@ -40,7 +41,7 @@ from view import measure_view
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "interactions", "components", "processes", "pursuit", "studies", "view",
+    "interactions", "components", "processes", "foraging", "pursuit", "studies", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -71,6 +72,7 @@ def main() -> int:
         "conditions": lambda: measure_conditions(rounds),
         "interactions": lambda: measure_interactions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
+        "foraging": lambda: measure_foraging(min(rounds, 7)),
         "studies": lambda: [
             *measure_study_speed(rounds, options.quick), *measure_engines(min(rounds, 5), options.quick)
         ],

@@ -48,6 +48,11 @@ def _forage(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
                 found, x, y = followed(i, percept, arrays)
                 mode = FOLLOW if found > 0.0 else WANDER
         drive(i, percept, arrays, noise, action, mode, x, y)
+        if mode == WORK:
+            # The goal that others can help with is the attractor, which is here, and not home.
+            home_x, home_y = home_offset(i, percept)
+            arrays.state.floats[i, 0, 1] = -home_x
+            arrays.state.floats[i, 0, 2] = -home_y
 
 
 @dataclass(frozen=True)
@@ -66,7 +71,8 @@ class ForageSchemas(Schemas):
     -----
     *Source:* Balch and Arkin (1994); their gains are unknown, and these are plausible ones.
     *Departs:* a robot that follows another does not show that it is at work, so that two robots cannot follow each
-    other; repulsion is at most 1 instead of infinite. The robots know where obstacles are, and how far home is.
+    other; the goal that a robot shows is its attractor, also while it carries it; repulsion is at most 1 instead of
+    infinite. The robots know where obstacles are, and how far home is.
     """
 
     delivers: bool = True

@@ -81,6 +81,18 @@ def test_a_goal_is_a_place() -> None:
     assert state.robots.policy_state.floats[1, 0, 1:3] != pytest.approx([25.0, 20.0], abs=0.5)
 
 
+def test_a_robot_that_delivers_shows_where_its_attractor_is() -> None:
+    made = world("goal")
+    while not made.robots.attached.values[0]:
+        made.step()
+    made.run(1)
+    place = made.robots.bodies.position[0].copy()
+    made.run(1)
+    assert modes(made)[0] == WORK
+    assert made.robots.policy_state.floats[0, 0, 1:3] == pytest.approx(place)
+    assert np.linalg.norm(made.robots.bodies.position[0]) < np.linalg.norm(place)
+
+
 def test_attached_robots_deliver_and_then_wander() -> None:
     made = world("none")
     seen = set()
@@ -98,7 +110,7 @@ def test_attached_robots_deliver_and_then_wander() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"communication": "radio"}, r"communication='radio'.*none.*state.*goal"),
+        ({"communication": "radio"}, r"communication='radio'.*goal, none, state"),
         ({"goal": -1.0}, r"goal=-1.*at least 0"),
         ({"robot_sphere": 0.0}, r"robot_sphere=0.*above 0"),
         ({"obstacles": ((1.0, 2.0),)}, r"obstacles=.*\(x, y, radius\)"),

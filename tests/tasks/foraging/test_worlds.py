@@ -92,6 +92,7 @@ def test_speed_falls_with_mass_and_rises_with_carriers(count: int, mass: float) 
 
 def test_carriers_are_rewarded_and_released_at_home() -> None:
     world: Any = carriers(2)
+    world.step()
     while not world.recording.history["delivered"].sum():
         world.step()
     assert world.groups[0].bodies.reward.tolist() == [1.0, 1.0]
