@@ -229,10 +229,10 @@ class History:
             totals = totals.plus(stretch.edges)
         return totals.mean_share
 
-    def frame(self) -> pd.DataFrame:
-        """Return the rows as a table, indexed by step from 1."""
+    def frame(self, scores: tuple[str, ...] = ()) -> pd.DataFrame:
+        """Return the rows as a table, indexed by step from 1; `scores` are there even if no step has any yet."""
         parts = [stretch.columns() for stretch in self._stretches] or [Stretch([]).columns()]
-        names = dict.fromkeys(name for part in parts for name in part)
+        names = dict.fromkeys([*(name for part in parts for name in part), *scores])
         table = pd.DataFrame({name: np.concatenate([_column_of(part, name) for part in parts]) for name in names})
         table.index = pd.RangeIndex(1, len(table) + 1, name="step")
         return table

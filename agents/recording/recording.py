@@ -39,8 +39,11 @@ class Recording:
 
     @property
     def history(self) -> pd.DataFrame:
-        """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours."""
-        return self._data.history.frame()
+        """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours.
+
+        The scores of interactions follow, under their names.
+        """
+        return self._data.history.frame(self._data.score_names)
 
     @property
     def mean_neighbours(self) -> float:

@@ -120,6 +120,7 @@ def test_groups_move_in_turn() -> None:
 
 def test_scores_follow_the_columns_of_every_world() -> None:
     world = hunt()
+    assert world.recording.history["captures"].tolist() == []
     world.run(3)
     assert list(world.recording.history) == ["observed", "mean_neighbours", "max_neighbours", "captures"]
     assert world.interactions == [Capture()]
