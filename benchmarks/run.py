@@ -20,11 +20,14 @@ from components import measure_components
 from conditions import measure_conditions
 from cycles import measure_cycles
 from events import measure_events
+from foraging import measure_foraging
+from interactions import measure_interactions
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
 from processes import measure_processes
+from pursuit import measure_pursuit
 from regression import measure_regression
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -38,7 +41,7 @@ from view import measure_view
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "components", "processes", "studies", "view",
+    "interactions", "components", "processes", "foraging", "pursuit", "studies", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -65,8 +68,11 @@ def main() -> int:
         "events": lambda: measure_events(rounds),
         "cycles": lambda: measure_cycles(rounds),
         "processes": lambda: measure_processes(rounds),
+        "pursuit": lambda: measure_pursuit(min(rounds, 7)),
         "conditions": lambda: measure_conditions(rounds),
+        "interactions": lambda: measure_interactions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
+        "foraging": lambda: measure_foraging(min(rounds, 7)),
         "studies": lambda: [
             *measure_study_speed(rounds, options.quick), *measure_engines(min(rounds, 5), options.quick)
         ],

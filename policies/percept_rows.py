@@ -17,13 +17,15 @@ Integers = npt.NDArray[np.int64]
 def percept_of_rows(percept: Percept, rows: Integers) -> Percept:
     """Return the percept of some robots, given by their rows, as copies."""
     channels: Any = percept.channels
+    percept = percept.completed()
     return Percept(
         percept.heading[rows], percept.moved[rows], percept.speed[rows], percept.sensing_range[rows],
         percept.awareness_range[rows], neighbours_of_rows(percept.targets, rows),
         neighbours_of_rows(percept.teammates, rows), neighbours_of_rows(percept.relayed, rows),
         percept.situation[rows],
         channels_of(channels._fields, (neighbours_of_rows(seen, rows) for seen in channels)),
-        percept.time, percept.reward[rows], percept.ended[rows],
+        percept.time, percept.reward[rows], percept.ended[rows], percept.identity[rows],
+        percept.columns,
     )  # fmt: skip
 
 

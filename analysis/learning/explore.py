@@ -14,6 +14,7 @@ import numpy as np
 
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.recording.explore import memory_of, record_run, settings_of
 from teamsight.agents.recording.transition_kernels import FACTS
@@ -114,9 +115,13 @@ class Exploration:
         parameters = self.parameters
         return [Run(parameters, self.run_seed(run), self.steps, transitions) for run in range(self.runs)]
 
-    def model(self, run: int) -> CMOMMT:
+    def model(self, run: int) -> World:
         """Return one of its worlds, before its first step."""
         return CMOMMT(**self.parameters, rng=self.run_seed(run))
+
+    def group_of(self, world: World) -> Group:
+        """Return the group of one of its worlds whose transitions are recorded."""
+        return robots_of(world)
 
     def run_seed(self, run: int) -> int:
         """Return the seed of one of its worlds.
@@ -129,13 +134,19 @@ class Exploration:
     def settings(self) -> dict[str, Any]:
         """Return the settings that its memory stores."""
         with contextlib.closing(self.model(0)) as model:
-            return settings_of(model, model.robots) | {"steps": self.steps, "runs": self.runs, "seed": self.seed}
+            own = {"steps": self.steps, "runs": self.runs, "seed": self.seed}
+            return settings_of(model, self.group_of(model)) | own
 
 
 def transitions(world: World, steps: int) -> Transitions:
     """Run a world and return the transitions of its robots."""
+    return record_run(world, robots_of(world), steps)
+
+
+def robots_of(world: World) -> Group:
+    """Return the robots of a `CMOMMT`."""
     assert isinstance(world, CMOMMT)
-    return record_run(world, world.robots, steps)
+    return world.robots
 
 
 def _encode(found: Transitions) -> bytes:
@@ -152,7 +163,9 @@ def _decode(content: bytes) -> Transitions:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             arrays = dict(file)
-        facts = {name: arrays[f"fact {name}"] for name in FACTS}
+        facts = {name.removeprefix("fact "): array for name, array in arrays.items() if name.startswith("fact ")}
+        if not set(FACTS) <= facts.keys():
+            raise KeyError("fact")
         return Transitions(arrays["situation"], arrays["action"], arrays["next_situation"], facts)
     except (OSError, ValueError, EOFError, TypeError, KeyError, zipfile.BadZipFile) as error:
         raise ValueError("not transitions") from error
@@ -174,7 +187,7 @@ def explore(
     Parameters
     ----------
     exploration : Exploration, optional
-        By default the paper's.
+        By default the paper's. That of a task is a `TaskExploration`.
     pool : WorkerPool, optional
         Processes that explore; by default this process.
     checkpoint : Checkpoint, optional
@@ -193,7 +206,7 @@ def explore(
 
     found = run_all(plan.all_runs, pool, progress=show, checkpoint=checkpoint)
     with contextlib.closing(plan.model(0)) as model:
-        return memory_of(found, model.robots, plan.settings())
+        return memory_of(found, plan.group_of(model), plan.settings())
 
 
 def kept_transitions(plan: Exploration, checkpoint: Checkpoint) -> int:

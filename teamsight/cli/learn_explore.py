@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teamsight.cli import limits, values
+from teamsight.cli import limits, task_options, values
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Settings
 
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from teamsight.analysis.learning.explore import Exploration
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.policies.memory import LazyMemory
+
+
+# Parameters of CMOMMT.
+_OF_CMOMMT = ("robots", "targets", "radius", "policy", "distance", "robot_speed")
 
 
 class ExploreSettings(Settings):
@@ -35,6 +39,8 @@ class ExploreSettings(Settings):
         "Distance that random walkers move per step, as a fraction of their speed: {names}.",
         lambda: ("random", "full"),
     )
+    task: str | None = task_options.task()
+    set: dict[str, Any] = task_options.scenario("A value of the scenario of the task. May be given several times.")
     robot_speed: float = values.length(0.1, "Maximum distance that a robot moves per step, in sensing ranges.")
     seed: int = values.seed(0, "Seed of the exploration.")
     workers: int | None = values.workers()
@@ -45,9 +51,11 @@ class ExploreSettings(Settings):
     def check(self) -> None:
         """Refuse options that do not fit together, and explorations that are too large."""
         limits.check_sectors(self)
+        task_options.check(self, _OF_CMOMMT if self.task else ())
+        robots = task_options.size_of(self) if self.task else self.robots
         degrees = (self.awareness,)
-        limits.check_worlds(self.robots, self.targets, self.radius, self.steps, self.runs, degrees=degrees)
-        limits.check_transitions(self.robots, self.steps, self.runs, degrees, self.delta)
+        limits.check_worlds(robots, self.targets, self.radius, self.steps, self.runs, degrees=degrees)
+        limits.check_transitions(robots, self.steps, self.runs, degrees, self.delta)
         if self.policy != "random-walk" and "distance" in self.given:
             raise ValueError(
                 f"distance={self.distance}: applies to the policy random-walk only, and policy={self.policy}; leave it "
@@ -68,6 +76,7 @@ def explore(settings: ExploreSettings) -> None:
       teamsight learn explore --out memory.safetensors
       teamsight learn explore --out many.safetensors --runs 1000 --workers 2
       teamsight learn explore --out memory.safetensors --seed 1 --append
+      teamsight learn explore --task cmommt --set robots=8 --out eight.safetensors
       teamsight learn explore --out shared.safetensors --awareness shared --runs 16 --robots 8
     """
     from teamsight.analysis.learning import provenance
@@ -114,12 +123,18 @@ def plan_of(settings: ExploreSettings) -> Exploration:
     from teamsight.analysis.learning.explore import Exploration
     from teamsight.policies.handmade.random_walk import RandomWalk
 
+    awareness = awareness_named(settings.awareness, {"delta": settings.delta})
+    if settings.task:
+        from teamsight.analysis.learning.task_exploration import TaskExploration
+
+        given = settings.values(("task", "steps", "runs", "seed"))
+        return TaskExploration(**given, scenario=settings.set, awareness=awareness)
     policy: Any = settings.policy
     if policy == "random-walk":
         policy = RandomWalk(random_distance=settings.distance == "random")
     return Exploration(
         **settings.values(("robots", "targets", "radius", "steps", "runs", "seed")),
-        awareness=awareness_named(settings.awareness, {"delta": settings.delta}),
+        awareness=awareness,
         policy=policy,
         world={"robot_speed": settings.robot_speed},
     )

@@ -13,6 +13,7 @@ from teamsight.cli import (
     delta,
     demo,
     evolve,
+    gathering,
     learn_diagnose,
     learn_evaluate,
     learn_explore,
@@ -95,6 +96,7 @@ commands.add_command(learn)
 add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
 add_command(commands, delta.delta, delta.DeltaSettings)
 add_command(commands, demo.demo, demo.DemoSettings)
+add_command(commands, gathering.gathering, gathering.GatheringSettings)
 add_command(commands, plugins.plugins, plugins.PluginsSettings)
 add_command(commands, plot.plot, plot.PlotSettings)
 add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)

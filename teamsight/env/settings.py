@@ -144,9 +144,9 @@ def settings_of(
     given: dict[str, Any] = dict(parameters)
     called: str | None = group
     if isinstance(model, (Task, str)):
-        model, called = _task_model(model), None if group == _GROUP else group
         given = {**{name: value for name, value in sizes.items() if value != SIZES[name]}, **given}
         sizes = {}
+        model, called = _task_model(model, given), None if group == _GROUP else group
     if model is None:
         _check_parameters(given)
         given = {**sizes, **given, "policy": form.policy}
@@ -162,10 +162,13 @@ def settings_of(
     )  # fmt: skip
 
 
-def _task_model(task: Task | str) -> TaskModel:
-    """Return a task as a model; actions come from outside, so no team has to learn first."""
+def _task_model(task: Task | str, given: Mapping[str, Any]) -> TaskModel:
+    """Return a task as a model, after a check of its parameters."""
     found = task_of(task)
-    return TaskModel(found, "skilled" if found.explore is None else "explore")
+    # Actions come from outside, so no team has to learn first.
+    model = TaskModel(found, "skilled" if found.explore is None else "explore")
+    model.parameters_known(given)
+    return model
 
 
 def _degree(observation: AwarenessLike | None, delta: int) -> Awareness | None:

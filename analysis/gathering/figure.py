@@ -1,0 +1,116 @@
+"""The figure: δ of both teams and where the objective saturates, against N for each task; and the gathering index."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from teamsight.analysis.gathering.cells import Cell
+from teamsight.analysis.gathering.plan import Plan
+from teamsight.analysis.plot.style import COLOURS, FAINT, canvas, head, plain, to_picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+_TITLE = "Does exploration show how many neighbours skill brings?"
+# The series of a task: attribute, label, colour and mark.
+_SERIES = (
+    ("explore", "δ by exploration", COLOURS[1], "o"),
+    ("skilled", "δ of the team with skill", COLOURS[2], "s"),
+    ("saturation", "objective saturates", COLOURS[3], "^"),
+)
+# Inches: a panel with what is beside it, and the height of all.
+_PANEL, _HEIGHT = 3.9, 4.6
+# By this share the marks of a series stand beside those of the one before, so that both are seen.
+_BESIDE = 0.04
+# Where an infinite bound of the index ends, over the largest finite number.
+_BEYOND = 2.0
+_TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
+
+
+def draw(cells: Sequence[Cell], plan: Plan, kind: str = "png") -> bytes:
+    """Return the figure in a format of `plot.style.FORMATS`.
+
+    Parameters
+    ----------
+    cells : sequence of Cell
+        One for each task and team size.
+    plan : Plan
+        What was simulated.
+    kind : str
+        The format.
+    """
+    return to_picture(draw_on_canvas(cells, plan), _TITLE, kind)
+
+
+def draw_on_canvas(cells: Sequence[Cell], plan: Plan) -> Canvas:
+    """Return the figure; see `draw`."""
+    tasks = list(dict.fromkeys(cell.task for cell in cells))
+    width = 0.5 + _PANEL * (len(tasks) + 1)
+    figure = canvas(width, _HEIGHT)
+    head(
+        figure,
+        _TITLE,
+        f"{plan.runs:,} runs each; δ for a risk of {plan.risk:g}; bounds hold together with 95 %; degree "
+        f"{plan.degree}; seed {plan.seed}",
+    )
+    share = _PANEL / width
+    for number in range(len(tasks) + 1):
+        axes = figure.add_axes((0.55 / width + number * share, 0.15, share - 0.75 / width, 0.6))
+        plain(axes)
+        axes.tick_params(colors=FAINT)
+        axes.set_xlabel("robots N")
+        if number < len(tasks):
+            _draw_task(axes, [cell for cell in cells if cell.task == tasks[number]])
+        else:
+            _draw_index(axes, cells, tasks)
+    return figure
+
+
+def _draw_task(axes: Axes, cells: Sequence[Cell]) -> None:
+    """Draw δ against N for one task."""
+    size = np.array([cell.size for cell in cells], np.float64)
+    axes.plot(size, size - 1, color=FAINT, linewidth=0.8, linestyle=":", label="N − 1")
+    for place, (name, label, colour, mark) in enumerate(_SERIES):
+        values = np.array([getattr(cell, name) for cell in cells], np.float64)
+        x = size * (1 + (place - 1) * _BESIDE)
+        bars = np.stack([values[:, 0] - values[:, 1], values[:, 2] - values[:, 0]])
+        axes.errorbar(x, values[:, 0], np.maximum(bars, 0), color=colour, marker=mark, capsize=2, label=label)
+    _scale(axes, size)
+    axes.set_ylabel("δ")
+    axes.set_ylim(bottom=0)
+    axes.set_title(cells[0].task, loc="left", size=11)
+    axes.legend(frameon=False, fontsize=8)
+
+
+def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None:
+    """Draw the gathering index of all tasks."""
+    ends = [value for cell in cells for value in cell.ratio if np.isfinite(value) and value > 0]
+    least, most = min(ends, default=1.0) / _BEYOND, max(ends, default=1.0) * _BEYOND
+    for number, task in enumerate(tasks):
+        own = [cell for cell in cells if cell.task == task]
+        ratio = np.clip(np.array([cell.ratio for cell in own], np.float64), least, most)
+        x = np.array([cell.size for cell in own]) * (1 + number * _BESIDE)
+        bars = np.stack([ratio[:, 0] - ratio[:, 1], ratio[:, 2] - ratio[:, 0]])
+        colour = COLOURS[(number + 1) % len(COLOURS)]
+        axes.errorbar(x, ratio[:, 0], np.maximum(bars, 0), color=colour, marker="o", capsize=2, label=task)
+    axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle=":")
+    axes.set_yscale("log")
+    axes.set_ylim(least, most)
+    shown = [tick for tick in _TICKS if least <= tick <= most]
+    axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
+    _scale(axes, np.array([cell.size for cell in cells], np.float64))
+    axes.set_ylabel("gathering index δ(skilled) / δ(explore)")
+    axes.set_title("above 1: exploration shows too few", loc="left", size=11)
+    axes.legend(frameon=False, fontsize=8)
+
+
+def _scale(axes: Axes, sizes: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:
+    """Give the axis of N a logarithmic scale with a tick for each size."""
+    axes.set_xscale("log")
+    ticks = np.unique(sizes)
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.minorticks_off()

@@ -1,0 +1,112 @@
+"""The gathering index as a page: the table, the claims with their verdicts, and the conditions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from teamsight.analysis.gathering.cells import CONFIDENCE, Cell
+from teamsight.analysis.gathering.claims import CLAIMS, UNRELIABLE, UNRELIABLE_STATEMENT, Verdict, shown
+from teamsight.analysis.gathering.plan import Plan
+from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.style import minus
+from teamsight.analysis.stats.paired import Interval
+
+_GATHERS = {True: "yes", False: "no", None: "unknown"}
+
+
+def page(cells: Sequence[Cell], verdicts: Sequence[Verdict], plan: Plan) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    cells : sequence of Cell
+        One for each task and team size.
+    verdicts : sequence of Verdict
+        From `claims.judge`.
+    plan : Plan
+        What was simulated.
+    """
+    return markdown.page(
+        "# The gathering index",
+        "δ by random exploration, δ of the team with skill, and their ratio: above 1, exploration shows too few "
+        f"neighbours. Intervals in brackets hold together, for each task and N, with {CONFIDENCE:.0%}.",
+        index_table(cells),
+        "## Claims",
+        claims_table(),
+        "## Verdicts",
+        verdicts_table(verdicts),
+        "## Conditions",
+        _conditions(plan),
+    )
+
+
+def index_table(cells: Sequence[Cell]) -> str:
+    """Return a row for each task and team size."""
+    columns = [
+        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "saturates at δ", "enough at δ(explore)",
+        "enough at δ(skilled)", "gain of awareness", "censored",
+    ]  # fmt: skip
+    rows = (
+        [
+            cell.task, _GATHERS[cell.gathers], f"{cell.size}", shown(cell.explore), shown(cell.skilled),
+            interval_text(cell.ratio), shown(cell.saturation), cell.is_enough(cell.explore.delta),
+            cell.is_enough(cell.skilled.delta), interval_text(cell.gain), f"{cell.censored:.0%}",
+        ]
+        for cell in cells
+    )  # fmt: skip
+    return markdown.table(columns, rows, align="llrrrrrllrr")
+
+
+def claims_table() -> str:
+    """Return the claims and their rules."""
+    rows = [[claim.name, claim.statement, claim.rule] for claim in CLAIMS.values()]
+    rule = "holds if one cell is shown to be outside at δ(explore), does not hold if all are shown to be within"
+    return markdown.table(["claim", "statement", "rule"], [*rows, [UNRELIABLE, UNRELIABLE_STATEMENT, rule]])
+
+
+def verdicts_table(verdicts: Sequence[Verdict]) -> str:
+    """Return a row for each verdict."""
+    rows = (
+        [one.claim, one.task or "all", f"{one.size or 'all'}", _bold(one.outcome), one.measured] for one in verdicts
+    )  # fmt: skip
+    return markdown.table(["claim", "task", "N", "verdict", "measured"], rows)
+
+
+def summary(verdicts: Sequence[Verdict]) -> list[str]:
+    """Return one line for each claim: how often it holds."""
+    lines = []
+    for name in dict.fromkeys(one.claim for one in verdicts):
+        found = [one.outcome for one in verdicts if one.claim == name]
+        counts = (f"{found.count(outcome)} {outcome}" for outcome in dict.fromkeys(found))
+        lines.append(f"{name}: {', '.join(counts)}")
+    return lines
+
+
+def interval_text(interval: Interval) -> str:
+    """Return a number and its bounds."""
+    return minus(f"{_number(interval.mean)} ({_number(interval.low)} to {_number(interval.high)})")
+
+
+def _number(value: float) -> str:
+    return "∞" if value == math.inf else f"{value:.3g}"
+
+
+def _bold(outcome: str) -> str:
+    return f"**{outcome}**" if outcome == "does not hold" else outcome
+
+
+def _conditions(plan: Plan) -> str:
+    steps = ", ".join(f"{task.name} {plan.steps_of(task):,}" for task in plan.all_tasks)
+    lines = [
+        f"{plan.runs:,} runs of each team and δ; steps of each run: {steps}; root seed {plan.seed}.",
+        f"δ for a risk of {plan.risk:g} that any robot has more than δ neighbours during a run.",
+        f"The objective against δ: the team with skill with the degree {plan.degree!r}, on the same noise for each δ; "
+        f"a shortfall of up to {plan.tolerance:.0%} of the objective with N − 1 is accepted.",
+        "The gain is the objective with N − 1 teammates over that with none, paired; positive is better.",
+    ]
+    if any(callable(task.skilled) for task in plan.all_tasks):
+        lines.append(f"Teams that learn: {plan.trainings} trainings for each degree.")
+    if plan.scenario:
+        lines.append("Scenario: " + ", ".join(f"{name}={value}" for name, value in plan.scenario.items()) + ".")
+    return "\n".join(f"- {line}" for line in lines)

@@ -1,0 +1,147 @@
+"""What is simulated: tasks, team sizes, runs, and the degrees of awareness that are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from teamsight.agents.awareness.registry import awareness_named
+from teamsight.analysis.runs import limits
+from teamsight.core import checks
+from teamsight.tasks.named import task_of
+from teamsight.tasks.task import Task
+
+if TYPE_CHECKING:
+    from teamsight.agents.awareness import Awareness
+
+#: Degrees of awareness with δ inputs, or places, about teammates.
+DEGREES = ("nearest", "ring")
+#: N of the teams.
+SIZES = (4, 8, 16, 30)
+# δ at which the objective is measured, beside N − 1 and the δ of both teams.
+_DELTAS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is simulated, and what counts as enough.
+
+    Parameters
+    ----------
+    tasks : sequence of Task or str
+        Tasks, or the names of some; each needs a team that explores and one with skill.
+    sizes : sequence of int
+        N, the sizes of the team, at least 2.
+    runs : int
+        Runs of each team and degree; a risk of 0.05 needs 86 for intervals that hold together with 95 %.
+    steps : int, optional
+        Steps of each run; by default those of each task.
+    risk : float
+        Accepted probability that any robot has more than δ neighbours during a run.
+    tolerance : float
+        By which share of the objective a degree may fall short of that with all N − 1 teammates and be enough.
+    degree : "nearest" or "ring"
+        The degree of awareness with δ: a list of the δ nearest teammates, or a ring of δ sectors.
+    trainings : int
+        How often a team that learns learns anew for each degree. With several, intervals are over trainings.
+    scenario : mapping
+        Values of the scenario of all tasks.
+    seed : int
+        Root seed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits, or a task has no team with skill.
+    """
+
+    tasks: Sequence[Task | str] = ("cmommt",)
+    sizes: Sequence[int] = SIZES
+    runs: int = 200
+    steps: int | None = None
+    risk: float = 0.05
+    tolerance: float = 0.02
+    degree: str = "nearest"
+    trainings: int = 1
+    scenario: Mapping[str, Any] = field(default_factory=dict)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.tasks, (str, Task)):
+            raise TypeError(f"tasks={checks.shown(self.tasks)}: must be several tasks, as in ['cmommt']")
+        object.__setattr__(self, "tasks", tuple(map(task_of, self.tasks)))
+        names = [task.name for task in self.all_tasks]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"tasks: {name!r} is the name of two; give each task once")
+        sizes = tuple(dict.fromkeys(checks.count("sizes", size, least=2) for size in self.sizes))
+        object.__setattr__(self, "sizes", sizes)
+        if not names or not sizes:
+            raise ValueError(f"{'tasks' if not names else 'sizes'}: there are none; give at least one")
+        limits.runs(self.runs)
+        checks.count("runs", self.runs, least=2, cure="an interval needs two runs")
+        if self.steps is not None:
+            limits.steps(self.steps)
+        checks.number("risk", self.risk, above=0.0, most=1.0)
+        checks.number("tolerance", self.tolerance, above=0.0, most=1.0)
+        checks.choice("degree", self.degree, DEGREES)
+        checks.count("trainings", self.trainings)
+        checks.count("seed", self.seed, least=0)
+        for task in self.all_tasks:
+            for treatment in ("explore", "skilled"):
+                if task.teams[treatment] is None:
+                    task.parameters(treatment)  # type: ignore[arg-type]
+            task.full_scenario(self.scenario)
+            if task.size in self.scenario:
+                raise ValueError(f"scenario: {task.size} is N, the size of the team; give it as sizes")
+
+    @property
+    def all_tasks(self) -> tuple[Task, ...]:
+        """The tasks as objects."""
+        return tuple(map(task_of, self.tasks))
+
+    def steps_of(self, task: Task) -> int:
+        """Return the steps of a run of a task."""
+        return task.steps if self.steps is None else self.steps
+
+    def scenario_of(self, task: Task, size: int) -> dict[str, Any]:
+        """Return the whole scenario of a task with a team of this size."""
+        return task.full_scenario({**self.scenario, task.size: size})
+
+    def awareness(self, delta: int) -> Awareness:
+        """Return the degree of awareness with this δ; 0 is none."""
+        return awareness_of_delta(self.degree, delta)
+
+    def conditions(self) -> dict[str, Any]:
+        """Return the conditions of all results, fit for JSON."""
+        return {
+            "tasks": [task.name for task in self.all_tasks],
+            "sizes": list(self.sizes),
+            "runs": self.runs,
+            "steps": {task.name: self.steps_of(task) for task in self.all_tasks},
+            "risk": self.risk,
+            "tolerance": self.tolerance,
+            "degree": self.degree,
+            "trainings": self.trainings,
+            "scenario": dict(self.scenario),
+            "seed": self.seed,
+        }
+
+
+def awareness_of_delta(degree: str, delta: int) -> Awareness:
+    """Return the degree of awareness of a name with δ inputs, or places; without any it is none."""
+    return awareness_named("none") if delta == 0 else awareness_named(degree, {"delta": delta})
+
+
+def deltas(size: int, further: Iterable[int] = ()) -> tuple[int, ...]:
+    """Return the δ at which the objective of a team of N robots is measured, in order.
+
+    Parameters
+    ----------
+    size : int
+        N.
+    further : iterable of int
+        More δ, such as those of both teams.
+    """
+    return tuple(sorted({delta for delta in (*_DELTAS, *further, size - 1) if delta < size}))

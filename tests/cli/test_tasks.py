@@ -1,0 +1,152 @@
+"""Commands that take a task: tasks, run, delta, sweep, watch, learn explore, gathering and reproduce."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from teamsight import TASKS, open_study
+from teamsight.cli import main
+from teamsight.cli.options import InputError
+from teamsight.cli.watch import WatchSettings
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    out, err = capsys.readouterr()
+    return int(left.value.code or 0), out, err
+
+
+def test_tasks_are_listed_and_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = call(capsys, "tasks", "--verify")
+    assert status == 0
+    for name in TASKS:
+        task = TASKS[name]
+        assert name in out
+        assert f"{task.objective.better} {task.objective.metric}" in out
+    assert "all keep their contracts" in out
+    assert call(capsys, "tasks", "cmomt")[2].startswith("teamsight: task='cmomt': unknown; did you mean 'cmommt'")
+
+
+def test_run_prints_the_metrics_of_a_task(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    place = tmp_path / "run.parquet"
+    arguments = ("--task", "cmommt", "--treatment", "explore", "--set", "robots=4", "--steps", "20", "--seed", "3")
+    status, out, _ = call(capsys, "run", *arguments, "--save", str(place))
+    assert status == 0
+    world = TASKS["cmommt"].build("explore", rng=3, robots=4)
+    world.run(20)
+    assert f"{world.observed_fraction:.4g}" in next(line for line in out.splitlines() if "observed fraction" in line)
+    history = pd.read_parquet(place)
+    assert len(history) == 20
+    assert {"task": "cmommt", "treatment": "explore", "robots": 4, "seed": 3, "steps": 20}.items() <= history.attrs.items()
+
+
+def test_delta_of_a_task_is_that_of_its_parameters(capsys: pytest.CaptureFixture[str]) -> None:
+    common = ("--runs", "12", "--steps", "30", "--risk", "0.2", "--seed", "5", "--workers", "1")
+    plain = call(capsys, "delta", "--robots", "6", "--policy", "random-walk", *common)[1]
+    task = call(capsys, "delta", "--task", "cmommt", "--set", "robots=6", *common)[1]
+    assert "task cmommt, explore, robots=6, 6 robots" in task
+    assert task.splitlines()[1:] == plain.splitlines()[1:]
+    skilled = call(capsys, "delta", "--task", "cmommt", "--set", "robots=6", "--treatment", "skilled", *common)[1]
+    assert "task cmommt, skilled" in skilled
+
+
+def test_sweep_of_a_task_needs_no_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    arguments = ("--set", "robots=3,5", "--set", "treatment=explore,skilled", "--set", "radius=2.5")
+    status, out, _ = call(
+        capsys, "sweep", "--task", "cmommt", *arguments, "--replicates", "2", "--steps", "10", "--workers", "1",
+        "--out", str(tmp_path / "study"),
+    )  # fmt: skip
+    assert status == 0
+    assert "8 runs made" in out
+    frame = open_study(tmp_path / "study").frame
+    assert sorted(frame["robots"].unique()) == [3, 5]
+    assert set(frame["treatment"]) == {"explore", "skilled"}
+    assert "observed_fraction" in frame
+
+
+def test_explore_of_a_task(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    place = str(tmp_path / "memory.safetensors")
+    status, out, err = call(capsys, "learn", "explore", "--task", "cmommt", "--set", "robots=3", "--steps", "5", "--out", place)
+    assert (status, err) == (0, "")
+    assert "15 transitions" in out
+    # The same again is already there; another scenario is another exploration.
+    assert "already holds" in call(capsys, "learn", "explore", "--task", "cmommt", "--set", "robots=3", "--steps", "5", "--out", place)[1]
+    other = call(capsys, "learn", "explore", "--task", "cmommt", "--set", "robots=4", "--steps", "5", "--out", place)
+    assert (other[0], "give --append" in other[2]) == (2, True)
+
+
+def test_gathering_writes_its_results(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    arguments = ("--sizes", "3", "--runs", "6", "--steps", "10", "--set", "radius=2", "--out", str(tmp_path), "--workers", "1")
+    status, out, _ = call(capsys, "gathering", "--task", "cmommt", *arguments, "--format", "svg")
+    assert status == 0
+    assert "gathering index in" in out
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "gathering.md", "gathering.svg", "gathering.parquet", "gathering-index.parquet",
+    }  # fmt: skip
+    assert "radius=2" in (tmp_path / "gathering.md").read_text(encoding="utf-8")
+    assert call(capsys, "gathering", "--seed", "3", *arguments)[0] == 2
+
+
+def test_reproduce_of_a_task_calls_its_reproduction(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from teamsight.analysis import reproductions
+
+    given = []
+
+    def reproduce(request: reproductions.Request, pool: object, watch: object) -> list[str]:
+        given.append(request)
+        return ["two of three hold"]
+
+    monkeypatch.setattr(reproductions, "_made_for_a_test", reproduce, raising=False)
+    monkeypatch.setitem(
+        reproductions.REPRODUCTIONS._homes, "gather", "teamsight.analysis.reproductions:_made_for_a_test"  # type: ignore[arg-type, index]
+    )
+    status, out, _ = call(
+        capsys, "reproduce", "--task", "gather", "--out", str(tmp_path), "--quick", "--seed", "7", "--workers", "1"
+    )
+    assert status == 0
+    assert "two of three hold" in out
+    assert given == [reproductions.Request(tmp_path, seed=7, quick=True)]
+    refused = call(capsys, "reproduce", "3", "--task", "gather", "--out", str(tmp_path))
+    assert (refused[0], "is for the task cmommt; leave it out" in refused[2]) == (2, True)
+
+
+WRONG = [
+    (("run", "--task", "cmommt", "--robots", "3"), "--robots=3: is an option of CMOMMT; with --task cmommt give --set"),
+    (("run", "--treatment", "explore"), "--treatment: is for a task; give --task NAME too"),
+    (("run", "--task", "cmommt", "--set", "robts=3"), "robts: is no parameter of the task cmommt; did you mean 'robots'"),
+    (("run", "--task", "cmommt", "--evenness"), "--evenness=True: is an option of CMOMMT"),
+    (("delta", "--set", "robots=3"), "--set: is for a task"),
+    (("delta", "--task", "cmommt", "--awareness-range", "2"), "--awareness-range=2.0: is an option of CMOMMT"),
+    (("delta", "--task", "cmommt", "--trajectories", "x.csv", "--awareness-range", "1"), "--task=cmommt: cannot be combined with --traj"),
+    (("sweep", "--out", "x"), "STUDY: is missing; give a study file, or --task NAME"),
+    (("sweep", "s.toml", "--task", "cmommt", "--out", "x"), "STUDY: both are given"),
+    (("sweep", "s.toml", "--replicates", "3", "--out", "x"), "--replicates: is for a task"),
+    (("learn", "explore", "--out", "m", "--task", "cmommt", "--policy", "centroid"), "--policy=centroid: is an option of CMOMMT"),
+    (("gathering", "--sizes", "1,4"), "sizes=1: must be at least 2"),
+    (("gathering", "--set", "robots=3"), "robots is N, the size of the team; give it as sizes"),
+    (("reproduce", "--task", "forage2"), "task='forage2': unknown"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("arguments", "message"), WRONG, ids=map(str, range(len(WRONG))))
+def test_what_does_not_go_together_is_refused(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, out, err = call(capsys, *arguments)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert message in err
+
+
+def test_watch_takes_a_task() -> None:
+    assert WatchSettings(task="cmommt", set=("robots=3",), beside=("treatment=explore",)).task == "cmommt"
+    with pytest.raises(InputError, match="unknown"):
+        WatchSettings(task="cmomt")
+    with pytest.raises(ValueError, match="--robots=3: is an option of CMOMMT; with --task cmommt give --set"):
+        WatchSettings(task="cmommt", robots="3")
