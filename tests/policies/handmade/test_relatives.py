@@ -147,6 +147,13 @@ def test_a_robot_with_nothing_to_follow_helps_the_nearest_that_asks_and_the_othe
 
 
 @pytest.mark.short
+def test_a_target_that_two_teammates_relay_is_one_request() -> None:
+    _, robots = placed([(0, 0), (1.8, 0), (0.9, 2.5)], [(0.9, 0)], BCmommt(idle="stay"))
+    robots[0].model.step()
+    assert most_requests(robots.policy_state).tolist() == [0, 0, 1]
+
+
+@pytest.mark.short
 def test_a_target_that_was_observed_less_attracts_more() -> None:
     # A robot between two resting targets, of which it has known one for 50 decisions when the other appears.
     def force(evenness: float) -> float:
