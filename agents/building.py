@@ -30,6 +30,7 @@ from teamsight.world.arena import Arena
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.limits import Limits
 from teamsight.world.motion import turn_limit as turn_limit_of
+from teamsight.world.placement import PLACEMENTS
 from teamsight.world.starts import Founders, starts
 
 A = TypeVar("A", bound=Body)
@@ -151,7 +152,7 @@ def founders_of(
             raise ValueError(f"placement={shown}: applies without position; give one of them")
         placement = checked_positions(arena, given.position, (size, 2))
     elif isinstance(given.placement, str):
-        placement = checks.choice("placement", given.placement, ("uniform", "spread"))
+        placement = checks.choice("placement", given.placement, PLACEMENTS)
     else:
         placement = checked_positions(arena, given.placement, (size, 2))
     heading = None if given.heading is None else checked_headings(given.heading, (size, 2))

@@ -16,7 +16,7 @@ from teamsight.agents.cmommt_numbers import checked_numbers
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
-from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName
+from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
@@ -46,6 +46,7 @@ DEFAULTS: dict[str, Any] = {
     "delta": 16,
     "sensing_range": 1.0,
     "awareness_range": 1.0,
+    "range_shape": "disc",
     "sensor": None,
     "robot_speed": 0.1,
     "target_speed": 0.075,
@@ -97,6 +98,8 @@ class CMOMMT(World):
         The number of sectors of "ring", or of teammates of "nearest"; by default 16.
     sensing_range, awareness_range : float
         Distances within which they sense targets and teammates [length]; by default 1.
+    range_shape : {"disc", "square"}
+        The shape of all ranges; see `World.add`.
     sensor : Sensor, optional
         The sensor with which robots sense targets; by default exact. That of teammates is
         ``robots.sensors["teammates"]``.
@@ -146,6 +149,7 @@ class CMOMMT(World):
         delta: int = _DEFAULT["delta"],
         sensing_range: float = _DEFAULT["sensing_range"],
         awareness_range: float = _DEFAULT["awareness_range"],
+        range_shape: RangeShape = _DEFAULT["range_shape"],
         sensor: Sensor | None = _DEFAULT["sensor"],
         robot_speed: float = _DEFAULT["robot_speed"],
         target_speed: float = _DEFAULT["target_speed"],
@@ -162,7 +166,7 @@ class CMOMMT(World):
         values: dict[str, Any] = {
             "robots": robots, "targets": targets, "radius": radius, "policy": policy, "awareness": awareness,
             "delta": delta, "sensing_range": sensing_range, "awareness_range": awareness_range,
-            "sensor": sensor,
+            "range_shape": range_shape, "sensor": sensor,
             "robot_speed": robot_speed, "target_speed": target_speed, "uniform_target_speed": uniform_target_speed,
             "cycle": cycle,
             "target_policy": target_policy, "policy_options": policy_options,
@@ -187,12 +191,12 @@ class CMOMMT(World):
         super().__init__(numbers.arena, rng=rng, seed=seed)
         self._robots = self.add(
             Robot, count[0], policy=rules[0], awareness=degree, sensing_range=numbers.sensing_range,
-            awareness_range=numbers.awareness_range, speed=numbers.robot_speed,
+            awareness_range=numbers.awareness_range, range_shape=plan["range_shape"], speed=numbers.robot_speed,
             placement="spread" if isinstance(rules[0], Stationary) else "uniform", cycle=plan["cycle"],
         )  # fmt: skip
         self._targets = self.add(
             Target, count[1], policy=rules[1], speed=self._target_speeds(np.arange(count[1])),
-            sensing_range=numbers.sensing_range,
+            sensing_range=numbers.sensing_range, range_shape=plan["range_shape"],
         )  # fmt: skip
         self.senses(self.robots, self.targets, sensor=plan["sensor"])
         self._let_targets_sense()
@@ -222,6 +226,7 @@ class CMOMMT(World):
     target_speed = LiveSetting[Floats, Numbers]("targets", "speed")
     cycle = LiveSetting[Cycle, CycleLike]("robots", "cycle")
     radius = FixedSetting("build another model")
+    range_shape = FixedSetting("build another model")
     preset = FixedSetting("build another model")
     seed = FixedSetting("start again with reset(rng)")
     delta = FixedSetting("give the robots another degree, as in model.awareness = RingAwareness(8)", "awareness")

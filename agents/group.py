@@ -28,6 +28,7 @@ from teamsight.agents.settings import readonly as readonly
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.policies.channels import OWN_FIELDS, channels_of
+from teamsight.policies.columns import columns_of
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
@@ -89,10 +90,14 @@ class Group(Deciding, Generic[A]):
         What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
+    perceived_columns : dict of str to ndarray, shape (identities,), float64
+        The columns that its policies read, by identity; empty for a function of one robot in a world without any.
     has_conditions : bool
         Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
     action : Action
         The last decision.
+    last_rewards : ndarray, shape (2, n), float64
+        What interactions gave each agent in the last step, and 1 if one ended a trial for it, else 0.
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     members : ndarray, shape (lanes,), int64
@@ -132,6 +137,7 @@ class Group(Deciding, Generic[A]):
         self.relations: dict[str, Relation] = {}
         self.host = host
         self.time = np.zeros(1)
+        self.perceived_columns: dict[str, Floats] = {}
         self.begin(first_state(policy, len(bodies)))
 
     def begin(self, state: Any) -> None:
@@ -145,6 +151,7 @@ class Group(Deciding, Generic[A]):
         self.members = np.zeros(lanes, np.int64)
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
+        self.last_rewards = np.zeros((2, size))
         # After a failed step: whether the kernel had decided; the next step then carries out `action`.
         self.has_decided = False
 
@@ -164,7 +171,7 @@ class Group(Deciding, Generic[A]):
         self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
         self.action.heading[:], self.action.distance[:] = 0.0, 0.0
         bodies.active[:] = True
-        bodies.reward[:], bodies.ended[:] = 0.0, False
+        bodies.reward[:], bodies.ended[:], self.last_rewards[:] = 0.0, False, 0.0
         for channel in self.channels.values():
             channel.works[:] = True
         for readings in self.readings.values():
@@ -317,7 +324,8 @@ class Group(Deciding, Generic[A]):
         others = channels_of(channels, map(self.room, channels))
         return Percept(
             *body, targets, teammates, relayed, self.perception.situation, others, self.time,
-            bodies.reward, bodies.ended,
+            bodies.reward, bodies.ended, bodies.identity,
+            columns_of(tuple(self.perceived_columns), self.perceived_columns.values()),
         )  # fmt: skip
 
     def noise(self, tick: int) -> Floats:

@@ -164,8 +164,9 @@ class World(RunMethods):
             The largest distance they can move in a step [length].
         turn_limit : float or array_like, shape (count,), optional
             The largest angle they can turn in a step [rad], at most 2π; unlimited by default, and from π on.
-        placement : {"uniform", "spread"}
-            The rule for the initial positions: uniform over the area, or spread so that sensing discs do not overlap.
+        placement : {"uniform", "spread", "cells"}
+            The rule for the initial positions: uniform over the area; spread so that sensing discs do not overlap; or
+            at the centres of random cells of side 1.
         position : array_like, shape (count, 2) or (2,), optional
             The initial positions, or one for all [length].
         heading : array_like, shape (count, 2) or (2,), optional
@@ -291,7 +292,7 @@ class World(RunMethods):
         if data is None:
             return f"<{type(self).__name__}, not built>"
         groups = "".join(f", {len(one):,} {one.name}{note_of_inactive(one.bodies.active)}" for one in data.groups)
-        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena!r}{groups}>"
+        return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena}{groups}>"
 
     def _repr_html_(self) -> str | None:
         from teamsight.agents.world_card import world_html

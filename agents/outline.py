@@ -60,6 +60,11 @@ def circle(x: float, y: float, radius: float, corners: int) -> Floats:
     return line
 
 
+def square(x: float, y: float, half: float) -> Floats:
+    """Return a closed line around a square of this half side, shape (5, 2)."""
+    return np.array([x, y]) + half * np.array([(1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)], float)
+
+
 def _walls(arena: Arena) -> Floats:
     """Return pieces of the walls, shape (pieces, 2, 2): marching squares with points found by bisection."""
     low, high = arena.bounds

@@ -69,7 +69,9 @@ def _group(
     places, ways = places[active], ways[active]
     noses = [np.stack([place, place + _NOSE * way]) for place, way in zip(places, ways, strict=True)]
     return [
-        _dots(places, group.sensing_range[rows][active] * scale, f'fill="{colour}" fill-opacity="0.12" stroke="none"'),
+        (_dots if group.range_shape == "disc" else _squares)(
+            places, group.sensing_range[rows][active] * scale, f'fill="{colour}" fill-opacity="0.12" stroke="none"'
+        ),
         _dots(places, np.full(len(places), _DOT), f'fill="{colour}" stroke="none"'),
         _dots(inactive, np.full(len(inactive), _DOT), f'fill="none" stroke="{colour}" stroke-dasharray="2 2"'),
         _path(noses, f'fill="none" stroke="{colour}" stroke-width="1.5"'),
@@ -81,6 +83,15 @@ def _dots(places: Floats, radii: Floats, look: str) -> str:
     half = "a{r:.1f} {r:.1f} 0 1 0 {d:.1f} 0"
     arcs = (half.format(r=r, d=2 * r) + half.format(r=r, d=-2 * r) for r in radii)
     steps = [f"M{x - r:.1f} {y:.1f}{arc}" for (x, y), r, arc in zip(places, radii, arcs, strict=False)]
+    return f'<path {look} d="{"".join(steps)}"/>' if steps else ""
+
+
+def _squares(places: Floats, halves: Floats, look: str) -> str:
+    """Return squares of these half sides as one path."""
+    steps = [
+        f"M{x - half:.1f} {y - half:.1f}h{2 * half:.1f}v{2 * half:.1f}h{-2 * half:.1f}z"
+        for (x, y), half in zip(places, halves, strict=False)
+    ]
     return f'<path {look} d="{"".join(steps)}"/>' if steps else ""
 
 

@@ -62,7 +62,7 @@ class WorldSpace(_NewSpace, _OldSpace):
         self._model, self._data = model, data
 
     def __repr__(self) -> str:
-        return f"<WorldSpace of {self._data.arena!r}: {len(self.active_agents)} agents>"
+        return f"<WorldSpace of {self._data.arena}: {len(self.active_agents)} agents>"
 
     @property
     def dimensions(self) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.outline import COLOURS, circle, obstacles, walls
+from teamsight.agents.outline import COLOURS, circle, obstacles, square, walls
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def _headings(world: World) -> list[Floats]:
 def _ranges(world: World) -> list[tuple[Floats, int]]:
     """Return the sensing range of each active agent on a team as a line, and the number of its group."""
     return [
-        (circle(x, y, reach, 48), group.number)
+        (circle(x, y, reach, 48) if group.range_shape == "disc" else square(x, y, reach), group.number)
         for group in world.groups
         if group.team is not None
         for (x, y), reach in zip(group.position[group.active], group.sensing_range[group.active], strict=True)

@@ -181,6 +181,7 @@ def over_positions(
     awareness_range: float | Floats,
     arena: Arena | None = None,
     *,
+    range_shape: str = "disc",
     cliques: bool = True,
 ) -> pd.DataFrame:
     """Return the numbers of the neighbour graph for recorded positions of a team of constant size.
@@ -195,6 +196,8 @@ def over_positions(
         Distance within which each robot senses others [length].
     arena : Disc, Box or Torus, optional
         Changes distances only if it is periodic, as a torus is.
+    range_shape : {"disc", "square"}
+        The shape of ranges. In a square are robots at most the range away along either axis.
     cliques : bool
         Whether to find the largest clique in each frame.
 
@@ -206,7 +209,8 @@ def over_positions(
     reach = np.broadcast_to(np.asarray(awareness_range, float), position.shape[1:2])
     present = ~np.isnan(position[..., 0])
     graphs = (
-        proximity_graph(place[there], None, reach[there], arena) for place, there in zip(position, present, strict=True)
+        proximity_graph(place[there], None, reach[there], arena, range_shape=range_shape)
+        for place, there in zip(position, present, strict=True)
     )
     return table(zip(np.asarray(time).tolist(), graphs, strict=True), cliques=cliques)
 
@@ -216,6 +220,7 @@ def over_trajectory(
     awareness_range: float | Mapping[str, float],
     arena: Arena | None = None,
     *,
+    range_shape: str = "disc",
     cliques: bool = True,
 ) -> pd.DataFrame:
     """Return the numbers of the neighbour graph for a trajectory, in which agents may come and go.
@@ -228,7 +233,7 @@ def over_trajectory(
     awareness_range : float or mapping of str to float
         Distance within which robots sense each other [length]; or that of each group of one team, by its name in the
         column group. Agents of other groups are left out.
-    arena, cliques
+    arena, range_shape, cliques
         See `over_positions`.
 
     Returns
@@ -255,7 +260,10 @@ def over_trajectory(
     keys = ["run", "time"] if "run" in trajectory else ["time"]
     frames = [(key, rows[["x", "y", "reach"]].to_numpy(float)) for key, rows in trajectory.groupby(keys, observed=True)]
     frames = [(key, rows[~np.isnan(rows[:, 0])]) for key, rows in frames]
-    graphs = ((key[-1], proximity_graph(rows[:, :2].copy(), None, rows[:, 2].copy(), arena)) for key, rows in frames)
+    graphs = (
+        (key[-1], proximity_graph(rows[:, :2].copy(), None, rows[:, 2].copy(), arena, range_shape=range_shape))
+        for key, rows in frames
+    )
     found = table(graphs, cliques=cliques)
     if "run" in trajectory:
         found.insert(0, "run", [key[0] for key, _ in frames])

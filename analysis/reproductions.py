@@ -45,4 +45,12 @@ class Request:
 Reproduce = Callable[[Request, "WorkerPool", "Watch"], Sequence[str]]
 
 #: The reproductions by the name of the task, but for CMOMMT's, which is `teamsight.analysis.paper.reproduce`.
-REPRODUCTIONS: Registry[Reproduce] = Registry({})
+REPRODUCTIONS: Registry[Reproduce] = Registry(
+    {
+        "pursuit": "teamsight.analysis.pursuit.reproduce:reproduce",
+        # One study compares all three.
+        "forage": "teamsight.analysis.foraging.reproduce:reproduce",
+        "consume": "teamsight.analysis.foraging.reproduce:reproduce",
+        "graze": "teamsight.analysis.foraging.reproduce:reproduce",
+    }
+)

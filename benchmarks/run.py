@@ -25,6 +25,7 @@ from measure import Row
 from memory import POLICIES, measure_help, measure_memory
 from plain_c import PlainC
 from processes import measure_processes
+from pursuit import measure_pursuit
 from regression import measure_regression
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -38,7 +39,7 @@ from view import measure_view
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "components", "processes", "studies", "view",
+    "components", "processes", "pursuit", "studies", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -65,6 +66,7 @@ def main() -> int:
         "events": lambda: measure_events(rounds),
         "cycles": lambda: measure_cycles(rounds),
         "processes": lambda: measure_processes(rounds),
+        "pursuit": lambda: measure_pursuit(min(rounds, 7)),
         "conditions": lambda: measure_conditions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
         "studies": lambda: [

@@ -17,37 +17,34 @@ from teamsight import Box, Robot, Study, Target, World
 from teamsight.analysis.plot.markdown import table
 from teamsight.analysis.runs.evenness import evenness
 from teamsight.analysis.stats.paired import interval_of
-from teamsight.policies import BCmommt
+from teamsight.policies import BCmommt, Policy
 from teamsight.policies.handmade.b_cmommt import most_requests
 
-TURNING = {"turn_probability": 0.05}
 MEASURES, UNHELPFUL = ("observed_fraction", "spread", "entropy", "redundancy", "requests"), "BCmommt(answer=0)"
 
 
-def boxed(robots: int, targets: int, policy: str, target_policy: str, rng: int) -> World:
+def boxed(robots: int, targets: int, policy: Policy, target_policy: Policy, rng: int) -> World:
     """Return a team in a box of 40 x 40 with ranges 5 and 6 and speeds 1 and 0.5; here the sensing range is 1."""
     world = World(Box(8, 8), rng=rng)
     team = world.add(Robot, robots, policy=policy, awareness="shared", awareness_range=1.2, speed=0.2)
-    prey = world.add(Target, targets, policy=target_policy, policy_options=TURNING, speed=0.1, sensing_range=1.4)
+    prey = world.add(Target, targets, policy=target_policy, speed=0.1, sensing_range=1.4)
     world.senses(team, prey)
-    if target_policy == "evasive":
-        world.senses(prey, team)
+    world.senses(prey, team)
     return world
 
 
 def measured(world: World, steps: int) -> dict[str, float | None]:
     """Run a world, and return the columns of its row; requests are the most that any robot has received at once."""
     found: dict[str, float | None] = evenness(world, steps)._asdict()
-    robots = world.groups[0]
-    asked = most_requests(robots.policy_state) if isinstance(robots.policy, BCmommt) else None
-    return found | {"requests": None if asked is None else float(asked.max())}
+    team = world.groups[0]
+    return found | {"requests": most_requests(team.policy_state).max() if isinstance(team.policy, BCmommt) else None}
 
 
 def label(policy: str) -> str:
     """Return the name of a policy of a study, such as "BCmommt(answer=0)"."""
     options = json.loads(policy) if policy.startswith("{") else {"use": f":{policy}"}
     name = options.pop("use").partition(":")[2]
-    return name + (f"({', '.join(f'{key}={value}' for key, value in options.items())})" if options else "")
+    return f"{name}({', '.join(f'{key}={value}' for key, value in options.items())})".removesuffix("()")
 
 
 def compared(runs: pd.DataFrame, measure: str, axes: list[str]) -> str:
@@ -61,7 +58,7 @@ def compared(runs: pd.DataFrame, measure: str, axes: list[str]) -> str:
         wide = wide.assign(**{name: wide[name] - wide[first] for name in others}, **helped)
     rows: list[list[str]] = []
     for place, cells in wide.groupby(level=scenario, sort=False):
-        rows.append([str(one).removesuffix(".0") for one in place])
+        rows.append([label(str(one)).removesuffix(".0") for one in place])
         for name in wide.columns:
             mean, _, high = interval_of(cells[name].dropna().to_numpy())
             sign = "" if name == first or measure == "requests" else "+"
@@ -72,12 +69,11 @@ def compared(runs: pd.DataFrame, measure: str, axes: list[str]) -> str:
 def main() -> None:
     file, *replicates = sys.argv[1:] or ["relatives.toml"]
     study = Study.from_file(Path(__file__).with_name(file))
-    study = Study.from_dict(study.as_dict() | {"replicates": int(one) for one in replicates})
+    study = Study.from_dict(study.as_dict() | dict(zip(["replicates"], map(int, replicates), strict=False)))
     with tempfile.TemporaryDirectory() as folder:
         runs = study.run(Path(folder) / "results", workers=2).frame
     print("\n\n".join(f"{measure}\n\n{compared(runs, measure, [*study.axes])}" for measure in MEASURES))
 
 
-# Worker processes import this file.
 if __name__ == "__main__":
     main()

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
     from teamsight.policies.check import check_policy
+    from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager.linear import LinearQ
     from teamsight.policies.eager.tabular import TabularQ
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
     from teamsight.policies.lazy.lazy_regression import LazyRegression
     from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
+    from teamsight.policies.online.lattice_walk import LatticeWalk
+    from teamsight.policies.online.online_q import OnlineQ
+    from teamsight.policies.online.prey_q import PreyQ
     from teamsight.policies.percept_of_one import PerceptOfOne, turn_to
     from teamsight.policies.registry import POLICIES
 
@@ -47,6 +51,9 @@ _HOMES = {
     "Evolved": "teamsight.policies.evolved.policy",
     "LazyRegression": "teamsight.policies.lazy.lazy_regression",
     "LinearQ": "teamsight.policies.eager.linear",
+    "LatticeWalk": "teamsight.policies.online.lattice_walk",
+    "OnlineQ": "teamsight.policies.online.online_q",
+    "PreyQ": "teamsight.policies.online.prey_q",
     "PolicyArrays": "teamsight.policies.interface",
     "PolicyState": "teamsight.policies.interface",
     "POLICIES": "teamsight.policies.registry",
@@ -62,16 +69,17 @@ _HOMES = {
     "Stationary": "teamsight.policies.handmade.stationary",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",
+    "column_of": "teamsight.policies.columns",
     "go": "teamsight.policies.actions",
     "turn_to": "teamsight.policies.percept_of_one",
     "turned": "teamsight.policies.interface",
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats", "LazyQ",
-    "LazyRegression", "LinearQ", "NeighbourList", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
-    "PolicyArrays", "PolicyState", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "TabularQ",
-    "check_policy", "go", "turn_to", "turned",
+    "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats",
+    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
+    "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger",
+    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -13,6 +13,7 @@ from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies import compiled
 from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.channels import channels_of
+from teamsight.policies.columns import columns_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.declarations import check_declarations
 from teamsight.policies.guarded_decision import try_decision
@@ -28,7 +29,13 @@ _MOST_SEEN = (3, 40, 0, 250)
 
 
 def sample_percept(
-    size: int, rng: np.random.Generator, inputs: int = 0, *, most: int = 3, channels: tuple[str, ...] = ()
+    size: int,
+    rng: np.random.Generator,
+    inputs: int = 0,
+    *,
+    most: int = 3,
+    channels: tuple[str, ...] = (),
+    columns: tuple[str, ...] = (),
 ) -> Percept:
     """Return a random percept of `size` robots, some of which see nothing.
 
@@ -44,6 +51,8 @@ def sample_percept(
         Largest number of targets, of teammates and of relayed targets that a robot sees, and of each channel.
     channels : tuple of str, default ()
         The names of further channels.
+    columns : tuple of str, default ()
+        The names of columns.
     """
     angle = rng.uniform(0, 2 * np.pi, size)
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -60,7 +69,16 @@ def sample_percept(
         channels=channels_of(channels, [_sample_neighbours(size, rng, most) for _ in channels]),
         reward=rng.choice([-1.0, 0.0, 0.0, 1.0], size),
         ended=rng.random(size) < 0.25,
+        identity=1 + np.arange(size),
+        columns=_sample_columns(columns, size, size + most + 51, rng),
     )
+
+
+def _sample_columns(names: tuple[str, ...], size: int, identities: int, rng: np.random.Generator) -> Any:
+    # Some of the others do not have the column.
+    without = (rng.random(identities) < 0.2) & (np.arange(identities) > size)
+    values = [np.where(without, np.nan, rng.integers(0, 4, identities)) for _ in names]
+    return columns_of(names, values)
 
 
 def _sample_neighbours(size: int, rng: np.random.Generator, most: int) -> NeighbourList:
@@ -139,7 +157,7 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
 
 def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
     most = _MOST_SEEN[step % len(_MOST_SEEN)]
-    percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels)
+    percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns)
     if step % 2:
         # Some degrees of awareness hide the identities of teammates.
         percept.teammates.identity[:] = -1
@@ -175,7 +193,10 @@ def _arrays(value: Any) -> list[npt.NDArray[Any]]:
 
 
 def _are_equal(arrays: Iterable[Any], others: Iterable[Any]) -> bool:
-    return all(map(np.array_equal, arrays, others))
+    return all(
+        np.array_equal(one, other, equal_nan=np.asarray(one).dtype.kind == "f")
+        for one, other in zip(arrays, others, strict=True)
+    )
 
 
 def _check_rule(name: str, rule: Rule, percept: Percept) -> None:

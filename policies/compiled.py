@@ -12,6 +12,7 @@ import numpy.typing as npt
 from teamsight.core.kernel import Entry, Packed, Record, specialise
 from teamsight.core.parameters import parameters_of
 from teamsight.policies.channels import channels_type, selected
+from teamsight.policies.columns import columns_type, selected_columns
 from teamsight.policies.interface import Action, Floats, Integers, Percept, Policy, PolicyArrays, PolicyState
 
 
@@ -37,9 +38,9 @@ class Decision(NamedTuple):
 
 
 @cache
-def decision_record(channels: tuple[str, ...]) -> Record[Decision]:
-    """Return the record of decisions of policies that read these channels."""
-    return Record(Decision, {"percept.channels": channels_type(channels)})
+def decision_record(channels: tuple[str, ...], columns: tuple[str, ...] = ()) -> Record[Decision]:
+    """Return the record of decisions of policies that read these channels and columns."""
+    return Record(Decision, {"percept.channels": channels_type(channels), "percept.columns": columns_type(columns)})
 
 
 def decide_at(address: int) -> int:
@@ -101,9 +102,9 @@ class CompiledPolicy(Policy):
     def entry(self) -> Entry:
         """Return the compiled decision of this kind of policy."""
         kernel = type(self).kernel
-        kind = kernel, self.channels
+        kind = kernel, self.channels, self.columns
         if kind not in _ENTRIES:
-            name, read = type(self).__name__.lower(), decision_record(self.channels).at
+            name, read = type(self).__name__.lower(), decision_record(self.channels, self.columns).at
             # The errors of compilation name the declared channels.
             bound = {"decision_kernel": kernel, "decision_at": read, "declared_channels": self.channels}
             _ENTRIES[kind] = specialise(decide_at, name, **bound)
@@ -156,10 +157,15 @@ def pack_decision(
     channels = selected(percept.channels, policy.channels, type(policy).__name__)
     if channels is not percept.channels:
         percept = percept._replace(channels=channels)
+    columns = selected_columns(percept.columns, policy.columns, type(policy).__name__)
+    if columns is not percept.columns:
+        percept = percept._replace(columns=columns)
     if len(percept.reward) != len(percept.heading):
         percept = percept.without_reward()
+    if len(percept.identity) != len(percept.heading):
+        percept = percept._replace(identity=np.full(len(percept.heading), -1))
     arrays = PolicyArrays(parameters, table, state)
-    return decision_record(policy.channels).pack(Decision(percept, arrays, noise, tick, action))
+    return decision_record(policy.channels, policy.columns).pack(Decision(percept, arrays, noise, tick, action))
 
 
 def _dense(value: Any) -> Any:

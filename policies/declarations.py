@@ -7,7 +7,7 @@ from typing import Any
 from teamsight.core import checks
 from teamsight.policies.channels import OWN_FIELDS, checked_channel
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.interface import Policy
+from teamsight.policies.interface import Policy, PolicyState
 
 
 def check_declarations(name: str, policy: Policy) -> None:
@@ -30,7 +30,7 @@ def check_declarations(name: str, policy: Policy) -> None:
         raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
     for attribute in ("draws", "inputs", "effort"):
         checks.count(f"{name}.{attribute}", getattr(policy, attribute), least=0)
-    for attribute in ("channels", "needs"):
+    for attribute in ("channels", "columns", "shows", "needs"):
         _check_names(f"{name}.{attribute}", getattr(policy, attribute))
     for need in policy.needs:
         checks.choice(f"{name}.needs", need, OWN_FIELDS)
@@ -38,6 +38,22 @@ def check_declarations(name: str, policy: Policy) -> None:
         if channel in OWN_FIELDS:
             raise ValueError(f"{name}.channels: {channel!r} is a field of percepts, percept.{channel}; leave it out")
         checked_channel(channel)
+    for column in (*policy.columns, *policy.shows):
+        if not column.isidentifier() or hasattr(tuple, column):
+            raise ValueError(f"{name}.columns: {column!r} cannot be an attribute of percept.columns; rename the column")
+    if policy.shows:
+        _check_shows(name, policy)
+
+
+def _check_shows(name: str, policy: Policy) -> None:
+    """Refuse a policy that shows more of its state than it has."""
+    state = policy.start(1)
+    fields = state.floats.shape[2] if isinstance(state, PolicyState) and state.floats.shape[1] else 0
+    if fields < len(policy.shows):
+        raise ValueError(
+            f"{name}.shows={policy.shows}: are the first {len(policy.shows)} fields of its state.floats[:, 0], which "
+            f"has {fields}; return PolicyState(np.zeros((size, 1, {len(policy.shows)})), …) from start(size)"
+        )
 
 
 def _check_names(what: str, names: Any) -> None:

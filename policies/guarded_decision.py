@@ -26,6 +26,7 @@ PERCEPT_AXES = {
     "n + 1": Axis("elements", "there is one more than robots; robot i's are start[i] and start[i + 1]"),
     "k": Axis("neighbours", "those of robot i are start[i] up to, not including, start[i + 1]"),
     "width": Axis("inputs", "declare as many as it needs as `inputs`"),
+    "identities": Axis("identities", "hidden ones are −1; read elements by column_of(column, identity)"),
     "p": Axis("parameters", "add what it needs to `parameters`"),
 }
 
@@ -42,8 +43,8 @@ _AXES = PERCEPT_AXES | {
 
 
 @cache
-def _guarded_record(channels: tuple[str, ...]) -> GuardedRecord:
-    return GuardedRecord(decision_record(channels), ("arrays.state", "action"), _AXES, {"noise": "n"})
+def _guarded_record(channels: tuple[str, ...], columns: tuple[str, ...]) -> GuardedRecord:
+    return GuardedRecord(decision_record(channels, columns), ("arrays.state", "action"), _AXES, {"noise": "n"})
 
 
 # A value that no kernel computes; it marks what was not written.
@@ -56,10 +57,11 @@ def _entry(policy: CompiledPolicy) -> Entry | None:
     kernel = getattr(type(policy), "kernel", None)
     if kernel is None:
         raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
-    kind = kernel, policy.channels
+    kind = kernel, policy.channels, policy.columns
     if kind not in _ENTRIES:
         name = type(policy).__name__
-        guards = {"decision_kernel": guarded(kernel), "decision_at": _guarded_record(policy.channels).at}
+        record = _guarded_record(policy.channels, policy.columns)
+        guards = {"decision_kernel": guarded(kernel), "decision_at": record.at}
         made = specialise(decide_at, f"{name.lower()}-guarded", **guards)
         _ENTRIES[kind] = machine_code(name, "its kernel", made, policy.entry())
     return _ENTRIES[kind]
@@ -137,5 +139,5 @@ def _run(
     fenced: Percept = fences.put("percept", percept, read_only=True)
     given = fences.put("noise", noise[np.newaxis], read_only=True)
     record = pack_decision(policy, fenced, after, given, np.zeros(1, np.int64), action)
-    run_guarded(name, "its kernel", entry, record, _guarded_record(policy.channels).arrays, fences)
+    run_guarded(name, "its kernel", entry, record, _guarded_record(policy.channels, policy.columns).arrays, fences)
     return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())

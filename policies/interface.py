@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from teamsight.core.neighbour_list import Filled, NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, Channels
+from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
 
 #: An array of float64.
 Floats = npt.NDArray[np.float64]
@@ -21,6 +22,8 @@ _NO_TIME = np.zeros(1)
 _NO_TIME.flags.writeable = False
 # Those of percepts without a reward; `CompiledPolicy.decide` gives each robot none.
 _NO_REWARD, _NOT_ENDED = np.zeros(0), np.zeros(0, np.bool_)
+# Those of percepts in which robots do not know their own identity.
+_NOBODY = np.zeros(0, np.int64)
 
 
 class Percept(NamedTuple):
@@ -53,6 +56,11 @@ class Percept(NamedTuple):
         The sum of what interactions have given each robot since its last decision; 0 without an interaction.
     ended : ndarray, shape (n,), bool
         Whether an interaction has ended a trial for each robot since its last decision.
+    identity : ndarray, shape (n,), int64
+        The robots' own identities; −1 if they are not known.
+    columns : NamedTuple of ndarray, shape (identities,), float64
+        Properties of agents, by identity, as they are at this decision; NaN for those without. Of a robot itself:
+        ``percept.columns.load[percept.identity[i]]``. Those that the policy declares as `Policy.columns`.
     """
 
     heading: Annotated[Floats, "n", 2]
@@ -68,6 +76,8 @@ class Percept(NamedTuple):
     time: Annotated[Floats, 1] = _NO_TIME
     reward: Annotated[Floats, "n"] = _NO_REWARD
     ended: Annotated[npt.NDArray[np.bool_], "n"] = _NOT_ENDED
+    identity: Annotated[Integers, "n"] = _NOBODY
+    columns: PerceivedColumns = NO_COLUMNS
 
     def without_reward(self) -> Percept:
         """Return a percept in which no robot has got a reward."""
@@ -139,6 +149,13 @@ class Policy(ABC):
     channels : tuple of str, default ()
         Channels that the policy reads as ``percept.channels.NAME``. A world in which the group does not sense them
         refuses the policy.
+    columns : tuple of str, default ()
+        Properties of agents, its own and those of others that it perceives, that the policy reads as
+        ``percept.columns.NAME``: columns of groups, such as those of an interaction, and what policies show. A world
+        in which no group has them refuses the policy.
+    shows : tuple of str, default ()
+        What others can perceive of a robot's state, by name: the first fields of the first slot of its
+        `PolicyState.floats`. Policies read it like a column.
     needs : tuple of str, default ()
         Fields of the percept that the policy requires: "targets", "teammates", "relayed". A world whose degree of
         awareness never fills them refuses the policy.
@@ -152,6 +169,8 @@ class Policy(ABC):
     inputs: int = 0
     degree: str | None = None
     channels: tuple[str, ...] = ()
+    columns: tuple[str, ...] = ()
+    shows: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     effort: int = 0
 

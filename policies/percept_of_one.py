@@ -12,6 +12,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, Channels, channels_of
+from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
 from teamsight.policies.interface import Floats, Integers, Percept
 
 
@@ -39,6 +40,8 @@ class PerceptOfOne(NamedTuple):
     time: float = 0.0
     reward: float = 0.0
     ended: bool = False
+    identity: int = -1
+    columns: PerceivedColumns = NO_COLUMNS
 
 
 #: A policy for one robot: returns (turn [rad], distance [length]).
@@ -60,6 +63,8 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         _each_channel(percept.channels, lambda name, seen: _neighbours_of_one(seen, i)),
         float(percept.time[0]),
         *(float(percept.reward[i]), bool(percept.ended[i])) if len(percept.reward) else (0.0, False),
+        int(percept.identity[i]) if len(percept.identity) else -1,
+        percept.columns,
     )
 
 
@@ -114,6 +119,8 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         np.array([checks.number("percept.time", percept.time)]),
         np.array([checks.number("percept.reward", percept.reward)]),
         np.array([checks.flag("percept.ended", percept.ended)]),
+        np.array([int(percept.identity)]),
+        percept.columns,
     )
 
 

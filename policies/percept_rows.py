@@ -23,8 +23,14 @@ def percept_of_rows(percept: Percept, rows: Integers) -> Percept:
         neighbours_of_rows(percept.teammates, rows), neighbours_of_rows(percept.relayed, rows),
         percept.situation[rows],
         channels_of(channels._fields, (neighbours_of_rows(seen, rows) for seen in channels)),
-        percept.time, percept.reward[rows], percept.ended[rows],
+        percept.time, _if_any(percept.reward, rows), _if_any(percept.ended, rows), _if_any(percept.identity, rows),
+        percept.columns,
     )  # fmt: skip
+
+
+def _if_any(array: Any, rows: Integers) -> Any:
+    # Percepts that were not made by a world may lack it.
+    return array[rows] if len(array) else array
 
 
 def neighbours_of_rows(seen: NeighbourList, rows: Integers) -> NeighbourList:

@@ -21,6 +21,7 @@ POLICIES: Registry[Callable[..., Policy]] = Registry(
         "centroid": "teamsight.policies.handmade.centroid:Centroid",
         "evasive": "teamsight.policies.handmade.evasive:Evasive",
         "evolved": "teamsight.policies.evolved.policy:Evolved",
+        "lattice-walk": "teamsight.policies.online.lattice_walk:LatticeWalk",
         "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
         "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
         "p-cmommt": "teamsight.policies.handmade.p_cmommt:PCmommt",

@@ -71,6 +71,11 @@ def keep_reward(memory: LazyMemory) -> Floats:
     return -np.asarray(memory.fact("alone_lost"), float)
 
 
+def interaction_reward(memory: LazyMemory) -> Floats:
+    """Return the rewards that interactions gave the robots in each transition, as recorded."""
+    return np.asarray(memory.fact("reward"), float)
+
+
 own_reward = GainReward("own")
 team_reward = GainReward("team")
 alone_reward = GainReward("alone")

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from teamsight.tasks.task import Task
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.check_interaction import check_interaction
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
     from teamsight.world.interaction import Interaction
@@ -76,6 +77,7 @@ _HOMES = {
     "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
+    "check_interaction": "teamsight.world.check_interaction",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
     "check_task": "teamsight.tasks.check",
@@ -91,8 +93,8 @@ __all__ = [
     "CMOMMT", "TASKS", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle",
     "Departures", "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon",
     "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull",
-    "World", "__version__", "check_arena", "check_awareness", "check_policy", "check_sensor", "check_task",
-    "open_study", "run_many",
+    "World", "__version__", "check_arena", "check_awareness", "check_interaction", "check_policy", "check_sensor",
+    "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.

@@ -14,6 +14,7 @@ if __name__ != "teamsight.world":
 if TYPE_CHECKING:
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
+    from teamsight.world.check_interaction import check_interaction
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Arena, Obstructed
     from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
@@ -38,11 +39,12 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Walls": "teamsight.world.wall_contacts",
     "check_arena": "teamsight.world.check",
+    "check_interaction": "teamsight.world.check_interaction",
 }
 
 __all__ = [
     "Arena", "Box", "Circle", "Disc", "InteractingBodies", "Interaction", "InteractionState", "Obstacle", "Obstructed",
-    "Outline", "Polygon", "Sight", "Torus", "Walls", "check_arena",
+    "Outline", "Polygon", "Sight", "Torus", "Walls", "check_arena", "check_interaction",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -22,6 +22,8 @@ from teamsight.world.sight import Sight, open_sight
 from teamsight.world.wall_contacts import ROUNDING, Walls, clearance, confine_walls, joined, repeated, walls_size
 
 Points = npt.NDArray[np.float64]
+# More obstacles are counted where a world is described.
+_MOST_NAMED = 3
 
 
 class Arena(ABC):
@@ -290,3 +292,7 @@ class Obstructed(Arena):
 
     def __repr__(self) -> str:
         return f"{self.arena!r}.with_obstacles({', '.join(map(repr, self.obstacles))})"
+
+    def __str__(self) -> str:
+        number = len(self.obstacles)
+        return repr(self) if number <= _MOST_NAMED else f"{self.arena!r} with {number} obstacles"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Annotated, Any, ClassVar, NamedTuple, get_type_hints
+from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -38,14 +38,14 @@ class InteractingBodies(NamedTuple):
         Whether a trial ends for them, False at the begin of a call; may be written.
     """
 
-    position: Annotated[Floats, ".n", 2]
-    heading: Annotated[Floats, ".n", 2]
-    before: Annotated[Floats, ".n", 2]
-    moved: Annotated[Floats, ".n", 2]
-    speed: Annotated[Floats, ".n"]
-    active: Annotated[Flags, ".n"]
-    reward: Annotated[Floats, ".n"]
-    ended: Annotated[Flags, ".n"]
+    position: Annotated[Floats, "n", 2]
+    heading: Annotated[Floats, "n", 2]
+    before: Annotated[Floats, "n", 2]
+    moved: Annotated[Floats, "n", 2]
+    speed: Annotated[Floats, "n"]
+    active: Annotated[Flags, "n"]
+    reward: Annotated[Floats, "n"]
+    ended: Annotated[Flags, "n"]
 
 
 class InteractionState(NamedTuple):
@@ -81,13 +81,27 @@ Kinds = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
 
 @cache
 def bodies_type(role: str, columns: tuple[tuple[str, str], ...]) -> Any:
-    """Return the NamedTuple of the bodies of a role with these columns, given by name and type."""
-    if not columns:
-        return InteractingBodies
+    """Return the NamedTuple of the bodies of a role with these columns, given by name and type.
+
+    It has the fields of `InteractingBodies`, with a length of its own.
+    """
     arrays: dict[str, Any] = {"f": Floats, "i": Integers, "b": Flags}
-    own = [(name, Annotated[arrays[np.dtype(kind).kind], ".n"]) for name, kind in columns]
-    inherited = get_type_hints(InteractingBodies, include_extras=True).items()
-    return NamedTuple(f"{role.capitalize()}Bodies", [*inherited, *own])  # type: ignore[misc]
+    fields: Any = []
+    for name, hint in get_type_hints(InteractingBodies, include_extras=True).items():
+        kind, _, *further = get_args(hint)
+        fields.append((name, Annotated[(kind, length_of(role), *further)]))
+    fields += [(name, Annotated[arrays[np.dtype(kind).kind], length_of(role)]) for name, kind in columns]
+    return NamedTuple(f"{role.capitalize()}Bodies", fields)
+
+
+def length_of(role: str) -> str:
+    """Return the name of the number of bodies of a role, in records."""
+    return f"number_of_{role}"
+
+
+def lanes_of(role: str) -> str:
+    """Return the name of the length of the rows of noise of a role, in records."""
+    return f"lanes_of_{role}"
 
 
 def first_state(interaction: Interaction, sizes: Any) -> InteractionState:
@@ -124,7 +138,7 @@ def sizes_type(roles: tuple[str, ...]) -> Any:
 def interacting_record(kinds: Kinds) -> Record[Interacting]:
     """Return the record of calls of interactions with these roles and columns."""
     bodies: Any = [(role, bodies_type(role, columns)) for role, columns in kinds]
-    noise: Any = [(role, Annotated[Floats, "draws", f"lanes of {role}"]) for role, _ in kinds]
+    noise: Any = [(role, Annotated[Floats, "draws", lanes_of(role)]) for role, _ in kinds]
     parts: Any = {"bodies": NamedTuple("BodiesOfRoles", bodies), "noise": NamedTuple("Noise", noise)}
     return Record(Interacting, parts)
 

@@ -12,6 +12,9 @@ from teamsight.world.proximity.search import Search, proximity_graph
 
 Points = npt.NDArray[np.float64]
 
+#: The rules of placement by name.
+PLACEMENTS = ("uniform", "spread", "cells")
+
 _SWEEPS = 400
 _SAMPLES = 40
 
@@ -50,6 +53,39 @@ def spread(arena: Arena, numbers: Points, radius: float) -> Points:
         if _closest(arena, points) >= 2 * radius * (1 - 1e-9):
             return points
     return _even_out(arena, arena.place(numbers[0], numbers[1]), 0.0)
+
+
+def in_cells(arena: Arena, numbers: Points) -> Points:
+    """Place bodies at the centres of random cells of side 1, which begin at the lower left corner of the arena.
+
+    Several bodies can be in one cell.
+
+    Parameters
+    ----------
+    arena : Arena
+        The arena.
+    numbers : ndarray, shape (2, n), float64
+        Uniform numbers in (0, 1), which choose the cells.
+
+    Returns
+    -------
+    ndarray, shape (n, 2), float64
+        Positions [length].
+
+    Raises
+    ------
+    ValueError
+        If the centre of a cell is outside the arena.
+    """
+    corner = np.asarray(arena.bounds[0], float)
+    places = np.floor(np.asarray(arena.place(numbers[0], numbers[1])) - corner) + corner + 0.5
+    if not (inside := np.asarray(arena.contains(places))).all():
+        wrong = tuple(places[int(np.argmin(inside))].tolist())
+        raise ValueError(
+            f"placement='cells': the centre {wrong} of a cell is outside {arena}; use a Box or a Torus whose sides are "
+            "whole numbers"
+        )
+    return np.asarray(places)
 
 
 def _closest(arena: Arena, points: Points) -> float:

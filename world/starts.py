@@ -14,7 +14,7 @@ from teamsight.core.kernel import Entry, Record
 from teamsight.world.arena import Arena
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import Stream, philox, stream_number
-from teamsight.world.placement import spread
+from teamsight.world.placement import in_cells, spread
 
 Points = npt.NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class Founders(NamedTuple):
         The group's number in its world; it selects the noise.
     size : int
         Number of agents, n.
-    placement : {"uniform", "spread"} or ndarray, shape (n, 2), float64
+    placement : {"uniform", "spread", "cells"} or ndarray, shape (n, 2), float64
         The rule for their positions, or the positions [length].
     spacing : float
         The radius of the discs that "spread" keeps apart [length].
@@ -170,6 +170,8 @@ _FILL = Entry(_fill)
 def _places(arena: Arena, group: Founders, numbers: Points) -> Points:
     if not isinstance(group.placement, str):
         return group.placement
+    if group.placement == "cells":
+        return in_cells(arena, numbers)
     is_spread = group.placement == "spread"
     places = spread(arena, numbers, group.spacing) if is_spread else np.asarray(arena.place(*numbers))
     if is_watched(arena) and not (inside := np.asarray(arena.contains(places))).all():

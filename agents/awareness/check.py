@@ -63,6 +63,7 @@ def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
     rng = np.random.default_rng(seed)
     samples = [sample_scene(sizes, group, targets, side, rng) for sizes, group, targets, side in _SCENES]
     samples.append(sample_scene((3,), 0, 2, 1.0, rng, coincide=True))
+    samples.append(sample_scene((3, 4), 1, 9, 2.0, rng, square=True))
     samples.append(without_team(sample_scene((3,), 0, 5, 1.0, rng)))
     for sample in samples:
         _check_perceive(name, degree, sample)

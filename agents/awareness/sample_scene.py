@@ -11,6 +11,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.interface import Scene, TeamGroup
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies.interface import Floats, Integers
+from teamsight.world.proximity.shapes import farthest_of
 
 
 class Sample(NamedTuple):
@@ -38,8 +39,9 @@ class Sample(NamedTuple):
 
 
 def sample_scene(
-    sizes: tuple[int, ...], group: int, targets: int, side: float, rng: np.random.Generator, *, coincide: bool = False
-) -> Sample:
+    sizes: tuple[int, ...], group: int, targets: int, side: float, rng: np.random.Generator, *, coincide: bool = False,
+    square: bool = False,
+) -> Sample:  # fmt: skip
     """Return a random sample.
 
     Parameters
@@ -56,6 +58,8 @@ def sample_scene(
         The generator.
     coincide : bool, default False
         Whether all robots and the first target are at one place.
+    square : bool, default False
+        Whether ranges are squares.
     """
     size = sum(sizes)
     robots = np.zeros((size, 2)) if coincide else rng.uniform(0, side, (size, 2))
@@ -69,12 +73,17 @@ def sample_scene(
     heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     reach, aware = rng.uniform(0.8, 1.2, size), rng.uniform(0.8, 1.2, size)
     members = [slice(*edges) for edges in pairwise(np.cumsum([0, *sizes]).tolist())]
+    shape = "square" if square else "disc"
+    far = farthest_of(shape)
     groups = [
-        TeamGroup(of.start, heading[of], reach[of], _neighbours(robots[of], reach[of], prey, what)[0]) for of in members
+        TeamGroup(of.start, heading[of], reach[of], _neighbours(robots[of], reach[of], prey, what, shape)[0], far)
+        for of in members
     ]
     mine = members[group]
-    teammates, place = _neighbours(robots[mine], aware[mine], robots, who, mine.start)
-    scene = Scene(heading[mine], reach[mine], aware[mine], groups[group].targets, teammates, place, mine.start, [])
+    teammates, place = _neighbours(robots[mine], aware[mine], robots, who, shape, mine.start)
+    scene = Scene(
+        heading[mine], reach[mine], aware[mine], groups[group].targets, teammates, place, mine.start, [], far
+    )
     return Sample(scene, groups, who, what)
 
 
@@ -86,11 +95,13 @@ def without_team(sample: Sample) -> Sample:
 
 
 def _neighbours(
-    observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], own: int | None = None
+    observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], shape: str,
+    own: int | None = None,
 ) -> tuple[NeighbourList, Integers]:
     """Return the neighbours, and their indices among the observed; `own` is that of the first observer."""
     way = observed - observers[:, np.newaxis]
-    near = np.hypot(way[..., 0], way[..., 1]) <= reach[:, np.newaxis]
+    apart = np.hypot(way[..., 0], way[..., 1]) if shape == "disc" else np.abs(way).max(axis=-1, initial=0.0)
+    near = apart <= reach[:, np.newaxis]
     if own is not None:
         near[np.arange(len(near)), own + np.arange(len(near))] = False
     offset, place = way[near], np.nonzero(near)[1]

@@ -67,7 +67,11 @@ class Deciding(Settings):
 
     def set_state(self, index: int, state: Any) -> None:
         """Replace the state of a policy, given by its index in `policies`."""
-        if index == 0:
+        if getattr(self.policies[index], "shows", ()):
+            # Others read its arrays.
+            for kept, new in zip(self.states[index], state, strict=True):
+                kept[...] = new
+        elif index == 0:
             self.policy_state = state
         else:
             self.others[index - 1].state = state

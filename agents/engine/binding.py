@@ -18,8 +18,8 @@ from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.due_binding import bind_due
 from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
-from teamsight.agents.engine.interaction_records import InteractionArrays
-from teamsight.agents.engine.placed_interaction import Copies, bind_partaker
+from teamsight.agents.engine.interaction_binding import BoundInteractions
+from teamsight.agents.engine.perceived_columns import SHOW_COLUMNS, bind_columns
 from teamsight.agents.engine.records import (
     GROUP,
     LOG,
@@ -46,7 +46,6 @@ from teamsight.policies.interface import Action, PolicyState
 from teamsight.world.motion import advance_entry, is_watched, pack_move
 from teamsight.world.noise import Stream, stream_number
 from teamsight.world.proximity.shapes import farthest_of
-from teamsight.world.region import region_of
 
 
 class Binding:
@@ -80,15 +79,11 @@ class Binding:
         first_body = np.cumsum([0, *map(len, groups)]).tolist()
         self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
         self._relays = relays_of(groups, data.moment)
+        self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
-        self._partakers = {
-            group.number: bind_partaker(group, self._group_records[data.groups.index(group)])
-            for one in data.interactions
-            for group in one.groups
-        }
-        self._copies = Copies.of(data.interactions)
+        self._interactions = BoundInteractions(data, self._group_records)
         is_undoable = (
             is_watched(data.arena)
             or bool(data.interactions)
@@ -112,10 +107,12 @@ class Binding:
             SHOW_LATE if self._relays else None,
             self._watchers(),
             MOVE_AND_INTERACT if data.interactions else None,
-            self._interactions(),
-            list(self._partakers.values()),
+            self._interactions.records,
+            self._interactions.partakers,
             stretch.scores.array,
-            self._copies.rows,
+            self._interactions.copies,
+            SHOW_COLUMNS if self._columns else None,
+            self._columns,
         ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
@@ -213,15 +210,8 @@ class Binding:
             log.now, log.row,
             log.situation.array, log.action.array, log.next_situation.array, log.facts.array,
             log.kept_start, log.kept_identity, log.before, log.after,
+            group.last_rewards if log.has_rewards else np.zeros((2, 0)),
         )  # fmt: skip
-
-    def _interactions(self) -> list[Packed[InteractionArrays]]:
-        """Bind the interactions; their scores follow each other."""
-        records, first, region = [], 0, region_of(self._data.arena)
-        for one in self._data.interactions:
-            records.append(one.bind(self._partakers, region, first))
-            first += len(one.scores)
-        return records
 
     def _watchers(self) -> npt.NDArray[np.int64]:
         """Bind the watchers to the present records, and list their addresses."""
@@ -236,6 +226,11 @@ class Binding:
             watcher.bind(bound)
             row[:3] = watcher.entry.address, watcher.record.address, watcher.sees_changes
         return rows
+
+    def show_columns(self) -> None:
+        """Show policies the columns that they read as they are now."""
+        if self._columns:
+            SHOW_COLUMNS(self._columns)
 
     def rebind_watchers(self) -> None:
         """Bind the watchers anew, after one came or went or arrays were replaced."""

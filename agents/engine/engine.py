@@ -107,7 +107,8 @@ class Engine:
                 if self._every:
                     trail = Trail(self._data.groups, self._every, self._data.timeline.tick)
                     self.trails.append(trail)
-                self.transitions.begin(self._data.groups)
+                partakers = [group for one in self._data.interactions for group in one.groups]
+                self.transitions.begin(self._data.groups, partakers)
                 REPORT.plan(kernels_needed(self._data))
                 self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
                 self._binding.progress["phase"] = self._phase
@@ -167,6 +168,7 @@ class Engine:
         self.prepare()
         if group.timetable is not None:
             group.timetable.travel(group.bodies.moved, self._data.timeline.tick)
+        self._binding.show_columns()
         for _ in range(_MOST_GROWTH):
             if group.perception.perceive(group.awareness):
                 return

@@ -34,6 +34,8 @@ def _begin(address: int) -> None:
             for axis in range(2):
                 partaker.before[i, axis] = move.position[i, axis]
                 move.moved[i, axis] = 0.0
+            partaker.last_rewards[0, i] = 0.0
+            partaker.last_rewards[1, i] = 0.0
             if not timed or partaker.decided_at[i] == tick:
                 partaker.reward[i] = 0.0
                 partaker.ended[i] = False
@@ -130,7 +132,10 @@ def _interact(address: int, number: int, turn: int) -> int:
                 progress.body = i
                 return BAD_INTERACTION
             partaker.reward[i] += role.reward[i]
-            partaker.ended[i] = partaker.ended[i] or role.ended[i]
+            partaker.last_rewards[0, i] += role.reward[i]
+            if role.ended[i]:
+                partaker.ended[i] = True
+                partaker.last_rewards[1, i] = 1.0
         _set_moved(role.partaker)
     return DONE
 

@@ -28,6 +28,8 @@ class PartakerArrays(NamedTuple):
         The positions before the present step [length].
     reward, ended : ndarray
         As in `Bodies`.
+    last_rewards : ndarray, shape (2, n), float64
+        As in `Group`.
     decided_at : ndarray, shape (n,) or (0,), int64
         The tick at which each robot last decided; empty if all decide at every step.
     """
@@ -37,6 +39,7 @@ class PartakerArrays(NamedTuple):
     before: Annotated[Floats, "n", 2]
     reward: Annotated[Floats, "n"]
     ended: Annotated[Flags, "n"]
+    last_rewards: Annotated[Floats, 2, "n"]
     decided_at: Annotated[Integers, "timed"]
 
 

@@ -38,6 +38,8 @@ def _perceive(address: int) -> int:
     progress = world.progress[0]
     block = progress.tick // TICKS_A_BLOCK
     world.time[0] = progress.tick
+    if world.show_columns != 0:
+        call(world.show_columns, world.columns)
     for g in range(world.groups.shape[0]):
         group = group_at(world.groups[g])
         if group.due != 0 and list_due(group.due, progress.tick) == 0:

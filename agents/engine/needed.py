@@ -10,6 +10,7 @@ from teamsight.agents.engine.condition_changes import CHANGE
 from teamsight.agents.engine.conditions import HIDE
 from teamsight.agents.engine.interacting import MOVE_AND_INTERACT
 from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
+from teamsight.agents.engine.perceived_columns import SHOW_COLUMNS
 from teamsight.agents.engine.relation import needs_detection
 from teamsight.agents.engine.relaying import delay_of
 from teamsight.agents.engine.relays import SHOW_LATE
@@ -46,6 +47,8 @@ def _entries_of(data: WorldData) -> list[Entry]:
         found.append(SHOW_LATE)
     if data.interactions:
         found += [MOVE_AND_INTERACT, *(one.interaction.entry(one.kinds) for one in data.interactions)]
+    if any(group.perceived_columns for group in groups):
+        found.append(SHOW_COLUMNS)
     if data.watchers:
         found += [LOOK, *(watcher.entry for watcher in data.watchers)]
     return list(dict.fromkeys(found))

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.interaction_records import (
     INTERACTION,
-    PARTAKER,
     ROLE,
     InteractionArrays,
     PartakerArrays,
@@ -213,42 +212,6 @@ def check_interactions(saved: Sequence[InteractionSaved], present: Sequence[Plac
                 f"restore(…): the interaction {other.name} has the state {layout(one.state)}, and here "
                 f"{layout(other.state)}; restore it in a world whose interactions have the same options"
             )
-
-
-def bind_partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
-    """Return the record of a group, given that of the loop, that takes part in an interaction."""
-    bodies, table = group.bodies, group.timetable
-    decided_at = np.zeros(0, np.int64) if table is None else table.decided_at
-    before = bodies.position.copy()
-    return PARTAKER.pack(PartakerArrays(record, group.number, before, bodies.reward, bodies.ended, decided_at))
-
-
-class Copies(NamedTuple):
-    """The arrays that a step with interactions writes, and room for copies of them; see `WorldArrays.copies`."""
-
-    arrays: list[npt.NDArray[Any]]
-    copies: list[npt.NDArray[Any]]
-
-    @classmethod
-    def of(cls, placed: list[PlacedInteraction]) -> Copies:
-        """Return those of all interactions of a world."""
-        groups = {group.number: group for one in placed for group in one.groups}.values()
-        arrays = [
-            *(array for one in placed for array in one.arrays),
-            *(array for group in groups for array in (group.bodies.speed, group.bodies.reward, group.bodies.ended)),
-        ]
-        # Two interactions may share a column.
-        arrays = list({array.ctypes.data: array for array in arrays if array.nbytes}.values())
-        return cls(arrays, [array.copy() for array in arrays])
-
-    @property
-    def rows(self) -> Integers:
-        """The rows of ``WorldArrays.copies``."""
-        rows = [
-            (array.ctypes.data, copy.ctypes.data, array.nbytes)
-            for array, copy in zip(self.arrays, self.copies, strict=True)
-        ]
-        return np.array(rows, np.int64).reshape(-1, 3)
 
 
 def _words(call: Packed[Any], roles: list[RoleArrays]) -> tuple[int, Integers]:

@@ -171,6 +171,8 @@ class LogArrays(NamedTuple):
         The targets sensed before the move; as in `NeighbourList`.
     before, after : ndarray, shape (bodies,), int64
         The number of robots of the team that sense each body of the world, before and after the move.
+    last_rewards : ndarray, shape (2, n) or (2, 0), float64
+        As in `Group`; empty if the group takes part in no interaction.
     """
 
     group: Packed[GroupArrays]
@@ -188,6 +190,7 @@ class LogArrays(NamedTuple):
     kept_identity: Annotated[Integers, "kept"]
     before: Annotated[Integers, "bodies"]
     after: Annotated[Integers, "bodies"]
+    last_rewards: Annotated[Floats, 2, "rewarded"]
 
 
 class WorldArrays(NamedTuple):
@@ -233,6 +236,8 @@ class WorldArrays(NamedTuple):
     copies : ndarray, shape (arrays, 3), int64
         What interactions write besides positions, headings and motions: the address of each array, that of a copy
         with which it is put back, and its size in bytes.
+    show_columns, columns
+        The kernel that shows policies the columns that they read, and its record; None if they read none.
     """
 
     key: Annotated[npt.NDArray[np.uint64], 2]
@@ -256,6 +261,8 @@ class WorldArrays(NamedTuple):
     partakers: list[Packed[PartakerArrays]]
     scores: Annotated[Floats, "score rows", "scores"]
     copies: Annotated[Integers, "copies", 3]
+    show_columns: Entry | None
+    columns: Packed[Any] | None
 
 
 GROUP = Record(GroupArrays)

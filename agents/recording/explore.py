@@ -127,7 +127,7 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
     group.host.find_neighbours()
     targets = group.relations["targets"].observed if "targets" in group.relations else []
     team_size = sum(map(len, team_of(world.groups, group) or [group]))
-    # Situations come from what sensors show. Without sensors the settings are those of older memories.
+    # Situations come from what sensors show. Without sensors, and with discs, the settings are those of older memories.
     sensors = {name: repr(channel.sensor) for name, channel in group.channels.items() if channel.sensor is not None}
     return {
         "awareness": repr(group.awareness),
@@ -144,7 +144,7 @@ def settings_of(world: World, group: Group) -> dict[str, Any]:
         "target_speed": _range(np.concatenate([np.zeros(0), *(other.speed for other in targets)])),
         "sensing_range": _range(group.sensing_range),
         "awareness_range": _range(group.awareness_range),
-    } | ({"sensors": sensors} if sensors else {})
+    } | ({"sensors": sensors} if sensors else {}) | ({"range_shape": "square"} if group.range_shape == "square" else {})
 
 
 def _described(policy: Any) -> str:

@@ -100,6 +100,7 @@ def _group(group: Group, *, is_counted: bool) -> SceneGroup:
     return SceneGroup(
         group.name, role, COLOURS[group.number % len(COLOURS)], group.team,
         None if group.decides_alone else label(policy).strip("'"), _degree(awareness), _facts(group),
+        group.range_shape,
     )  # fmt: skip
 
 

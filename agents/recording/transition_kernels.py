@@ -18,8 +18,10 @@ from teamsight.world.motion import move_at, turn
 FACTS = (
     "sensed", "gained", "lost", "alone", "alone_gained", "alone_lost", "team_sensed", "team_gained", "team_lost",
 )  # fmt: skip
+#: What is recorded besides where the robots take part in an interaction.
+REWARD_FACTS = ("reward", "ended")
 
-_OWN_FACTS = 6
+_OWN_FACTS, _ALL_FACTS = 6, 9
 _HALF_TURN = np.float32(math.pi)
 
 
@@ -136,6 +138,9 @@ def record_after(address: int) -> None:
         facts[i, _OWN_FACTS] = sensed
         facts[i, _OWN_FACTS + 1] = gained
         facts[i, _OWN_FACTS + 2] = lost
+    for i in range(log.last_rewards.shape[1]):
+        for fact in range(2):
+            facts[i, _ALL_FACTS + fact] = log.last_rewards[fact, i]
     if log.relation != 0:
         _write_own_facts(address, facts)
     _mark_inactive(move_at(group_at(log.group).move).active, facts)

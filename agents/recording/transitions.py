@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.group import Group, team_of
-from teamsight.agents.recording.transition_kernels import FACTS
+from teamsight.agents.recording.transition_kernels import FACTS, REWARD_FACTS
 from teamsight.core.buffer import Buffer
 
 Reals = npt.NDArray[np.float32]
@@ -31,7 +31,8 @@ class Transitions(NamedTuple):
     facts : mapping of str to ndarray, shape (k,), float32
         Numbers of targets, from which rewards are computed: ``sensed`` by the robot after the step, ``gained`` and
         ``lost`` in it; ``alone``…, the same for targets that no teammate senses; ``team_sensed``…, the same for targets
-        that any robot of the team senses.
+        that any robot of the team senses. Of robots that take part in an interaction also ``reward``, what it gave each
+        in the step, and ``ended``, 1 if it ended a trial, else 0.
     """
 
     situation: Reals
@@ -47,6 +48,8 @@ class TransitionLog:
     ----------
     awareness : Awareness
         The degree of awareness under which they were recorded.
+    has_rewards : bool
+        Whether the facts include rewards, because the group takes part in an interaction.
     own, added : int
         The inputs of a robot's own sensors, and those added for teammates.
     situation, action, next_situation, facts : Buffer
@@ -57,17 +60,22 @@ class TransitionLog:
         Work space; see `LogArrays`.
     """
 
-    def __init__(self, group: Group, team_size: int) -> None:
-        self.group, self.awareness = group, group.awareness
+    def __init__(self, group: Group, team_size: int, *, has_rewards: bool = False) -> None:
+        self.group, self.awareness, self.has_rewards = group, group.awareness, has_rewards
         size, width = len(group), group.awareness.width(max(team_size, 1))
         self.own, self.added = width
         self.situation, self.action, self.next_situation, self.facts = self._buffers = [
-            Buffer((size, columns), np.float32) for columns in (sum(width), 2, sum(width), len(FACTS))
+            Buffer((size, columns), np.float32) for columns in (sum(width), 2, sum(width), len(self.names))
         ]
         self.row = np.zeros(1, np.int64)
         self.now = np.zeros((size, sum(width)), np.float32)
         self.kept_start, self.kept_identity = np.zeros(size + 1, np.int64), np.zeros(0, np.int64)
         self.before = self.after = np.zeros(0, np.int64)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The facts."""
+        return FACTS + REWARD_FACTS * self.has_rewards
 
     @property
     def rows(self) -> int:
@@ -97,7 +105,7 @@ class TransitionLog:
         is_there = ~np.isnan(facts[:, 0])
         if not is_there.all():
             situation, action, after, facts = (array[is_there] for array in (situation, action, after, facts))
-        return Transitions(situation, action, after, {name: facts[:, column] for column, name in enumerate(FACTS)})
+        return Transitions(situation, action, after, {name: facts[:, column] for column, name in enumerate(self.names)})
 
 
 class TransitionLogs:
@@ -122,9 +130,12 @@ class TransitionLogs:
         self.logs: list[TransitionLog] = []
         self.in_use: list[TransitionLog] = []
 
-    def begin(self, groups: list[Group]) -> None:
-        """Begin new logs, because groups or teams may have changed."""
-        self.in_use = [TransitionLog(group, sum(map(len, team_of(groups, group)))) for group in self.groups]
+    def begin(self, groups: list[Group], partakers: list[Group]) -> None:
+        """Begin new logs, because groups or teams may have changed; `partakers` are in interactions."""
+        self.in_use = [
+            TransitionLog(group, sum(map(len, team_of(groups, group))), has_rewards=group in partakers)
+            for group in self.groups
+        ]
         self.logs = [log for log in self.logs if log.rows] + self.in_use
 
     def make_room(self, steps: int) -> bool:
@@ -160,10 +171,15 @@ def joined(group: Group, logs: list[TransitionLog]) -> Transitions:
 
 
 def concatenated(parts: Sequence[Transitions]) -> Transitions:
-    """Return transitions of one width, one after another."""
+    """Return transitions of one width, one after another; those without a fact have 0."""
+    names = dict.fromkeys(name for part in parts for name in part.facts)
     return Transitions(
         np.concatenate([part.situation for part in parts]),
         np.concatenate([part.action for part in parts]),
         np.concatenate([part.next_situation for part in parts]),
-        {name: np.concatenate([part.facts[name] for part in parts]) for name in FACTS},
+        {name: np.concatenate([_fact(part, name) for part in parts]) for name in names},
     )
+
+
+def _fact(part: Transitions, name: str) -> Reals:
+    return part.facts[name] if name in part.facts else np.zeros(len(part.situation), np.float32)

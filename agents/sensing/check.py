@@ -61,6 +61,7 @@ def check_sensor(sensor: Sensor, *, seed: int = 1) -> None:
     rng = np.random.default_rng(seed)
     views = [sample_view(observers, others, side, rng, among=among) for observers, others, side, among in _SCENES]
     views += [sample_view(4, 3, 1.0, rng, among=True, coincide=True), _with_obstacles(rng)]
+    views.append(sample_view(7, 9, 2.0, rng, among=True, square=True))
     for view in views:
         _check_view(name, sensor, view)
     for view in views:

@@ -7,12 +7,13 @@ import numpy as np
 from teamsight.agents.sensing.interface import View, salt_of
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.noise import Stream, key_of, stream_number
+from teamsight.world.proximity.shapes import farthest_of
 from teamsight.world.sight import Sight, open_sight
 
 
 def sample_view(
     observers: int, others: int, side: float, rng: np.random.Generator, *, among: bool = False, coincide: bool = False,
-    sight: Sight | None = None,
+    sight: Sight | None = None, square: bool = False,
 ) -> View:  # fmt: skip
     """Return a random view.
 
@@ -30,6 +31,8 @@ def sample_view(
         Whether all agents are at one place.
     sight : Sight, optional
         What blocks the sight; nothing by default.
+    square : bool, default False
+        Whether ranges are squares.
     """
     position = rng.uniform(0, side, (observers, 2))
     observed = rng.uniform(0, side, (others, 2))
@@ -45,7 +48,8 @@ def sample_view(
     everyone = np.sort(rng.choice(3 * len(observed) + 3, len(observed), replace=False)) + 1
     member = np.sort(rng.choice(3 * observers + 3, observers, replace=False))
     way = observed - position[:, np.newaxis]
-    near = np.hypot(way[..., 0], way[..., 1]) <= reach[:, np.newaxis]
+    apart = np.abs(way).max(axis=-1, initial=0.0) if square else np.hypot(way[..., 0], way[..., 1])
+    near = apart <= reach[:, np.newaxis]
     if among:
         near[np.arange(observers), own + np.arange(observers)] = False
     start = np.concatenate([[0], np.cumsum(near.sum(axis=1))])
@@ -56,4 +60,5 @@ def sample_view(
     return View(
         np.array([int(rng.integers(10_000))]), key, salt_of("targets"), stream_number(Stream.SENSOR, 1), member,
         position, heading, reach, everyone, own, in_range, sight or open_sight(),
+        farthest_of("square" if square else "disc"),
     )  # fmt: skip

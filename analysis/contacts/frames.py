@@ -45,10 +45,12 @@ class FrameSearch:
         Range of each robot [length].
     arena : Arena, optional
         The arena that defines distances; by default the plane.
+    range_shape : {"disc", "square"}
+        The shape of ranges.
     """
 
-    def __init__(self, position: Floats, reach: Floats, arena: Arena | None) -> None:
-        self.position, self.reach, self._arena = position, reach, arena
+    def __init__(self, position: Floats, reach: Floats, arena: Arena | None, range_shape: str = "disc") -> None:
+        self.position, self.reach, self._arena, self._shape = position, reach, arena, range_shape
         self.present = ~np.isnan(position[..., 0])
         self._periodic = arena is not None and any(arena.period)
         found = position[self.present]
@@ -74,7 +76,7 @@ class FrameSearch:
     def _new(self, size: int) -> Search:
         # Cells are as wide as the longest range of all robots, whichever of them are there.
         reach = np.full(size, self.reach.max(initial=0.0))
-        self._searches[size] = Search(np.zeros((size, 2)), reach, size, 0, self._place)
+        self._searches[size] = Search(np.zeros((size, 2)), reach, size, 0, self._place, shape=self._shape)
         return self._searches[size]
 
     def __iter__(self) -> Iterator[tuple[Ints, Ints, Floats]]:

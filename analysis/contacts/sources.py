@@ -24,6 +24,7 @@ def of_positions(
     awareness_range: float | ArrayLike,
     arena: Arena | None = None,
     *,
+    range_shape: str = "disc",
     identity: ArrayLike | None = None,
     team: ArrayLike | None = None,
     directed: bool = False,
@@ -40,6 +41,8 @@ def of_positions(
         Distance within which each robot senses others [length].
     arena : Arena, optional
         Changes distances only if it is periodic, as a torus is.
+    range_shape : {"disc", "square"}
+        The shape of ranges. In a square are robots at most the range away along either axis.
     identity : array_like, shape (n,), optional
         Names of the robots; 0 .. n − 1 by default.
     team : array_like, shape (n,), optional
@@ -70,7 +73,7 @@ def of_positions(
         arena.check_reach(float(reach.max(initial=0.0)))
     names = np.arange(size) if identity is None else _one_each("identity", np.asarray(identity), size)
     teams = None if team is None else np.unique(_one_each("team", np.asarray(team), size), return_inverse=True)[1]
-    edges = all_edges(FrameSearch(place, reach, arena), teams, directed=directed)
+    edges = all_edges(FrameSearch(place, reach, arena, range_shape), teams, directed=directed)
     same = float(reach[0]) if size and reach.min() == reach.max() else None
     return TemporalGraph(when, names, place, edges, directed=directed, awareness_range=same)
 
@@ -86,6 +89,7 @@ def of_trajectory(
     awareness_range: float | Mapping[str, float],
     arena: Arena | None = None,
     *,
+    range_shape: str = "disc",
     team: Mapping[str, str] | None = None,
     directed: bool = False,
 ) -> TemporalGraph:
@@ -99,7 +103,7 @@ def of_trajectory(
     awareness_range : float or mapping of str to float
         Distance within which robots sense each other [length]; or that of each group, by its name in the column group.
         Other groups are left out.
-    arena, directed
+    arena, range_shape, directed
         See `of_positions`.
     team : mapping of str to str, optional
         The team of each group; by default all are on one.
@@ -133,7 +137,9 @@ def of_trajectory(
         teams = None if team is None else np.array([team.get(one, "") for one in group])
     else:
         reach = awareness_range
-    return of_positions(when, position, reach, arena, identity=names, team=teams, directed=directed)
+    return of_positions(
+        when, position, reach, arena, range_shape=range_shape, identity=names, team=teams, directed=directed
+    )
 
 
 def _of_groups(trajectory: pd.DataFrame, awareness_range: float | Mapping[str, float]) -> pd.DataFrame:
@@ -167,7 +173,7 @@ def of_world(world: World, team: str | None = None, *, directed: bool = False) -
     Raises
     ------
     ValueError
-        If nothing is recorded, no group is on a team, or the ranges differ within a group.
+        If nothing is recorded, no group is on a team, the ranges differ within a group, or their shapes between groups.
 
     Notes
     -----
@@ -200,7 +206,15 @@ def of_world(world: World, team: str | None = None, *, directed: bool = False) -
                     "contacts.of_trajectory"
                 )
             ranges[group.name], teams[group.name] = float(reach[0]), str(group.team)
-    graph = of_trajectory(trajectory, ranges, world.arena, team=teams, directed=directed)
+    shapes = sorted({group.range_shape for group in groups})
+    if len(shapes) > 1:
+        raise ValueError(
+            f"range_shape: the groups {', '.join(repr(group.name) for group in groups)} have {' and '.join(shapes)} "
+            "ranges; give team, or use contacts.of_log"
+        )
+    graph = of_trajectory(
+        trajectory, ranges, world.arena, range_shape=shapes[0], team=teams, directed=directed
+    )
     graph.unit = "ticks"
     return graph
 

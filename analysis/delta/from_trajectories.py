@@ -12,6 +12,7 @@ from teamsight.analysis.delta import closed_form
 from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.delta.resample import Grid, make_grid
+from teamsight.analysis.delta.team_conditions import SQUARE_RANGES
 from teamsight.analysis.delta.trajectory_cautions import TrajectoryWarning, cautions, check_motion, scale_note, scale_of
 from teamsight.analysis.delta.trajectory_files import check_trajectories
 from teamsight.analysis.delta.trajectory_neighbours import Neighbours, neighbours_over_time
@@ -21,6 +22,7 @@ from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
 from teamsight.world.arena import Disc
+from teamsight.world.proximity.shapes import shape_given
 
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena
@@ -30,6 +32,7 @@ def delta_from_trajectories(
     trajectories: pd.DataFrame,
     awareness_range: float,
     *,
+    range_shape: str = "disc",
     risk: float = 0.01,
     window: float | None = None,
     arena: Arena | None = None,
@@ -47,13 +50,16 @@ def delta_from_trajectories(
         From `read_trajectories`, or a table of the same columns, which is checked in the same way.
     awareness_range : float
         Distance within which two robots are neighbours [length].
+    range_shape : {"disc", "square"}
+        The shape of ranges. In a square are robots at most the range away along either axis.
     risk : float
         Maximum probability that any robot has more than δ neighbours during a window; between 0 and 1.
     window : float, optional
         Duration for which the risk is stated [time]. By default the whole recording if the record has at least ten
         similar ones, otherwise a twentieth of the record; see `trajectory_trials.window_frames`.
     arena : Disc, Box or Torus, optional
-        Distances are periodic in a torus. Only a disc has the closed form.
+        Distances are periodic in a torus. Only a disc has the closed form, for ranges that
+        are discs.
     step, max_gap : float, optional
         Time between frames, and longest gap between samples of a robot that is interpolated [time]; see `make_grid`.
     confidence : float
@@ -91,13 +97,15 @@ def delta_from_trajectories(
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
     awareness_range = checks.number("awareness_range", awareness_range, above=0.0)
+    shape_given(range_shape)
     trajectories = check_trajectories(trajectories)
     grid = make_grid(trajectories, step, max_gap)
     scale, frames = scale_of(trajectories, grid, arena), window_frames(grid, window)
     check_motion(scale, grid, awareness_range, frames)
     found = neighbours_over_time(
-        trajectories, awareness_range, arena=arena, step=step, max_gap=max_gap, progress=progress
-    )
+        trajectories, awareness_range, range_shape=range_shape, arena=arena, step=step, max_gap=max_gap,
+        progress=progress,
+    )  # fmt: skip
     tried = trials(found.over_time, grid, frames)
     doubts = cautions(found, trajectories, scale, awareness_range, arena)
     for doubt in doubts:
@@ -123,7 +131,10 @@ def delta_from_trajectories(
         frame=grid.step,
         is_moving=found.move > 0,
         cautions=doubts,
-        notes=(*notes(found, tried, awareness_range, window is not None), scale_note(scale, awareness_range)),
+        notes=(
+            *notes(found, tried, awareness_range, window is not None), scale_note(scale, awareness_range),
+            *[SQUARE_RANGES] * (range_shape == "square"),
+        ),
     )
 
 
@@ -137,7 +148,7 @@ def _shorter(found: Neighbours, tried: Trials, risk: float, confidence: float) -
 
 
 def _predicted(found: Neighbours, arena: Arena | None, awareness_range: float, frames: int) -> Prediction | None:
-    if not isinstance(arena, Disc):
+    if not isinstance(arena, Disc) or found.range_shape != "disc":
         return None
     return closed_form.predict(
         found.grid.robots, arena.radius, steps=frames, awareness_range=awareness_range, speed=found.move

@@ -15,13 +15,19 @@ if TYPE_CHECKING:
     from teamsight.agents.model import World
 
 
+#: A note on reports.
+SQUARE_RANGES = (
+    "Ranges are squares: neighbours are at most the awareness range away along either axis, and up to √2 times as far."
+)
+
+
 class Conditions(NamedTuple):
     """The conditions in one world at one time.
 
     ``robots`` is the size of the largest team, ``teams`` the number of teams with robots. ``awareness_range`` is None
     if robots differ, ``radius`` if the arena is not a disc. ``speed`` is the root mean square over robots.
     ``is_sensed`` is False if a sensor in order or an obstacle may hide teammates within the range, ``is_reliable`` if a
-    robot has been inactive or one of its sensors out of order.
+    robot has been inactive or one of its sensors out of order, ``are_discs`` if the ranges of some are squares.
     """
 
     robots: int
@@ -31,6 +37,7 @@ class Conditions(NamedTuple):
     speed: float
     is_sensed: bool = True
     is_reliable: bool = True
+    are_discs: bool = True
 
 
 def conditions(world: World, team: str | None = None) -> Conditions:
@@ -54,6 +61,7 @@ def conditions(world: World, team: str | None = None) -> Conditions:
         speed=float(np.sqrt(np.mean(np.square(members.speed)))) if len(members.speed) else 0.0,
         is_sensed=are_all_sensed(groups, world.arena),
         is_reliable=not any(group.has_conditions for group in groups),
+        are_discs=all(group.range_shape == "disc" for group in groups),
     )
 
 
@@ -77,12 +85,13 @@ def predict(met: set[Conditions], size: int, steps: int) -> Prediction | None:
 
     Notes
     -----
-    The closed form is for one constant team in a disc, without failures, so all conditions must be equal.
+    The closed form is for one constant team in a disc, with discs for ranges and without failures, so all
+    conditions must be equal.
     """
     if len(met) > 1:
         return None
     (same,) = met
-    if not same.is_reliable or (same.robots, same.teams) != (size, 1):
+    if not same.is_reliable or not same.are_discs or (same.robots, same.teams) != (size, 1):
         return None
     if same.radius is None or same.awareness_range is None:
         return None
@@ -112,6 +121,8 @@ def notes(met: set[Conditions], size: int) -> tuple[str, ...]:
             "Robots fail, or their sensors do: a robot has neighbours while it is active and its sensor for teammates "
             "is in order, and only active robots are neighbours. N counts all."
         )
+    if not all(one.are_discs for one in met):
+        said.append(SQUARE_RANGES)
     if not all(one.is_sensed for one in met):
         said.append(
             "Neighbours are teammates within the awareness range, also those that a sensor in order misses or an "

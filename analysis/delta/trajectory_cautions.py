@@ -128,7 +128,7 @@ def cautions(
             "the unit is right, record more often: neighbours between samples are not found."
         )
     if not found.over_time["max_degree"].any():
-        near = nearest(trajectories, found.grid, arena)
+        near = nearest(trajectories, found.grid, arena, found.range_shape)
         said.append(
             f"no two robots were ever within the awareness range of {awareness_range:g}; the nearest two were "
             f"{_shown(near)} apart, {_shown(near / awareness_range)} ranges ({span})."
@@ -168,16 +168,20 @@ def are_all_near(found: Neighbours) -> bool:
     return bool((found.over_time["mean_degree"] == robots - 1)[robots > 1].all() and (robots > 1).any())
 
 
-def nearest(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None) -> float:
+def nearest(
+    trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None, range_shape: str = "disc"
+) -> float:
     """Return the smallest distance between two robots in any frame; infinite if no two are present in one.
 
     Parameters
     ----------
     trajectories, grid, arena
         See `scale_of`.
+    range_shape : {"disc", "square"}
+        The shape of ranges; with squares the Chebyshev distance counts.
     """
     period = (0.0, 0.0) if arena is None else arena.period
-    least = np.inf
+    least, norm = np.inf, 2.0 if range_shape == "disc" else np.inf
     for block in blocks(trajectories, grid, period):
         for axis, length in enumerate(period):
             if length > 0:
@@ -188,7 +192,7 @@ def nearest(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None) 
             present = position[~np.isnan(position[:, 0])]
             if len(present) > 1:
                 # As in an arena, a period of 0 is none.
-                distance, _ = cKDTree(present, boxsize=period).query(present, k=2)
+                distance, _ = cKDTree(present, boxsize=period).query(present, k=2, p=norm)
                 least = min(least, float(distance[:, 1].min()))
     return least
 

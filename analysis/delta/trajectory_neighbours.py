@@ -25,7 +25,8 @@ class Neighbours(NamedTuple):
 
     ``over_time`` has one row a frame: run (its name, or without a column of runs the number of the piece between two
     gaps), time, robots (present), mean_degree, max_degree. ``move`` is the root mean square of the distance that a
-    robot moves between frames, ``farthest`` the largest distance between two neighbours [length].
+    robot moves between frames, ``farthest`` the largest distance between two neighbours [length], along one axis if
+    ranges are squares.
     """
 
     over_time: pd.DataFrame
@@ -33,12 +34,14 @@ class Neighbours(NamedTuple):
     grid: Grid
     move: float
     farthest: float
+    range_shape: str = "disc"
 
 
 def neighbours_over_time(
     trajectories: pd.DataFrame,
     awareness_range: float,
     *,
+    range_shape: str = "disc",
     arena: Arena | None = None,
     step: float | None = None,
     max_gap: float | None = None,
@@ -52,6 +55,8 @@ def neighbours_over_time(
         From `read_trajectories`.
     awareness_range : float
         Distance within which two robots are neighbours [length].
+    range_shape : {"disc", "square"}
+        The shape of ranges. In a square are robots at most the range away along either axis.
     arena : Disc, Box or Torus, optional
         Changes distances only if it is periodic, as a torus is.
     step, max_gap : float, optional
@@ -84,9 +89,10 @@ def neighbours_over_time(
         for frame in range(len(block.time)):
             position = block.position[frame]
             present = ~np.isnan(position[:, 0])
-            graph = proximity_graph(position[present], None, awareness_range, periodic)
+            graph = proximity_graph(position[present], None, awareness_range, periodic, range_shape=range_shape)
             degree = graph.degree
-            farthest = max(farthest, float(graph.distance.max(initial=0.0)))
+            apart = graph.distance if range_shape == "disc" else np.abs(graph.offset)
+            farthest = max(farthest, float(apart.max(initial=0.0)))
             counts.append((len(degree), np.mean(degree) if len(degree) else 0.0, np.max(degree, initial=0)))
             if (block.first + frame) % every == 0:
                 samples.append(sector_occupancy.bearings(graph, _headings(block, frame, periodic)[present]))
@@ -99,7 +105,7 @@ def neighbours_over_time(
     name = trajectories["run"].cat.categories.to_numpy()[grid.run] if "run" in trajectories else piece
     table.insert(0, "run", np.repeat(name, grid.length))
     move = float(np.sqrt(square / max(moves, 1)))
-    return Neighbours(table, sector_occupancy.gather(samples), grid, move, farthest)
+    return Neighbours(table, sector_occupancy.gather(samples), grid, move, farthest, range_shape)
 
 
 def _steps(start: Floats, end: Floats, periodic: Arena | None) -> Floats:

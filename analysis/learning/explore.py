@@ -163,7 +163,9 @@ def _decode(content: bytes) -> Transitions:
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as file:
             arrays = dict(file)
-        facts = {name: arrays[f"fact {name}"] for name in FACTS}
+        facts = {name.removeprefix("fact "): array for name, array in arrays.items() if name.startswith("fact ")}
+        if not set(FACTS) <= facts.keys():
+            raise KeyError("fact")
         return Transitions(arrays["situation"], arrays["action"], arrays["next_situation"], facts)
     except (OSError, ValueError, EOFError, TypeError, KeyError, zipfile.BadZipFile) as error:
         raise ValueError("not transitions") from error

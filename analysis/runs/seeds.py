@@ -18,6 +18,8 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "reproduce": (2000,),
         "learning curves": (9000,),
         "unreliable": (2100,),
+        "pursuit": (1993,),
+        "foraging": (1994,),
         "calibration: screen": (-101,),
         "calibration: final": (-102, -103, -104),
         "calibration: report": (-105, -106),

@@ -232,7 +232,9 @@ class LazyRegression(Learner):
         """Return the distance of a full step and the awareness range, both over the sensing range."""
         stride, cure = self.stride, "explore with robots of one speed and range, or give stride"
         if stride is None:
-            stride = self._length("robot_speed", cure) / self._length("sensing_range", cure)
+            # Distances are read as shares of the largest in range.
+            farthest = math.sqrt(2.0) if self.memory.settings.get("range_shape") == "square" else 1.0
+            stride = self._length("robot_speed", cure) / (farthest * self._length("sensing_range", cure))
         if not self.layout:
             return stride, 1.0
         cure = "explore with robots of one range, or add it to the settings"

@@ -45,6 +45,7 @@ class DeltaSettings(Settings):
         most=_LONGEST,
         shown="1; required with --trajectories",
     )
+    range_shape: str = values.choice("disc", "Shape of ranges: {names}.", values.RANGE_SHAPES)
     risk: float = values.number(
         0.01,
         "Maximum probability that any robot has more than δ neighbours during a run.",
@@ -78,7 +79,7 @@ class DeltaSettings(Settings):
                 raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
             return
         if self.task:
-            task_options.check(self, (*_OF_CMOMMT, "awareness_range"))
+            task_options.check(self, (*_OF_CMOMMT, "awareness_range", "range_shape"))
         else:
             task_options.check(self, ())
         self._refuse(_RECORDED, "is for recorded positions; give --trajectories too, or leave it out")
@@ -137,6 +138,7 @@ def delta(settings: DeltaSettings) -> None:
       teamsight delta --robots 30 --radius 2 --policy a-cmommt --risk 0.001
       teamsight delta --task cmommt --treatment skilled --set robots=30
       teamsight delta --trajectories trajectories.csv --awareness-range 1.0 --window 60
+      teamsight delta --trajectories pursuit.parquet --awareness-range 3 --range-shape square
     """
     _prepare(settings)
     report = _recorded(settings) if settings.trajectories else _simulated(settings)
@@ -148,7 +150,7 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
     from teamsight.cli.show import working
 
     # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
-    world: Any = settings.values((*_OF_CMOMMT, "awareness_range"))
+    world: Any = settings.values((*_OF_CMOMMT, "awareness_range", "range_shape"))
     how: dict[str, Any] = {}
     agents = settings.robots + settings.targets
     if settings.task:
@@ -181,6 +183,7 @@ def _recorded(settings: DeltaSettings) -> DeltaReport:
         return delta_from_trajectories(
             trajectories,
             settings.awareness_range,
+            range_shape=settings.range_shape,
             risk=settings.risk,
             window=settings.window,
             progress=partial(watch, "counting"),

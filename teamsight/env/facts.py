@@ -14,7 +14,7 @@ Floats = npt.NDArray[np.float64]
 #: What is known of each robot, in the order of the columns that the kernel writes.
 OF_ROBOTS = (
     "sensed", "gained", "lost", "alone", "alone_gained", "alone_lost", "team_sensed", "team_gained", "team_lost",
-    "share", "neighbours", "travelled", "active",
+    "share", "neighbours", "travelled", "active", "reward", "ended",
 )  # fmt: skip
 #: What is known of each world.
 OF_WORLDS = ("observed", "targets", "neighbours_in_all", "max_neighbours", "robots")
@@ -45,6 +45,10 @@ class Facts:
         The length of its way in this step, as a share of its speed, in [0, 1].
     active : ndarray, shape (worlds, robots)
         1, or 0 for a robot that is inactive: one that has failed or has no energy.
+    reward : ndarray, shape (worlds, robots)
+        What interactions gave each robot in the step; 0 in worlds without an interaction.
+    ended : ndarray, shape (worlds, robots)
+        1 if an interaction ended a trial for the robot, else 0.
     observed : ndarray, shape (worlds, 1)
         The number of targets that are observed.
     targets : ndarray, shape (worlds, 1)
@@ -74,6 +78,8 @@ class Facts:
     neighbours: Floats
     travelled: Floats
     active: Floats
+    reward: Floats
+    ended: Floats
     observed: Floats
     targets: Floats
     neighbours_in_all: Floats

@@ -18,7 +18,7 @@ from teamsight.world.motion import is_action, move_at
 
 # The columns of `facts.OF_ROBOTS` and `facts.OF_WORLDS`.
 _SENSED, _GAINED, _LOST, _ALONE, _ALONE_GAINED, _ALONE_LOST, _TEAM = range(7)
-_SHARE, _NEIGHBOURS, _TRAVELLED, _ACTIVE = range(9, 13)
+_SHARE, _NEIGHBOURS, _TRAVELLED, _ACTIVE, _REWARD, _ENDED = range(9, 15)
 _COUNTS, _TEAMMATES = 1, 2
 # Lengths of directions; squares of others would lose digits.
 _SHORTEST, _LONGEST = 1e-100, 1e100
@@ -79,6 +79,8 @@ def _write_bodies(sight: Any) -> None:
         y = move.moved[i, 1]
         facts[_TRAVELLED] = min(math.sqrt(x * x + y * y) / move.speed[i], 1.0) if move.speed[i] > 0.0 else 0.0
         facts[_ACTIVE] = 1.0
+        facts[_REWARD] = sight.last_rewards[0, i]
+        facts[_ENDED] = sight.last_rewards[1, i]
         if move.active.shape[0] > 0 and not move.active[i]:
             facts[_ACTIVE] = 0.0
 

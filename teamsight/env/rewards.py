@@ -37,8 +37,10 @@ REWARDS: dict[str, Reward] = {
     "alone-gain": lambda facts: _gain(facts, "alone_"),
     "neighbours": lambda facts: facts.neighbours / np.maximum(facts.teammates, 1.0),
     "travelled": lambda facts: facts.travelled,
+    "interaction": lambda facts: facts.reward,
 }
-"""The rewards by name: functions of the facts of a step. All but those of gains are shares, in [0, 1]."""
+"""The rewards by name: functions of the facts of a step. All but those of gains, and what an interaction has given, are
+shares, in [0, 1]."""
 
 
 def reward_of(value: RewardLike) -> Reward:

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
 TASKS: Registry[Task] = Registry(
     {
         "cmommt": "teamsight.tasks.cmommt:TASK",
+        "pursuit": "teamsight.tasks.pursuit.task:TASK",
+        "forage": "teamsight.tasks.foraging.forage:TASK",
+        "consume": "teamsight.tasks.foraging.consume:TASK",
+        "graze": "teamsight.tasks.foraging.graze:TASK",
     },
     group="teamsight.tasks",
 )

@@ -21,6 +21,7 @@ from teamsight.core.checks import shown
 from teamsight.view.frame import ACTIVE, OBSERVED, PRESENT, Frame
 from teamsight.view.page import Track
 from teamsight.view.scene import Scene
+from teamsight.view.squares import square_outline
 
 Floats = npt.NDArray[np.float64]
 
@@ -123,6 +124,7 @@ class _Arena:
         self._reach = np.array([slot.sensing_range for slot in scene.slots])
         self._ranges = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.08, zorder=1)
         self._angles = np.array([slot.field_of_view for slot in scene.slots])
+        self._is_square = np.array([groups[slot.group].range_shape == "square" for slot in scene.slots], bool)
         self._sectors = PolyCollection([], alpha=0.08, zorder=1)
         self._trails = LineCollection([], linewidths=0.8, alpha=0.35, zorder=2)
         self._links = LineCollection([], linewidths=0.6, colors=_GREY, alpha=0.6, zorder=2.5)
@@ -164,10 +166,11 @@ class _Arena:
         self._title.set_text(f"{self._name}\ntick {frame.time:,.0f}{seen}")
 
     def _show_ranges(self, place: Floats, angle: Floats, facing: npt.NDArray[np.bool_]) -> None:
-        """Draw circles, and sectors where the field of view is narrower."""
+        """Draw circles, sectors where the field of view is narrower, and squares."""
         size = len(place)
         is_round = self._angles[:size] >= _FULL_TURN - 1e-9
-        circles, sectors = facing & is_round, facing & ~is_round
+        square = self._is_square[:size]
+        circles, sectors, squares = facing & is_round & ~square, facing & ~is_round & ~square, facing & square
         radius = self._reach[:size][circles]
         self._ranges.set_offsets(place[circles])
         self._ranges._widths = self._ranges._heights = radius  # type: ignore[attr-defined]
@@ -176,8 +179,12 @@ class _Arena:
         turns = angle[sectors, None] + self._angles[:size][sectors, None] * np.linspace(-0.5, 0.5, _CORNERS)
         arc = self._reach[:size][sectors, None, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
         centre = place[sectors, None, :]
-        self._sectors.set_verts(list(np.concatenate([centre, centre + arc], axis=1)))
-        self._sectors.set_facecolor(list(self._colours[:size][sectors]))
+        outlines = [
+            place[row] + square_outline(self._reach[row], angle[row], self._angles[row])
+            for row in np.flatnonzero(squares)
+        ]
+        self._sectors.set_verts([*np.concatenate([centre, centre + arc], axis=1), *outlines])
+        self._sectors.set_facecolor([*self._colours[:size][sectors], *self._colours[:size][squares]])
 
     def _show_trails(self, number: int, there: npt.NDArray[np.bool_]) -> None:
         """Draw where bodies were; a jump, as across the seam of a torus, ends a trail."""

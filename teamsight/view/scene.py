@@ -37,6 +37,8 @@ class SceneGroup:
         Its degree of awareness, such as ``{"name": "ring", "delta": 8}``.
     fields : mapping
         Further facts for people.
+    range_shape : {"disc", "square"}
+        The shape of the ranges of its bodies.
     """
 
     name: str
@@ -46,6 +48,7 @@ class SceneGroup:
     policy: str | None = None
     awareness: Mapping[str, Fact] | None = None
     fields: Mapping[str, Fact] = field(default_factory=dict)
+    range_shape: str = "disc"
 
 
 @dataclass(frozen=True)

@@ -245,11 +245,14 @@ def test_the_first_change_binds_and_later_ones_do_not() -> None:
     assert engine.is_seen
 
 
+@pytest.mark.parametrize("shape", ["disc", "square"])
 @pytest.mark.parametrize("arena", [Disc(3.0), Torus(5.0, 6.0), Cylinder(6.0, 5.0)])
-def test_changed_lists_have_the_bits_of_a_search(arena: Any) -> None:
+def test_changed_lists_have_the_bits_of_a_search(arena: Any, shape: Any) -> None:
     rng = np.random.default_rng(8)
     world = World(arena, rng=3)
-    robots = [world.add(Robot, size, name=f"robots-{size}", awareness_range=1.5, policy=WALK) for size in (7, 4)]
+    robots = [
+        world.add(Robot, size, name=f"robots-{size}", awareness_range=1.5, range_shape=shape, policy=WALK) for size in (7, 4)
+    ]
     targets = world.add(Target, 9, policy=WALK)
     for group in robots:
         world.senses(group, targets)

@@ -156,3 +156,12 @@ def test_robots_that_are_not_there_have_no_neighbours(walk: np.ndarray) -> None:
     trajectory = pd.DataFrame({name: values.ravel() for name, values in flat.items()})
     expected = neighbour_graph.over_positions(range(12), gone, 1.0)
     pd.testing.assert_frame_equal(neighbour_graph.over_trajectory(trajectory, 1.0), expected)
+
+
+@given(position=teams)
+def test_square_ranges_follow_the_chebyshev_distance(position: np.ndarray) -> None:
+    pairs = cKDTree(position).query_pairs(1.0, p=np.inf)
+    found = neighbour_graph.over_positions([0.0], position[None], 1.0, range_shape="square")
+    assert found["edges"].tolist() == [len(pairs)]
+    rows = pd.DataFrame({"time": 0.0, "x": position[:, 0], "y": position[:, 1]})
+    assert neighbour_graph.over_trajectory(rows, 1.0, range_shape="square")["edges"].tolist() == [len(pairs)]

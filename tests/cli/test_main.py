@@ -120,3 +120,14 @@ def test_a_report_does_not_replace_its_trajectories(capsys: pytest.CaptureFixtur
     assert status == 2
     assert "is the trajectories file, which would be overwritten; give another place" in err
     assert trajectories.read_bytes() == before
+
+
+def test_delta_of_square_ranges(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = str(write_trajectories(tmp_path))
+    for given in (["--trajectories", file, "--window", "20"], ["--robots", "4", "--runs", "10", "--steps", "10", "--risk", "0.5"]):
+        line = ["delta", *given, "--awareness-range", "1", "--range-shape"]
+        status, text, err = call(capsys, *line, "square")
+        assert (status, err) == (0, "")
+        assert "Ranges are squares" in " ".join(text.split())
+        assert "squares" not in call(capsys, *line, "disc")[1]
+    assert "range_shape='cube': unknown" in call(capsys, "delta", "--range-shape", "cube")[2]

@@ -261,3 +261,14 @@ def test_the_study_shows_each_setting_with_its_interval(run: Run, tmp_path: Path
     assert all(float(low) < float(mean) < float(high) for *_, mean, low, high in rows)
     # A walk observes less than a policy, however often robots fail.
     assert all(float(walk[2]) < float(policy[2]) for walk, policy in zip(rows[::2], rows[1::2], strict=True))
+
+
+def test_relatives_of_a_cmommt_are_compared(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["relatives.py", "relatives.toml", "3"])
+    tables = run("relatives").strip().split("\n\n")
+    assert tables[::2] == ["observed_fraction", "spread", "entropy", "redundancy", "requests"]
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in tables[1].splitlines()[2:]]
+    assert [row[:2] for row in rows] == [[radius, reach] for radius in "358" for reach in "14"]
+    # The random walk observes less by far, whatever else differs.
+    assert all(row[3].startswith("−0.") for row in rows)
+    assert [len(line.split("|")) - 2 for line in tables[9].splitlines()] == [5] * 8

@@ -53,7 +53,7 @@ def _sense_one(sensor: Any, view: Any, i: int, is_blocked: Callable[[Vector, Vec
         away, turn = normals(numbers.first, numbers.second)
         if sensor.range_noise > 0:
             distance = abs(way) + sensor.range_noise * away
-            distance = min(max(distance, 1e-6 * reach), reach)
+            distance = min(max(distance, 1e-6 * reach), reach * view.farthest)
             way = distance * (way / abs(way) if abs(way) > 1e-6 * reach else ahead)
         if sensor.bearing_noise > 0:
             angle = sensor.bearing_noise * turn
@@ -63,9 +63,30 @@ def _sense_one(sensor: Any, view: Any, i: int, is_blocked: Callable[[Vector, Vec
     others = [j for j in range(len(view.everyone)) if j not in found and not (view.own >= 0 and j == view.own + i)]
     if numbers.first < sensor.false_positives and others:
         angle = (numbers.fourth - 0.5) * sensor.field_of_view
-        way = reach * math.sqrt(numbers.third) * ahead * complex(math.cos(angle), math.sin(angle))
+        way = ahead * complex(math.cos(angle), math.sin(angle))
+        if view.farthest > 1:
+            way = on_square(ahead, sensor.field_of_view, numbers.fourth)
+        way *= reach * math.sqrt(numbers.third)
         found[-1 - others[int(numbers.second * len(others))]] = (way.real, way.imag)
     return found
+
+
+def on_square(ahead: complex, field_of_view: float, share: float) -> complex:
+    """The end of the ray, on the sides of the square of half-width 1, that has this share of the area in view behind it."""
+
+    def area(angle: float) -> float:
+        # A quarter of the square has the area 1; within it, the triangle up to the angle.
+        quarters = round(angle / (math.pi / 2))
+        return quarters + math.tan(angle - quarters * math.pi / 2) / 2
+
+    low = first = math.atan2(ahead.imag, ahead.real) - field_of_view / 2
+    high = last = first + field_of_view
+    wanted = area(first) + share * (area(last) - area(first))
+    for _ in range(100):
+        middle = (low + high) / 2
+        low, high = (middle, high) if area(middle) < wanted else (low, middle)
+    ray = complex(math.cos(low), math.sin(low))
+    return ray / max(abs(ray.real), abs(ray.imag))
 
 
 def in_view(way: complex, ahead: complex, field_of_view: float) -> bool:

@@ -203,3 +203,10 @@ def test_what_cannot_be_is_refused(arena: Arena, obstacles: Any, error: type[Exc
     with pytest.raises(error, match=message) as raised:
         arena.with_obstacles(*obstacles)
     assert "\n" not in re.sub(r" $", "", str(raised.value))
+
+
+def test_many_obstacles_are_counted_where_a_world_is_described_and_named_by_repr() -> None:
+    few, many = (Box(40, 40).with_obstacles(*(Circle((3.0 * i - 18, 0), 1) for i in range(n))) for n in (2, 12))
+    assert str(few) == repr(few)
+    assert str(many) == f"{Box(40, 40)!r} with 12 obstacles"
+    assert repr(many).count("Circle(") == 12

@@ -113,3 +113,19 @@ def test_spread_robots_see_more_than_random_ones() -> None:
     # 12 discs of a 25th of the area that do not overlap; 3 standard deviations of counting are 0.02.
     assert spread == pytest.approx(12 / 25, abs=0.03)
     assert covered(Disc(5.0).place(*rng.random((2, 12)))) < spread + 0.02
+
+
+@pytest.mark.parametrize("arena", [Box(4.0, 3.0), Torus(3.0, 6.0)], ids=str)
+def test_cells_are_equally_likely_and_bodies_at_their_centres(arena: Arena) -> None:
+    places = placement.in_cells(arena, generator().random((2, 12_000)))
+    cells = places - np.asarray(arena.bounds[0]) - 0.5
+    assert np.array_equal(cells, np.rint(cells))
+    _, count = np.unique(cells, axis=0, return_counts=True)
+    assert len(count) == round(arena.area)
+    # Fails by chance once in ten million runs.
+    assert stats.chisquare(count).pvalue > 1e-7
+
+
+def test_cells_whose_centre_is_outside_are_refused() -> None:
+    with pytest.raises(ValueError, match="whole numbers"):
+        placement.in_cells(Box(4.3, 4.3), np.array([[0.99], [0.5]]))

@@ -14,25 +14,25 @@ from teamsight.core import checks
 SHAPES = ("disc", "square")
 DISC, SQUARE = range(2)
 
-_FARTHEST = (1.0, math.sqrt(2.0))
+_FARTHEST = {"disc": 1.0, "square": math.sqrt(2.0)}
 
 
-def shape_number(name: str) -> int:
-    """Return the index of a shape.
+def shape_given(name: str) -> str:
+    """Return the shape that a user names.
 
     Raises
     ------
-    TypeError, ValueError
+    ValueError
         If the name is unknown.
     """
-    return SHAPES.index(checks.choice("range_shape", name, SHAPES))
+    return checks.choice("range_shape", name, SHAPES)
 
 
-def shape_given(value: str) -> str:
-    """Return the shape that a user names; see `shape_number`."""
-    return SHAPES[shape_number(value)]
+def shape_number(name: str) -> int:
+    """Return the index of a shape; raise the error of `shape_given` if it is unknown."""
+    return SHAPES.index(name if name in SHAPES else shape_given(name))
 
 
-def farthest_of(name: str) -> float:
+def farthest_of(shape: str) -> float:
     """Return the largest distance within a range of 1: 1, or √2 in a square."""
-    return _FARTHEST[shape_number(name)]
+    return _FARTHEST[shape]

@@ -506,6 +506,23 @@ const MANY = 250, VERY_MANY = 1500;
 // Frames of a trail: of few bodies, of many, of very many, and of the selected one; and the most ticks of these.
 const TRAILS = [24, 8, 4], LONG_TRAIL = 150, TRAIL_TICKS = 48, LONG_TRAIL_TICKS = 300;
 
+// Adds a square of this half side to a path, or the part of it within `half` of an angle.
+function addSquare(to, x, y, reach, angle, half) {
+  if (half >= Math.PI - 1e-6) {
+    to.rect(x - reach, y - reach, 2 * reach, 2 * reach);
+    return;
+  }
+  const first = angle - half, last = angle + half, right = Math.PI / 2, turns = [first];
+  // Corners are at odd eighths of a turn.
+  for (let k = Math.floor(first / right - 0.5) + 1; (k + 0.5) * right < last; k++) turns.push((k + 0.5) * right);
+  to.moveTo(x, y);
+  for (const turn of [...turns, last]) {
+    const dx = Math.cos(turn), dy = Math.sin(turn), scale = reach / Math.max(Math.abs(dx), Math.abs(dy));
+    to.lineTo(x + dx * scale, y + dy * scale);
+  }
+  to.closePath();
+}
+
 class Arena {
   // `camera` is shared by all tracks: {zoom, x, y}, where x and y are the middle as shares of the box around the arena.
   constructor(canvas, camera, palette) {
@@ -703,8 +720,10 @@ class Arena {
     const slot = this.layout.scene.slots[s], reach = slot[name] * at.scale, { to } = this;
     const angle = -angleOf(frame, s), half = name === "sensing_range" ? slot.field_of_view / 2 : Math.PI;
     if (!(reach > 0)) return;
+    const isSquare = this.layout.scene.groups[slot.group].range_shape === "square";
     this.copies(this.px[s], this.py[s], reach, at, (x, y) => {
-      if (half >= Math.PI - 1e-6) {
+      if (isSquare) addSquare(to, x, y, reach, angle, half);
+      else if (half >= Math.PI - 1e-6) {
         to.moveTo(x + reach, y);
         to.arc(x, y, reach, 0, 2 * Math.PI);
       } else {
@@ -1329,8 +1348,9 @@ class Inspector {
     ];
     if (group.policy) facts.push(["Policy", group.policy]);
     if (degreeOf(group)) facts.push(["Awareness", group.awareness ? degreeText(group.awareness) : "none"]);
-    if (senses(group)) facts.push(["Sensing range", length(one.sensing_range)]);
-    if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range)]);
+    const shape = group.range_shape === "square" ? ", square" : "";
+    if (senses(group)) facts.push(["Sensing range", length(one.sensing_range) + shape]);
+    if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range) + shape]);
     const angle = (one.field_of_view * 180) / Math.PI;
     if (angle < 360 - 1e-4) facts.push(["Field of view", `${Math.round(angle)}°`]);
     for (const [name, value] of Object.entries(group.fields || {})) {

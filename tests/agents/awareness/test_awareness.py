@@ -39,17 +39,19 @@ DEGREES: list[Awareness] = [
 ]
 
 seeds = st.integers(0, 2**31)
+shapes = st.sampled_from(["disc", "square"])
 
 
-def crowd(awareness: Awareness | str, seed: int, teams: tuple[int, ...] = (4, 3)) -> World:
+def crowd(awareness: Awareness | str, seed: int, teams: tuple[int, ...] = (4, 3), shape: Any = "disc") -> World:
     """Robots of one team in two groups, with ranges of their own, among targets."""
     world = World(Disc(1.2), rng=seed)
     targets = world.add(Target, 6, policy=Stationary())
     for size in teams:
         ranges = np.random.default_rng(seed).uniform(0.3, 1.5, (2, size))
         robots = world.add(
-            Robot, size, policy=Stationary(), awareness=awareness, sensing_range=ranges[0], awareness_range=ranges[1]
-        )
+            Robot, size, policy=Stationary(), awareness=awareness, sensing_range=ranges[0], awareness_range=ranges[1],
+            range_shape=shape,
+        )  # fmt: skip
         world.senses(robots, targets)
     return world
 
@@ -64,17 +66,26 @@ def way(one: Any, other: Any) -> tuple[float, float]:
 
 
 def within(one: Any, others: list[Any], reach: float) -> list[Any]:
-    return [other for other in others if other is not one and math.hypot(*way(one, other)) <= reach]
+    def apart(other: Any) -> float:
+        x, y = way(one, other)
+        return max(abs(x), abs(y)) if one.group.range_shape == "square" else math.hypot(x, y)
+
+    return [other for other in others if other is not one and apart(other) <= reach]
 
 
 def reach_of(robot: Any, kind: str) -> float:
     return float(getattr(robot.group, f"{kind}_range")[robot.row])
 
 
+def farthest(robot: Any, kind: str) -> float:
+    """The largest distance in range."""
+    return reach_of(robot, kind) * (math.sqrt(2) if robot.group.range_shape == "square" else 1.0)
+
+
 @pytest.mark.short
-@given(seeds)
-def test_neighbours_and_targets_are_those_within_range(seed: int) -> None:
-    world = crowd("none", seed)
+@given(seeds, shapes)
+def test_neighbours_and_targets_are_those_within_range(seed: int, shape: str) -> None:
+    world = crowd("none", seed, shape=shape)
     robots, targets = robots_of(world), list(world.groups[0])
     for robot in robots:
         assert robot.neighbours == within(robot, robots, reach_of(robot, "awareness"))
@@ -85,9 +96,9 @@ def test_neighbours_and_targets_are_those_within_range(seed: int) -> None:
 
 
 @pytest.mark.parametrize("awareness", DEGREES, ids=str)
-@given(seed=seeds)
-def test_what_a_policy_is_shown(awareness: Awareness, seed: int) -> None:
-    world = crowd(awareness, seed)
+@given(seed=seeds, shape=shapes)
+def test_what_a_policy_is_shown(awareness: Awareness, seed: int, shape: str) -> None:
+    world = crowd(awareness, seed, shape=shape)
     for robot in robots_of(world):
         percept = robot.percept
         assert percept.targets.identity.tolist() == [target.unique_id for target in robot.observed_targets]
@@ -124,9 +135,9 @@ def situation(robot: Any, team: list[Any], awareness: Awareness) -> list[float]:
     """The vector of §8, as the class says it."""
 
     def own(of: Any) -> list[float]:
-        return naive.ring([way(of, t) for t in of.observed_targets], of.heading.tolist(), 16, reach_of(of, "sensing"))
+        return naive.ring([way(of, t) for t in of.observed_targets], of.heading.tolist(), 16, farthest(of, "sensing"))
 
-    inputs, near, reach = own(robot), robot.neighbours, reach_of(robot, "awareness")
+    inputs, near, reach = own(robot), robot.neighbours, farthest(robot, "awareness")
     if isinstance(awareness, RingAwareness):
         return inputs + naive.ring([way(robot, teammate) for teammate in near], robot.heading.tolist(), awareness.delta, reach)
     if isinstance(awareness, NearestAwareness):
@@ -144,9 +155,9 @@ def situation(robot: Any, team: list[Any], awareness: Awareness) -> list[float]:
 
 @pytest.mark.short
 @pytest.mark.parametrize("awareness", DEGREES, ids=str)
-@given(seed=seeds)
-def test_the_situation_is_the_vector_of_the_paper(awareness: Awareness, seed: int) -> None:
-    world = crowd(awareness, seed)
+@given(seed=seeds, shape=shapes)
+def test_the_situation_is_the_vector_of_the_paper(awareness: Awareness, seed: int, shape: str) -> None:
+    world = crowd(awareness, seed, shape=shape)
     team = robots_of(world)
     for robot in team:
         found = robot.situation

@@ -59,19 +59,19 @@ def cut_by(sight: Sight, sensor: Sensor) -> Any:
 
 @given(
     sensor=sensors, seed=st.integers(0, 2**32), sizes=st.tuples(st.integers(0, 6), st.integers(0, 12)), among=st.booleans(),
-    discs=st.integers(0, 2), side=st.just(2.0),
+    discs=st.integers(0, 2), side=st.just(2.0), square=st.booleans(),
 )  # fmt: skip
-@example(sensor=Sensor(false_positives=1.0), seed=0, sizes=(1, 0), among=True, discs=0, side=2.0)
-@example(sensor=Sensor(false_positives=1.0, missed=1.0), seed=3, sizes=(6, 2), among=True, discs=1, side=2.0)
+@example(sensor=Sensor(false_positives=1.0), seed=0, sizes=(1, 0), among=True, discs=0, side=2.0, square=True)
+@example(sensor=Sensor(false_positives=1.0, missed=1.0), seed=3, sizes=(6, 2), among=True, discs=1, side=2.0, square=False)
 # More agents in range than a chunk has: of all observers together, and of one.
-@example(sensor=Sensor(4.0, 0.1, 0.2, 0.1, 0.5), seed=1, sizes=(12, 40), among=True, discs=0, side=0.8)
-@example(sensor=Sensor(4.0, 0.1, 0.2, 0.1, 0.5), seed=2, sizes=(3, 300), among=False, discs=1, side=1.0)
-@example(sensor=Sensor(), seed=2, sizes=(3, 300), among=False, discs=0, side=0.1)
+@example(sensor=Sensor(4.0, 0.1, 0.2, 0.1, 0.5), seed=1, sizes=(12, 40), among=True, discs=0, side=0.8, square=True)
+@example(sensor=Sensor(4.0, 0.1, 0.2, 0.1, 0.5), seed=2, sizes=(3, 300), among=False, discs=1, side=1.0, square=False)
+@example(sensor=Sensor(), seed=2, sizes=(3, 300), among=False, discs=0, side=0.1, square=False)
 def test_the_kernel_equals_its_slow_twin(
-    sensor: Sensor, seed: int, sizes: tuple[int, int], among: bool, discs: int, side: float
+    sensor: Sensor, seed: int, sizes: tuple[int, int], among: bool, discs: int, side: float, square: bool
 ) -> None:
     rng = np.random.default_rng(seed)
-    view = sample_view(*sizes, side, rng, among=among)
+    view = sample_view(*sizes, side, rng, among=among, square=square)
     blockers = np.column_stack([rng.uniform(0, 2, (discs, 2)), rng.uniform(0.05, 0.3, discs)])
     view = view._replace(sight=view.sight._replace(discs=blockers))
     ahead = view.heading @ np.array([1, 1j])
@@ -81,7 +81,7 @@ def test_the_kernel_equals_its_slow_twin(
     sensed = detect(sensor, view)
     wanted = naive.sense(sensor, view, cut_by(view.sight, sensor))
     assert np.allclose(sensed.distance, np.hypot(*sensed.offset.T), rtol=1e-12, atol=0)
-    assert (sensed.distance <= np.repeat(view.reach, sensed.degree)).all()
+    assert (sensed.distance <= np.repeat(view.reach * view.farthest, sensed.degree)).all()
     for found, expected in zip(rows(sensed), wanted, strict=True):
         assert sorted(found) == sorted(expected)
         order = [index if index >= 0 else ~index for index in found]
@@ -127,6 +127,34 @@ def test_noisy_readings_stay_between_a_millionth_of_the_range_and_the_range() ->
     assert same.sum() == 500
     assert (sensed.offset[same, 0] == 0).all()
     assert (sensed.offset[same, 1] > 0).all()
+
+
+@pytest.mark.parametrize("width", [0.4, 2.0, 5.0, 2 * math.pi])
+def test_false_detections_are_uniform_over_the_part_of_a_square_in_view(width: float) -> None:
+    size, reach, ahead = 4000, 2.0, np.array([0.6, 0.8])
+    places = np.column_stack([100.0 * np.arange(size), np.zeros(size)])
+    sensed = Sensor(field_of_view=width, false_positives=1.0).detect(
+        places, places + [50.0, 0.0], np.tile(ahead, (size, 1)), reach, range_shape="square"
+    )
+    assert (sensed.degree == 1).all()
+    assert np.abs(sensed.offset).max() <= reach
+    assert sensed.distance == pytest.approx(np.hypot(*sensed.offset.T), rel=1e-12)
+    angles = np.arccos(np.clip(sensed.offset @ ahead / sensed.distance, -1, 1))
+    assert angles.max() <= width / 2 + 1e-9
+    # Compared with points of the square that are in view: the share in each cell of a grid.
+    x, y = np.meshgrid(*2 * [reach * (np.arange(400) + 0.5) / 200 - reach])
+    in_view = np.arccos(np.clip((0.6 * x + 0.8 * y) / np.hypot(x, y), -1, 1)) <= width / 2
+    edges = np.linspace(-reach, reach, 5)
+    wanted = np.histogram2d(x[in_view], y[in_view], (edges, edges))[0] / in_view.sum()
+    found = np.histogram2d(*sensed.offset.T, (edges, edges))[0] / size
+    # Six standard deviations of a share of 1/2 at most, and the grid's own error.
+    assert np.abs(found - wanted).max() < 6 * math.sqrt(0.25 / size) + 0.005
+
+
+def test_noisy_readings_in_a_square_end_at_its_half_diagonal() -> None:
+    places = np.zeros((500, 2))
+    sensed = Sensor(range_noise=50.0).detect([[0, 0]], places, [[0, 1]], 0.7, range_shape="square")
+    assert sensed.distance.max() == 0.7 * math.sqrt(2.0)
 
 
 def test_a_torus_is_seen_through_its_border() -> None:

@@ -296,3 +296,28 @@ def test_wrong_input_is_named() -> None:
 def test_pairs_are_taken_once() -> None:
     graph = of_positions([0], np.zeros((1, 5, 2)), 1.0)
     assert list(zip(*graph.pairs_at(0)[:2], strict=True)) == list(combinations(range(5), 2))
+
+
+def test_contacts_of_square_ranges() -> None:
+    position = np.array([[[0.0, 0.0], [1.0, 1.0]], [[0.0, 0.0], [1.1, 0.0]]])
+    edges = {
+        shape: len(of_positions([0.0, 1.0], position, 1.0, range_shape=shape, directed=False).edges.frame)
+        for shape in ("disc", "square")
+    }
+    assert edges == {"disc": 0, "square": 1}
+
+
+def test_a_world_of_square_ranges_has_the_contacts_of_its_robots() -> None:
+    world = World(Disc(2.0), rng=4)
+    robots = world.add(Robot, 6, policy="random-walk", awareness_range=0.8, range_shape="square")
+    world.recording.record_positions()
+    world.run(20)
+    graph = contacts.of_world(world)
+    last = {tuple(sorted((one.unique_id, other.unique_id))) for one in robots for other in one.neighbours}
+    rows = graph.edges.frame == graph.edges.frame.max()
+    found = {tuple(sorted(pair)) for pair in zip(graph.identity[graph.edges.one[rows]].tolist(), graph.identity[graph.edges.other[rows]].tolist(), strict=True)}
+    assert found == last
+    world.add(Robot, 1, policy="random-walk", name="round")
+    world.run(1)
+    with pytest.raises(ValueError, match="'robots', 'round' have disc and square ranges; give team, or use contacts.of_log"):
+        contacts.of_world(world)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -395,3 +396,25 @@ def rare_team(seed: int) -> CMOMMT:
     model = CMOMMT(robots=8, radius=1.5, policy="random-walk", cycle=Cycle(7, phase="random", jitter=3), rng=seed)
     model.attach(Failures(20.0, 8.0), model.robots)
     return model
+
+
+def with_square_ranges(seed: int, shape: Any = "square") -> World:
+    world = World(Disc(2.0), rng=seed)
+    world.add(Robot, 8, policy=RandomWalk(), range_shape=shape)
+    return world
+
+
+def test_delta_of_square_ranges_is_larger_and_has_no_closed_form() -> None:
+    found = {
+        shape: choose.choose_delta(partial(with_square_ranges, shape=shape), runs=40, steps=60, risk=0.1, rng=1)
+        for shape in ("disc", "square")
+    }
+    # The same seeds move the robots alike, and a square contains its disc.
+    maxima = {shape: report.maxima["max_neighbours"].to_numpy() for shape, report in found.items()}
+    assert (maxima["square"] >= maxima["disc"]).all()
+    assert (maxima["square"] > maxima["disc"]).any()
+    assert found["disc"].prediction is not None
+    assert found["square"].prediction is None
+    assert [team_conditions.SQUARE_RANGES in report.notes for report in found.values()] == [False, True]
+    as_mapping = choose.choose_delta({"robots": 5, "radius": 2.0, "range_shape": "square"}, runs=2, steps=5, rng=1)
+    assert team_conditions.SQUARE_RANGES in as_mapping.notes

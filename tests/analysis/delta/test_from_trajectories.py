@@ -329,3 +329,34 @@ def test_single_samples_make_no_grid() -> None:
     record = pd.DataFrame({"time": [0.0, 1.0], "robot": [1, 2], "x": 0.0, "y": 0.0})
     with pytest.raises(ValueError, match="every robot has a single sample"):
         from_trajectories.delta_from_trajectories(record, 1.0)
+
+
+@pytest.mark.parametrize("arena", [None, Torus(4.0, 4.0)])
+def test_square_ranges_count_by_the_chebyshev_distance(arena: Torus | None) -> None:
+    trajectories = _walk(9, 30, generator())
+    found = from_trajectories.delta_from_trajectories(
+        trajectories, 0.8, range_shape="square", arena=arena, window=5, risk=0.2
+    )
+    most = []
+    for _, frame in trajectories.groupby("time"):
+        place = frame[["x", "y"]].to_numpy()
+        way = place[:, None] - place[None]
+        if arena is not None:
+            way -= 4.0 * np.rint(way / 4.0)
+        most.append(((np.abs(way).max(axis=-1) <= 0.8).sum(axis=1) - 1).max())
+    assert found.over_time["max_degree"].tolist() == most
+    assert found.prediction is None
+    assert any("Ranges are squares" in note for note in found.notes)
+    disc = from_trajectories.delta_from_trajectories(trajectories, 0.8, arena=Disc(4.0), window=5, risk=0.2)
+    assert disc.prediction is not None
+    assert not any("squares" in note for note in disc.notes)
+    with pytest.raises(ValueError, match="range_shape='round': unknown; known are disc, square"):
+        from_trajectories.delta_from_trajectories(trajectories, 0.8, range_shape="round")
+
+
+def test_the_nearest_two_are_measured_as_ranges_are() -> None:
+    time, robot = np.mgrid[:10, :2]
+    apart = pd.DataFrame({"time": time.ravel() * 1.0, "robot": robot.ravel(), "x": 3.0 * robot.ravel(), "y": 4.0 * robot.ravel()})
+    for shape, distance in (("disc", 5), ("square", 4)):
+        with pytest.warns(UserWarning, match=f"the nearest two were {distance} apart"):
+            from_trajectories.delta_from_trajectories(apart, 1.0, range_shape=shape, risk=0.5)

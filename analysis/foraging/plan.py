@@ -1,0 +1,124 @@
+"""The plan: which teams are run in which scenarios, and the table of their completion times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.simulate import Progress, run_all
+from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.policies.schemas.automaton import COMMUNICATION
+from teamsight.tasks.registry import TASKS
+from teamsight.tasks.task import Task
+
+if TYPE_CHECKING:
+    from teamsight.agents.model import World
+
+#: The tasks, by their names.
+NAMES = ("forage", "consume", "graze")
+
+# A run stops at the first multiple of these steps at which its task is done.
+_PART = 250
+
+
+@dataclass(frozen=True)
+class UntilDone:
+    """Runs a world until its task is done, and returns its objective and the largest number of neighbours.
+
+    Parameters
+    ----------
+    task : Task
+        The task.
+    """
+
+    task: Task
+
+    def __call__(self, world: World, steps: int) -> dict[str, Any]:
+        """Run the world for at most so many steps."""
+        metric = self.task.metrics[self.task.objective.metric]
+        left = steps
+        while left > 0 and self.task.objective.is_censored(metric(world) if left < steps else float("inf")):
+            world.run(min(_PART, left))
+            left -= _PART
+        time = float(metric(world))
+        return {
+            "time": self.task.objective.counted(time, steps),
+            "censored": self.task.objective.is_censored(time),
+            "max_neighbours": int(world.recording.max_neighbours(self.task.team)),
+        }
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to simulate.
+
+    Parameters
+    ----------
+    runs : int
+        Runs of each cell. Run r of all teams in a cell has the same seed.
+    steps : int
+        Steps after which a run is censored.
+    seed : int
+        Root seed.
+    robots, attractors : tuple of int
+        The numbers of robots, and of attractors where there are any; each of one with each of the other is a cell.
+    """
+
+    runs: int = 30
+    steps: int = 8000
+    seed: int = root("foraging")
+    robots: tuple[int, ...] = (1, 2, 3, 4, 5)
+    attractors: tuple[int, ...] = (1, 3, 5, 7)
+
+    def conditions(self) -> dict[str, Any]:
+        """Return the settings, fit for JSON."""
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+
+    def planned(self) -> Iterator[tuple[dict[str, Any], Run]]:
+        """Yield each run with the columns of the table that identify it."""
+        for name in NAMES:
+            task = TASKS[name]
+            for robots in self.robots:
+                for attractors in self.attractors if "attractors" in task.scenario else (0,):
+                    cell = {"robots": robots} | ({"attractors": attractors} if attractors else {})
+                    for replicate in range(self.runs):
+                        seed = task_seed(task, self.seed, replicate, cell)
+                        for communication in COMMUNICATION:
+                            team = {"policy": "schemas", "communication": communication, "awareness": "pairwise"}
+                            named = {"task": name, "robots": robots, "attractors": attractors, "replicate": replicate}
+                            run = task_run(task, task.parameters(team, cell), seed, self.steps, UntilDone(task))
+                            yield named | {"communication": communication, "seed": seed}, run
+
+
+def simulate(
+    plan: Plan,
+    pool: WorkerPool | None = None,
+    *,
+    progress: Progress = lambda done, total: None,
+    checkpoint: Checkpoint | None = None,
+) -> pd.DataFrame:
+    """Run all worlds of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to simulate.
+    pool, progress, checkpoint
+        See `run_all`.
+
+    Returns
+    -------
+    DataFrame
+        One row a run: task, robots, attractors (0 for graze), replicate, communication, seed, time [steps], censored
+        and max_neighbours.
+    """
+    planned = list(plan.planned())
+    measured = run_all([run for _, run in planned], pool, progress=progress, checkpoint=checkpoint)
+    return pd.DataFrame([named | one for (named, _), one in zip(planned, measured, strict=True)])

@@ -1,0 +1,89 @@
+"""The plan: which conditions are run how often, and the table of their results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import pandas as pd
+
+from teamsight.analysis.pursuit.conditions import CONDITIONS
+from teamsight.analysis.pursuit.trials import BLOCK, Learning
+from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import root, run_seed
+from teamsight.analysis.runs.simulate import Progress, run_all
+from teamsight.analysis.runs.workers import WorkerPool
+
+# Steps of a trial, roughly, from which the work of a run is estimated.
+_STEPS = {False: 40, True: 110}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to simulate.
+
+    Parameters
+    ----------
+    runs : int
+        Runs of each condition. Run r of all conditions has the same seed.
+    share : float
+        Trials of training, as a share of each condition's own.
+    tests : int
+        Trials of each test.
+    seed : int
+        Root seed.
+    names : tuple of str
+        Names in `CONDITIONS`.
+    """
+
+    runs: int = 10
+    share: float = 1.0
+    tests: int = 1000
+    seed: int = root("pursuit")
+    names: tuple[str, ...] = tuple(CONDITIONS)
+
+    def conditions(self) -> dict[str, Any]:
+        """Return the settings, fit for JSON."""
+        return {**asdict(self), "names": list(self.names)}
+
+    def planned(self) -> Iterator[tuple[dict[str, Any], Run]]:
+        """Yield each run with the columns of the table that identify it."""
+        from teamsight.tasks.pursuit.world import Pursuit
+
+        for name in self.names:
+            condition = CONDITIONS[name]
+            trials = max(int(self.share * condition.trials), BLOCK)
+            steps = trials * _STEPS[condition.world["rule"] == "pair"]
+            for replicate in range(self.runs):
+                seed = run_seed(self.seed, replicate)
+                named = {"condition": name, "replicate": replicate, "seed": seed, "trials": trials}
+                yield named, Run(condition.parameters, seed, steps, Learning(trials, self.tests), Pursuit)
+
+
+def simulate(
+    plan: Plan,
+    pool: WorkerPool | None = None,
+    *,
+    progress: Progress = lambda done, total: None,
+    checkpoint: Checkpoint | None = None,
+) -> pd.DataFrame:
+    """Run all worlds of a plan.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to simulate.
+    pool, progress, checkpoint
+        See `run_all`.
+
+    Returns
+    -------
+    DataFrame
+        One row a run: condition, replicate, seed, trials, curve (mean steps of each block of trials), training (mean
+        steps at the end of training), test (those of the test) and neighbours (the largest number of teammates).
+    """
+    planned = list(plan.planned())
+    measured = run_all([run for _, run in planned], pool, progress=progress, checkpoint=checkpoint)
+    return pd.DataFrame([named | one for (named, _), one in zip(planned, measured, strict=True)])

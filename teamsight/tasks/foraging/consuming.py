@@ -1,0 +1,56 @@
+"""Consuming: robots attach to attractors and work on them in place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from teamsight.core.kernel import kernel
+from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, release
+from teamsight.world.interaction import Interaction
+
+# Mass that is left by rounding only.
+_NOTHING = 1e-9
+
+
+@kernel
+def _consume(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, turn: int) -> None:
+    robots, attractors = bodies.robots, bodies.attractors
+    attach_all(robots, attractors, parameters[0])
+    for j in range(attractors.position.shape[0]):
+        if attractors.robots_at_it[j] == 0:
+            continue
+        eaten = min(attractors.mass[j], parameters[1] * attractors.robots_at_it[j])
+        attractors.mass[j] -= eaten
+        scores[0] += eaten
+        is_gone = attractors.mass[j] <= _NOTHING
+        if is_gone:
+            attractors.mass[j] = 0.0
+            scores[1] += 1.0
+        for i in range(robots.position.shape[0]):
+            if robots.attractor[i] == j + 1:
+                robots.speed[i] = 0.0
+                robots.reward[i] += eaten / attractors.robots_at_it[j]
+                if is_gone:
+                    robots.ended[i] = True
+                    release(robots, i)
+
+
+@dataclass(frozen=True)
+class Consuming(Interaction):
+    """Robots within reach of an attractor stay and consume it; the time is proportional to its mass.
+
+    Parameters
+    ----------
+    reach : float
+        Distance within which a robot is attached [length].
+    rate : float
+        The mass that one robot consumes in a step; it gets as much reward.
+    """
+
+    roles = ("robots", "attractors")
+    scores = ("consumed", "finished")
+    columns = (*ROBOT_COLUMNS, *ATTRACTOR_COLUMNS)
+    reach: float = 1.0
+    rate: float = 0.05
+    kernel = _consume

@@ -1,0 +1,157 @@
+"""The worlds of foraging robots, after Balch and Arkin (1994): a square area with obstacles, a home, attractors."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from teamsight.agents.body import Body
+from teamsight.agents.model import World
+from teamsight.agents.robot import Robot
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.target import Target
+from teamsight.policies.schemas import ForageSchemas, GrazeSchemas
+from teamsight.tasks.foraging.carrying import Carrying
+from teamsight.tasks.foraging.consuming import Consuming
+from teamsight.tasks.foraging.grazing import Grazing
+from teamsight.tasks.foraging.layout import area, scattered
+
+#: The policy of worlds by its name: motor schemas with the world's obstacles.
+SCHEMAS = "schemas"
+
+# Around home there are no obstacles within this distance [length].
+_CLEAR = 5.0
+
+
+class Attractor(Target):
+    """Something that robots look for; its column `mass` is 0 once it is done."""
+
+
+class Home(Body):
+    """The place where robots deliver."""
+
+
+class _Foraging(World):
+    """Robots in a square area with obstacles, whose home is in the middle.
+
+    Parameters
+    ----------
+    robots : int
+        Number of robots.
+    side : float
+        The side of the area [length].
+    obstacles : float
+        The share of the area under round obstacles.
+    layout : int
+        The seed of the places of obstacles, which are the same under all seeds of the world.
+    speed, sensing_range, communication_range : float
+        Of robots [length per step, length].
+    policy : Policy, callable or str
+        "schemas", or any policy.
+    communication : {"none", "state", "goal"}
+        What robots with "schemas" communicate.
+    awareness : Awareness or str
+        What they perceive of teammates.
+    rng : int, optional
+        The seed.
+    """
+
+    def __init__(
+        self,
+        robots: int,
+        side: float,
+        obstacles: float,
+        layout: int,
+        speed: float,
+        sensing_range: float,
+        communication_range: float,
+        policy: Any,
+        communication: str,
+        awareness: Any,
+        rng: int | None,
+    ) -> None:
+        circles = scattered(side, obstacles, layout, _CLEAR)
+        super().__init__(area(side, circles), rng=rng)
+        self._circles = circles
+        if policy == SCHEMAS:
+            policy = self._schemas(communication)
+        # Home is the first group, so that numbers of robots do not change the noise of others.
+        self._home = self.add(Home, 1, policy="stationary", position=(0.0, 0.0), speed=0.0, name="home")
+        self.robots = self.add(
+            Robot, robots, policy=policy, awareness=awareness, speed=speed, sensing_range=sensing_range,
+            awareness_range=communication_range,
+        )  # fmt: skip
+        self.senses(self.robots, self._home, as_="home", sensor=Sensor(range=2.0 * side, occluded=False), counts=False)
+
+    def _schemas(self, communication: str) -> Any:
+        return ForageSchemas(communication, self._circles)
+
+    def _add_attractors(self, count: int, mass: float) -> None:
+        self.attractors = self.add(Attractor, count, policy="stationary", speed=0.0, name="attractors")
+        self.attractors.add_column("mass", float(mass))
+        self.senses(self.robots, self.attractors, sensor=Sensor(occluded=False))
+        self.robots.sensors["teammates"] = Sensor(occluded=False)
+
+
+class Forage(_Foraging):
+    """Robots search for attractors and carry them home."""
+
+    def __init__(
+        self, robots: int = 5, attractors: int = 7, mass: float = 5.0, side: float = 64.0, obstacles: float = 0.15,
+        layout: int = 1, speed: float = 2.0, sensing_range: float = 20.0, communication_range: float = 100.0, *,
+        policy: Any = SCHEMAS, communication: str = "goal", awareness: Any = "pairwise", rng: int | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(
+            robots, side, obstacles, layout, speed, sensing_range, communication_range, policy, communication,
+            awareness, rng,
+        )  # fmt: skip
+        self._add_attractors(attractors, mass)
+        self.interact(Carrying(), robots=self.robots, attractors=self.attractors, home=self._home)
+
+
+class Consume(_Foraging):
+    """Robots search for attractors and consume them in place."""
+
+    def __init__(
+        self, robots: int = 5, attractors: int = 7, mass: float = 5.0, side: float = 64.0, obstacles: float = 0.15,
+        layout: int = 1, speed: float = 2.0, sensing_range: float = 20.0, communication_range: float = 100.0, *,
+        policy: Any = SCHEMAS, communication: str = "goal", awareness: Any = "pairwise", rng: int | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(
+            robots, side, obstacles, layout, speed, sensing_range, communication_range, policy, communication,
+            awareness, rng,
+        )  # fmt: skip
+        self._add_attractors(attractors, mass)
+        self.interact(Consuming(), robots=self.robots, attractors=self.attractors)
+
+    def _schemas(self, communication: str) -> Any:
+        return ForageSchemas(communication, self._circles, delivers=False)
+
+
+class Graze(_Foraging):
+    """Robots cover the area."""
+
+    #: The share of the ground with which the task is done.
+    DONE: ClassVar[float] = 0.95
+
+    def __init__(
+        self, robots: int = 5, side: float = 64.0, obstacles: float = 0.15, layout: int = 1, speed: float = 2.0,
+        sensing_range: float = 20.0, communication_range: float = 100.0, *, policy: Any = SCHEMAS,
+        communication: str = "goal", awareness: Any = "pairwise", rng: int | None = None,
+    ) -> None:  # fmt: skip
+        super().__init__(
+            robots, side, obstacles, layout, speed, sensing_range, communication_range, policy, communication,
+            awareness, rng,
+        )  # fmt: skip
+        self.robots.sensors["teammates"] = Sensor(occluded=False)
+        self.interact(Grazing(side, obstacles=self._circles), robots=self.robots)
+
+    def _schemas(self, communication: str) -> Any:
+        return GrazeSchemas(communication, self._circles)
+
+
+def completion(world: World, score: str, whole: float) -> float:
+    """Return the first step after which the sum of a score is `whole` [steps]; infinite if there is none."""
+    reached = np.cumsum(world.recording.history[score].to_numpy()) >= whole - 1e-9
+    return float(np.argmax(reached) + 1) if reached.any() else float("inf")

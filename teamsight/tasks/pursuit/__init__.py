@@ -1,0 +1,1 @@
+"""Pursuit: hunters on a grid capture prey, after Tan (1993)."""

@@ -1,0 +1,104 @@
+"""Slow twins of the online learners: one robot, one value at a time."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+HEADINGS = ((0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0))
+
+
+def within(offset: Any, depth: float) -> bool:
+    return max(abs(round(float(along))) for along in offset) <= depth
+
+
+def closest(seen: Any, depth: float, number: float) -> Any:
+    """The offset of the nearest neighbour within the depth; of equally near ones, in their order, the one drawn."""
+    near = [
+        (float(far), offset) for far, offset in zip(seen.distance, seen.offset, strict=True) if within(offset, depth)
+    ]
+    if not near:
+        return None
+    least = min(far for far, _ in near)
+    equals = [offset for far, offset in near if far == least]
+    return equals[int(number * len(equals))]
+
+
+def cell(offset: Any, extent: int) -> int:
+    """Columns of cells from the west, each from the south; the number behind the last for nothing."""
+    side = 2 * extent + 1
+    if offset is None or not within(offset, extent):
+        return side * side
+    return (round(float(offset[0])) + extent) * side + round(float(offset[1])) + extent
+
+
+def prey_row(policy: Any, one: Any, noise: list[float]) -> int:
+    """The cell of the closest prey that the robot senses, else of the closest reported; with the closest teammate's."""
+    reach = policy.reach or policy.depth
+    prey = closest(one.targets, policy.depth, noise[1])
+    if prey is None:
+        prey = closest(one.relayed, reach, noise[1])
+    row = cell(prey, reach)
+    if policy.partner:
+        mate = closest(one.teammates, policy.partner, noise[2])
+        row = row * ((2 * policy.partner + 1) ** 2 + 1) + cell(mate, policy.partner)
+    return row
+
+
+def chosen(values: list[float], temperature: float, number: float) -> int:
+    """The action that the number falls upon, when each has a share proportional to exp(Q / T)."""
+    best = max(values)
+    if temperature == 0:
+        weights = [float(value == best) for value in values]
+    else:
+        weights = [math.exp((value - best) / temperature) for value in values]
+    rest = number * sum(weights)
+    for action, weight in enumerate(weights):
+        if weight > 0 and rest < weight:
+            return action
+        rest -= weight
+    return max(action for action, weight in enumerate(weights) if weight > 0)
+
+
+class QTeam:
+    """A team of Q-learners; `row_of(policy, percept, noise)` names what a robot perceives."""
+
+    def __init__(self, policy: Any, robots: int, row_of: Any) -> None:
+        self.policy, self.row_of = policy, row_of
+        start = policy.start(robots).floats
+        self.tables = [[list(map(float, row)) for row in table] for table in start]
+        self.last: list[tuple[int, int] | None] = [None] * robots
+
+    def decide(self, percepts: list[Any], noise: Any) -> list[tuple[tuple[float, float], float]]:
+        policy, tables = self.policy, self.tables
+        every, time = policy.average_every, percepts[0].time
+        if every and time > 0 and time % every == 0:
+            self.average()
+        answers = []
+        for i, one in enumerate(percepts):
+            now = self.row_of(policy, one, noise[:, i].tolist())
+            if self.last[i] is not None and policy.learning_rate > 0:
+                self.learn(i, now, one)
+            action = chosen(tables[i][now], policy.temperature, float(noise[0, i]))
+            self.last[i] = None if one.ended else (now, action)
+            answers.append((HEADINGS[action], 0.0 if action == 4 else float(one.speed)))
+        return answers
+
+    def average(self) -> None:
+        robots = len(self.tables)
+        for row in range(len(self.tables[0])):
+            for action in range(self.policy.moves):
+                mean = sum(table[row][action] for table in self.tables) / robots
+                for table in self.tables:
+                    table[row][action] = mean
+
+    def learn(self, i: int, now: int, one: Any) -> None:
+        policy = self.policy
+        last = self.last[i]
+        assert last is not None
+        row, action = last
+        ahead = 0.0 if one.ended and not policy.values_ends else max(self.tables[i][now])
+        value = self.tables[i][row][action]
+        value += policy.learning_rate * (float(one.reward) + policy.discount * ahead - value)
+        for j in range(len(self.tables)) if policy.one_table else [i]:
+            self.tables[j][row][action] = value

@@ -1,0 +1,132 @@
+"""Online Q-learning decides, learns and averages like its slow twin, bit for bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from naive import online as naive
+
+from teamsight.policies import LatticeWalk, Policy, PreyQ, check_policy
+from teamsight.policies.percept_of_one import percept_of_one
+from teamsight.tasks.pursuit.world import Pursuit
+
+
+class Watched(Policy):
+    """A policy in Python that decides as the compiled one and as its slow twin; and compares."""
+
+    def __init__(self, policy: PreyQ) -> None:
+        self.policy, self.draws = policy, policy.draws
+        self.decisions = self.ends = 0
+
+    def start(self, size: int) -> Any:
+        return self.policy.start(size), naive.QTeam(self.policy, size, naive.prey_row)
+
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+        own, twin = state
+        action, own = self.policy.decide(percept, own, noise)
+        expected = twin.decide([percept_of_one(percept, i) for i in range(len(percept.heading))], noise)
+        for i, (heading, distance) in enumerate(expected):
+            assert tuple(action.heading[i].tolist()) == heading, f"tick {percept.time[0]}, robot {i}"
+            assert action.distance[i] == distance
+        assert np.array_equal(own.floats, twin.tables)
+        self.decisions += len(expected)
+        self.ends += int(percept.ended.sum())
+        return action, (own, twin)
+
+
+SMALL: dict[str, Any] = {"hunters": 2, "prey": 1, "side": 5, "depth": 2}
+WORLDS: list[tuple[PreyQ, dict[str, Any]]] = [
+    (PreyQ(2), SMALL),
+    (PreyQ(2, values_ends=True), {**SMALL, "prey": 2}),
+    (PreyQ(1, moves=5, temperature=0.0, learning_rate=0.3), {**SMALL, "side": 6, "torus": True}),
+    (PreyQ(1, partner=1), {**SMALL, "hunters": 3, "rule": "pair", "awareness": "pairwise"}),
+    (PreyQ(1, reach=4), {**SMALL, "depth": 1, "prey": 2, "awareness": "shared", "teammate_depth": 4}),
+    (PreyQ(1, average_every=7), SMALL),
+    (PreyQ(1, one_table=True, discount=0.5), {**SMALL, "hunters": 3}),
+]
+
+
+@pytest.mark.parametrize(("policy", "world"), WORLDS, ids=str)
+def test_it_is_its_slow_twin(policy: PreyQ, world: dict[str, Any]) -> None:
+    watched = Watched(policy)
+    Pursuit(**world, policy=watched, rng=5).run(300)
+    assert watched.decisions == 300 * world["hunters"]
+    assert watched.ends > 0
+
+
+@pytest.mark.parametrize(("policy", "world"), WORLDS, ids=str)
+def test_both_paths_learn_the_same(policy: PreyQ, world: dict[str, Any]) -> None:
+    compiled, stepped = (Pursuit(**world, policy=policy, rng=3) for _ in range(2))
+    compiled.run(200)
+    assert compiled.path == "compiled"
+    for steps in (1, 40, 1, 58):
+        for _ in range(steps):
+            stepped.step()
+        stepped.run(25)
+    assert stepped.tick == 200
+    assert np.array_equal(compiled.hunters.policy_state.floats, stepped.hunters.policy_state.floats)
+    assert compiled.hunters.policy_state.floats.any()
+    assert compiled.recording.history.equals(stepped.recording.history)
+
+
+def test_frozen_tables_stay_as_they_are_and_choose_the_best() -> None:
+    policy = PreyQ(2)
+    world = Pursuit(side=5, depth=2, policy=policy, rng=1)
+    world.run(2000)
+    learned = world.hunters.policy_state.floats.copy()
+    world.hunters.policy = frozen = policy.frozen(learned)
+    world.run(500)
+    assert np.array_equal(world.hunters.policy_state.floats, learned)
+    assert (frozen.learning_rate, frozen.temperature) == (0.0, 0.0)
+
+
+def test_averaging_makes_all_tables_equal() -> None:
+    world = Pursuit(hunters=3, side=5, depth=1, policy=PreyQ(1, average_every=10), rng=2)
+    world.run(10)
+    tables = world.hunters.policy_state.floats
+    assert not np.array_equal(tables[0], tables[1])
+    mean = tables.mean(axis=0)
+    world.hunters.policy = PreyQ(1, average_every=10, learning_rate=0.0, tables=tables)
+    world.run(1)
+    assert np.allclose(world.hunters.policy_state.floats, mean, rtol=1e-15)
+
+
+def test_one_table_learns_from_all() -> None:
+    world = Pursuit(hunters=3, side=5, depth=1, policy=PreyQ(1, one_table=True), rng=2)
+    world.run(200)
+    tables = world.hunters.policy_state.floats
+    assert np.array_equal(tables[0], tables[1])
+    assert np.array_equal(tables[0], tables[2])
+
+
+def test_rows_of_tan() -> None:
+    assert PreyQ(2).rows == 26
+    assert PreyQ(2, reach=10).rows == 442
+    assert PreyQ(4, partner=4).rows == 6724
+    assert PreyQ(4).entries == 82 * 4
+
+
+@pytest.mark.parametrize(
+    "policy", [PreyQ(1), PreyQ(1, partner=2, average_every=3), LatticeWalk(), LatticeWalk(5)], ids=str
+)
+def test_contract(policy: Policy) -> None:
+    check_policy(policy)
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"learning_rate": 1.5}, "learning_rate=1.5"), ({"temperature": -1}, "temperature=-1"), ({"moves": 6}, "moves=6"),
+        ({"depth": 4, "reach": 3}, "reach=3"), ({"depth": 0}, "depth=0"), ({"tables": np.zeros((3, 4))}, r"\(3, 4\)"),
+    ],
+)  # fmt: skip
+def test_wrong_values_are_named(given: dict[str, Any], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        PreyQ(**given)
+
+
+def test_tables_of_another_team_are_refused() -> None:
+    with pytest.raises(ValueError, match="of 3 robots, and the group has 2"):
+        Pursuit(hunters=2, depth=1, policy=PreyQ(1, tables=np.zeros((3, 10, 4))), rng=1)

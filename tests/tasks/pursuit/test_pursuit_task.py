@@ -1,0 +1,72 @@
+"""Pursuit as a task: its contract, a team that learns, and the number of neighbours of hunters."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from teamsight import TASKS, check_task
+from teamsight.agents.awareness import NoAwareness
+from teamsight.policies import PreyQ
+from teamsight.tasks.pursuit.task import learned, trial_steps
+from teamsight.tasks.pursuit.world import Pursuit
+
+SMALL = {"side": 6, "depth": 2}
+
+
+def test_it_is_a_task() -> None:
+    assert TASKS["pursuit"].name == "pursuit"
+    check_task("pursuit")
+
+
+def test_hunters_that_have_learned_need_less_than_random_ones() -> None:
+    task, seeds = TASKS["pursuit"], range(6)
+    scenario = task.full_scenario(SMALL)
+    team = learned(scenario, None, 3)
+    random, skilled = (
+        [_steps(Pursuit(**scenario, **how, rng=seed)) for seed in seeds] for how in (dict(task.explore or {}), team)
+    )
+    # In 6 seeds of 6: by chance alone once in 64 times; the means differ by a factor of 3.
+    assert all(one > other for one, other in zip(random, skilled, strict=True)), (random, skilled)
+
+
+def _steps(world: Pursuit) -> float:
+    world.run(3000, progress=False)
+    return trial_steps(world)
+
+
+def test_without_awareness_of_teammates_there_is_no_table_of_them() -> None:
+    scenario = TASKS["pursuit"].full_scenario(SMALL)
+    policy = learned(scenario, NoAwareness(), 3)["policy"]
+    assert isinstance(policy, PreyQ)
+    assert policy.partner == 0
+
+
+def test_trials_that_do_not_end_are_endless() -> None:
+    world = Pursuit(side=50, depth=1, rule="pair", rng=1)
+    world.run(1)
+    assert trial_steps(world) == math.inf
+
+
+def test_the_view_of_hunters_is_a_square() -> None:
+    world = Pursuit(2, 1, depth=2, awareness="pairwise", rng=1)
+    for _ in range(300):
+        world.step()
+        gap = np.abs(world.hunters.position[0] - world.hunters.position[1]).max()
+        assert len(world.hunters.percept.teammates.identity) == 2 * (gap <= 2)
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"depth": 11}, "depth=11"),
+        ({"rule": "all"}, "rule='all'"),
+        ({"side": 1}, "side=1"),
+        ({"scouts": -1}, "scouts=-1"),
+    ],
+)
+def test_wrong_values_are_named(given: dict[str, object], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        Pursuit(**given)  # type: ignore[arg-type]
