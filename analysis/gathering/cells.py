@@ -58,7 +58,7 @@ class Cell(NamedTuple):
         The smallest δ from which on the objective is within the tolerance of that with all N − 1 teammates.
     shortfall : dict of int to Interval
         For each δ, by how much the objective falls short of that with N − 1; paired, positive is worse. The intervals
-        hold together.
+        hold together; they are infinite if all runs with N − 1 are censored.
     objective : float
         The mean of the objective with N − 1.
     tolerance : float
@@ -131,6 +131,9 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
     level = 1 - (1 - CONFIDENCE) / max(len(below), 1)
     sign = task.objective.sign
     shortfall = {delta: interval_of(sign * (full - _values(task, curve, delta)), level) for delta in below}
+    if np.isinf(curve.loc[curve["delta"] == size - 1, "value"]).all():
+        # All runs are censored: nothing is known of how much worse or better others are.
+        shortfall = {delta: Interval(one.mean, -math.inf, math.inf) for delta, one in shortfall.items()}
     shortfall[size - 1] = Interval(0.0, 0.0, 0.0)
     tolerance = plan.tolerance * abs(objective)
     own = _rows(table, task, size, "skilled", OWN)

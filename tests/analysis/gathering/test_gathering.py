@@ -84,6 +84,14 @@ def test_less_is_better_turns_gain_and_shortfall() -> None:
     assert cell.saturation == (1, 1, 1)
 
 
+def test_nothing_is_known_where_all_runs_are_censored() -> None:
+    cell = gather(Plan([SOON], (4,), 10, steps=2)).cells[0]
+    assert cell.censored == 1.0
+    assert cell.is_enough(0) == "undecided"
+    assert (cell.saturation.low, cell.saturation.high) == (0, 3)
+    assert {one.outcome for one in judge([cell]) if one.claim in ("G3", UNRELIABLE)} == {"undecided"}
+
+
 class Slowed(GATHER.world):  # type: ignore[misc, name-defined]
     """Walkers without awareness are slow, whatever they do."""
 
