@@ -72,8 +72,8 @@ class World(RunMethods):
 
     Notes
     -----
-    One step is: process due events → perceive → decide → move → find neighbours → record. `step` makes one step,
-    `run` makes many, with the same kernels in the same order and the same result to the last bit.
+    One step is: process due events → perceive → decide → move → interact → find neighbours → record. `step` makes one
+    step, `run` makes many, with the same kernels in the same order and the same result to the last bit.
 
     An operation that fails changes nothing.
     """

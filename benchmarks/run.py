@@ -21,6 +21,7 @@ from conditions import measure_conditions
 from cycles import measure_cycles
 from events import measure_events
 from foraging import measure_foraging
+from interactions import measure_interactions
 from learning import measure_learning
 from measure import Row
 from memory import POLICIES, measure_help, measure_memory
@@ -40,7 +41,7 @@ from view import measure_view
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "components", "processes", "foraging", "pursuit", "studies", "view",
+    "interactions", "components", "processes", "foraging", "pursuit", "studies", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -69,6 +70,7 @@ def main() -> int:
         "processes": lambda: measure_processes(rounds),
         "pursuit": lambda: measure_pursuit(min(rounds, 7)),
         "conditions": lambda: measure_conditions(rounds),
+        "interactions": lambda: measure_interactions(rounds),
         "components": lambda: measure_components(min(rounds, 7)),
         "foraging": lambda: measure_foraging(min(rounds, 7)),
         "studies": lambda: [

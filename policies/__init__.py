@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
     from teamsight.policies.online.lattice_walk import LatticeWalk
+    from teamsight.policies.online.modular_q import ModularQ
     from teamsight.policies.online.online_q import OnlineQ
     from teamsight.policies.online.prey_q import PreyQ
     from teamsight.policies.percept_of_one import PerceptOfOne, turn_to
@@ -52,6 +53,7 @@ _HOMES = {
     "LazyRegression": "teamsight.policies.lazy.lazy_regression",
     "LinearQ": "teamsight.policies.eager.linear",
     "LatticeWalk": "teamsight.policies.online.lattice_walk",
+    "ModularQ": "teamsight.policies.online.modular_q",
     "OnlineQ": "teamsight.policies.online.online_q",
     "PreyQ": "teamsight.policies.online.prey_q",
     "PolicyArrays": "teamsight.policies.interface",
@@ -77,7 +79,7 @@ _HOMES = {
 
 __all__ = [
     "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats",
-    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
+    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
     "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger",
     "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip

@@ -67,8 +67,9 @@ def sample_percept(
         relayed=_sample_neighbours(size, rng, most),
         situation=rng.random((size, inputs)).astype(np.float32),
         channels=channels_of(channels, [_sample_neighbours(size, rng, most) for _ in channels]),
-        reward=rng.choice([-1.0, 0.0, 0.0, 1.0], size),
-        ended=rng.random(size) < 0.25,
+        # Not drawn, so that they change no other number of a sample.
+        reward=np.round(heading[:, 0]),
+        ended=heading[:, 0] > 0.75,
         identity=1 + np.arange(size),
         columns=_sample_columns(columns, size, size + most + 51, rng),
     )

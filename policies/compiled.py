@@ -160,10 +160,7 @@ def pack_decision(
     columns = selected_columns(percept.columns, policy.columns, type(policy).__name__)
     if columns is not percept.columns:
         percept = percept._replace(columns=columns)
-    if len(percept.reward) != len(percept.heading):
-        percept = percept.without_reward()
-    if len(percept.identity) != len(percept.heading):
-        percept = percept._replace(identity=np.full(len(percept.heading), -1))
+    percept = percept.completed()
     arrays = PolicyArrays(parameters, table, state)
     return decision_record(policy.channels, policy.columns).pack(Decision(percept, arrays, noise, tick, action))
 

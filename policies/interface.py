@@ -20,7 +20,7 @@ Integers = npt.NDArray[np.int64]
 # The time of percepts that were not made by a world.
 _NO_TIME = np.zeros(1)
 _NO_TIME.flags.writeable = False
-# Those of percepts without a reward; `CompiledPolicy.decide` gives each robot none.
+# Those of percepts that were made without rewards; see `Percept.completed`.
 _NO_REWARD, _NOT_ENDED = np.zeros(0), np.zeros(0, np.bool_)
 # Those of percepts in which robots do not know their own identity.
 _NOBODY = np.zeros(0, np.int64)
@@ -79,9 +79,14 @@ class Percept(NamedTuple):
     identity: Annotated[Integers, "n"] = _NOBODY
     columns: PerceivedColumns = NO_COLUMNS
 
-    def without_reward(self) -> Percept:
-        """Return a percept in which no robot has got a reward."""
-        return self._replace(reward=np.zeros(len(self.heading)), ended=np.zeros(len(self.heading), np.bool_))
+    def completed(self) -> Percept:
+        """Return a percept with what it was made without: no rewards, and robots that know no identity of their own."""
+        size, percept = len(self.heading), self
+        if len(self.reward) != size:
+            percept = percept._replace(reward=np.zeros(size), ended=np.zeros(size, np.bool_))
+        if len(self.identity) != size:
+            percept = percept._replace(identity=np.full(size, -1))
+        return percept
 
 
 class Action(NamedTuple):

@@ -17,20 +17,16 @@ Integers = npt.NDArray[np.int64]
 def percept_of_rows(percept: Percept, rows: Integers) -> Percept:
     """Return the percept of some robots, given by their rows, as copies."""
     channels: Any = percept.channels
+    percept = percept.completed()
     return Percept(
         percept.heading[rows], percept.moved[rows], percept.speed[rows], percept.sensing_range[rows],
         percept.awareness_range[rows], neighbours_of_rows(percept.targets, rows),
         neighbours_of_rows(percept.teammates, rows), neighbours_of_rows(percept.relayed, rows),
         percept.situation[rows],
         channels_of(channels._fields, (neighbours_of_rows(seen, rows) for seen in channels)),
-        percept.time, _if_any(percept.reward, rows), _if_any(percept.ended, rows), _if_any(percept.identity, rows),
+        percept.time, percept.reward[rows], percept.ended[rows], percept.identity[rows],
         percept.columns,
     )  # fmt: skip
-
-
-def _if_any(array: Any, rows: Integers) -> Any:
-    # Percepts that were not made by a world may lack it.
-    return array[rows] if len(array) else array
 
 
 def neighbours_of_rows(seen: NeighbourList, rows: Integers) -> NeighbourList:

@@ -106,10 +106,10 @@ def crossings(table: pd.DataFrame, depth: int) -> Floats:
 def _crossing_moves(table: pd.DataFrame) -> Verdict:
     found = {depth: crossings(table, depth) for depth in (2, 3, 4)}
     shown = "; ".join(f"d = {depth}: trial {_median(one)}" for depth, one in found.items())
-    steps = [found[3] - found[2], found[4] - found[3]]
     claim = "The crossing moves right with d: a larger table pays later"
-    if not all(np.isfinite(step).all() for step in steps):
+    if not all(np.isfinite(one).all() for one in found.values()):
         return Verdict(claim, "ours", f"{shown}; some runs do not cross", UNDECIDED)
+    steps = [found[3] - found[2], found[4] - found[3]]
     verdicts = [_above(interval_of(step), "trials") for step in steps]
     kinds = {verdict for _, verdict in verdicts}
     verdict = FAILS if FAILS in kinds else UNDECIDED if UNDECIDED in kinds else HOLDS

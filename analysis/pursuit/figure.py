@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -72,7 +72,7 @@ def _draw_curves(axes: Axes, table: pd.DataFrame) -> None:
         for value in settled:
             axes.axhline(value, color=colour, linestyle="--", linewidth=1.0)
     axes.set_ylim(bottom=0)
-    _legend(axes)
+    _legend(axes, "upper right")
 
 
 def _draw_gains(axes: Axes, table: pd.DataFrame) -> None:
@@ -84,12 +84,12 @@ def _draw_gains(axes: Axes, table: pd.DataFrame) -> None:
         names = (f"2/2 joint{suffix}", f"2/2 joint passive{suffix}")
         if have.issuperset(names):
             _band(axes, gains(table, *names)[:, : _TRIALS // BLOCK], colour, f"d = {depth}")
-    _legend(axes)
+    _legend(axes, "lower right")
 
 
-def _legend(axes: Axes) -> None:
+def _legend(axes: Axes, where: Literal["upper right", "lower right"]) -> None:
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(frameon=False)
+        axes.legend(frameon=False, loc=where)
 
 
 def _band(axes: Axes, curves: Floats, colour: str, label: str) -> None:

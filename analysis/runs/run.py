@@ -90,7 +90,8 @@ class Run:
         named = (
             f"{name}={value!r}"
             for name, value in sorted(self.parameters.items())
-            if isinstance(value, bool) or not isinstance(value, Real)
+            # The usual numbers first: checks against abstract classes are slow.
+            if type(value) not in (int, float) and (isinstance(value, bool) or not isinstance(value, Real))
         )
         return (_name(self.model), *named, _name(self.measure))
 
@@ -140,6 +141,8 @@ class Run:
 
 def _size(value: object) -> int:
     """Return a number of agents for `Run.cost`: a wrong one is refused where the world is built, not before."""
+    if type(value) is int:
+        return min(max(value, 0), _MOST_AGENTS)
     if isinstance(value, Real):
         with contextlib.suppress(ValueError, OverflowError):
             return min(max(int(float(value)), 0), _MOST_AGENTS)

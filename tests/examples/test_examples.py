@@ -13,8 +13,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
+from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
 from teamsight.policies import CompiledPolicy, check_policy
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -261,6 +263,37 @@ def test_the_study_shows_each_setting_with_its_interval(run: Run, tmp_path: Path
     assert all(float(low) < float(mean) < float(high) for *_, mean, low, high in rows)
     # A walk observes less than a policy, however often robots fail.
     assert all(float(walk[2]) < float(policy[2]) for walk, policy in zip(rows[::2], rows[1::2], strict=True))
+
+
+def test_a_recording_of_another_simulator_gives_delta(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    example = runpy.run_path(str(ROOT / "examples" / "other_simulators.py"))
+    # Three robots in a row that go apart, in the place of a simulator that need not be installed.
+    frames = ((run, time, [[0.0, 0.0], [time, 0.0], [0.0, 2.0 * time]]) for run in range(12) for time in range(1, 6))
+    example["SIMULATORS"]["pursuit"] = lambda *given: ((run, time, np.array(place)) for run, time, place in frames), 3, 5
+    example["main"](["pursuit", "--runs", "12", "--out", str(tmp_path / "t.parquet")])
+    assert "3 robots, 12 runs, 60 frames" in capsys.readouterr().out
+    found = read_trajectories(tmp_path / "t.parquet")
+    report = delta_from_trajectories(found, 2.0, range_shape="square", risk=0.5)
+    # At time 1 all are within 2 of each other along both axes.
+    assert report.maxima["max_neighbours"].tolist() == [2] * 12
+
+
+def test_pursuit_of_pettingzoo_is_recorded(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in ("pygame", "pettingzoo"):
+        pytest.importorskip(package, reason=f"{package} is not installed: pip install 'pettingzoo[sisl]'")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    for runs in (1, 2):
+        line = ["other_simulators", "pursuit", "--runs", str(runs), "--steps", "20", "--out", str(tmp_path / f"{runs}.parquet")]
+        monkeypatch.setattr(sys, "argv", line)
+        assert f"8 robots, {runs} runs" in run("other_simulators")
+    one, two = (read_trajectories(tmp_path / f"{runs}.parquet") for runs in (1, 2))
+    cells = two[["x", "y"]].to_numpy()
+    assert np.array_equal(cells, np.rint(cells))
+    assert 0 <= cells.min() < cells.max() <= 15
+    # The same seed gives the same run, and moves are to the next cell.
+    assert np.array_equal(one[["x", "y"]], two[two["run"] == 0][["x", "y"]])
+    for _, way in one.groupby("robot", observed=True):
+        assert np.abs(np.diff(way[["x", "y"]].to_numpy(), axis=0)).sum(axis=1).max() == 1
 
 
 def test_relatives_of_a_cmommt_are_compared(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -102,3 +102,44 @@ class QTeam:
         value += policy.learning_rate * (float(one.reward) + policy.discount * ahead - value)
         for j in range(len(self.tables)) if policy.one_table else [i]:
             self.tables[j][row][action] = value
+
+
+class ModularTeam:
+    """A team whose robots have a table for each partner, in the order in which they meet; the sum of all decides."""
+
+    def __init__(self, policy: Any, robots: int) -> None:
+        self.policy = policy
+        self.modules: list[list[dict[str, Any]]] = [[] for _ in range(robots)]
+        self.action = [0] * robots
+
+    def decide(self, percepts: list[Any], noise: Any) -> list[tuple[tuple[float, float], float]]:
+        return [self.decide_one(i, one, noise[:, i].tolist()) for i, one in enumerate(percepts)]
+
+    def decide_one(self, i: int, one: Any, noise: list[float]) -> tuple[tuple[float, float], float]:
+        policy, modules = self.policy, self.modules[i]
+        while len(modules) < policy.modules:
+            modules.append({"partner": None, "last": None, "table": {}})
+        seen = dict(zip(one.teammates.identity.tolist(), one.teammates.offset, strict=True))
+        for identity in seen:
+            if identity not in [module["partner"] for module in modules]:
+                free = [module for module in modules if module["partner"] is None]
+                if free:
+                    free[0]["partner"] = identity
+        prey = cell(closest(one.targets, policy.depth, noise[1]), policy.depth)
+        mass = []
+        for module in modules:
+            now = prey, cell(seen.get(module["partner"]), policy.depth)
+            self.learn(module, self.action[i], now, one)
+            module["last"] = None if one.ended else now
+            values = module["table"].get(now, [0.0] * policy.moves)
+            mass = values if not mass else [a + b for a, b in zip(mass, values, strict=True)]
+        self.action[i] = action = chosen(list(mass), policy.temperature, noise[0])
+        return HEADINGS[action], 0.0 if action == 4 else float(one.speed)
+
+    def learn(self, module: dict[str, Any], action: int, now: Any, one: Any) -> None:
+        policy, table = self.policy, module["table"]
+        if module["last"] is None or policy.learning_rate == 0:
+            return
+        ahead = 0.0 if one.ended and not policy.values_ends else max(table.get(now, [0.0]))
+        values = table.setdefault(module["last"], [0.0] * policy.moves)
+        values[action] += policy.learning_rate * (float(one.reward) + policy.discount * ahead - values[action])

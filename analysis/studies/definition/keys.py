@@ -109,7 +109,7 @@ _TABLE_FILE = r"\.([cC][sS][vV]|[pP][aA][rR][qQ][uU][eE][tT])$"
 STUDY: Mapping[str, Key] = {
     "name": Key("A name for titles; by default that of the file.", {"type": "string"}),
     "model": Key(
-        'The model: "cmommt", a plug-in, or "package.module:Name", a class or function that is called as '
+        'The model: "cmommt", "task:NAME", a plug-in, or "package.module:Name", a class or function that is called as '
         "model(**setting, rng=seed).",
         {**_TEXT, "default": "cmommt"},
     ),

@@ -11,10 +11,13 @@ from teamsight.agents.model import World
 from teamsight.agents.robot import Robot
 from teamsight.core import checks
 from teamsight.tasks.pursuit.capture import RULES, Capture
+from teamsight.tasks.pursuit.surround import Surround
 from teamsight.world.arena import Box, Torus
 
 #: The largest side of the grid [cells].
 MOST_SIDE = 1000
+
+_SURROUND = "surround"
 
 
 class Hunter(Robot):
@@ -48,8 +51,8 @@ class Pursuit(World):
         Hunters sense prey in a square of this many cells to each side; by default 4.
     teammate_depth : int, optional
         They perceive teammates, as their degree of awareness allows, in a square of this many; by default `depth`.
-    rule : {"alone", "pair"}
-        Who captures; see `Capture`. By default "alone".
+    rule : {"alone", "pair", "surround"}
+        Who captures: see `Capture`, and `Surround` for four hunters at once. By default "alone".
     torus : bool
         Whether the grid has no walls; by default it has.
     policy : str or Policy
@@ -77,7 +80,7 @@ class Pursuit(World):
 
     Notes
     -----
-    *Source:* Tan (1993). *Departs:* see `Capture`.
+    *Source:* Tan (1993); Ono and Fukumoto (1996) for "surround". *Departs:* see `Capture` and `Surround`.
     """
 
     def __init__(
@@ -100,7 +103,7 @@ class Pursuit(World):
     ) -> None:
         checks.count("side", side, least=2, most=MOST_SIDE)
         checks.flag("torus", torus)
-        checks.choice("rule", rule, RULES)
+        checks.choice("rule", rule, (*RULES, _SURROUND))
         checks.count("scouts", scouts, least=0)
         super().__init__(Torus(side, side) if torus else Box(side, side), rng=rng, seed=seed)
         near = _range("teammate_depth", depth if teammate_depth is None else teammate_depth, side)
@@ -117,7 +120,8 @@ class Pursuit(World):
             seen = _range("scout_depth", depth if scout_depth is None else scout_depth, side)
             others = self.add(Scout, scouts, policy="lattice-walk", sensing_range=seen, name="scouts", **common)
             self.senses(others, self._prey)
-        self.interact(Capture(side, side, torus, rule), hunters=self._hunters, prey=self._prey)
+        meets = Surround(side, side, torus) if rule == _SURROUND else Capture(side, side, torus, rule)
+        self.interact(meets, hunters=self._hunters, prey=self._prey)
 
     @property
     def hunters(self) -> Group[Hunter]:

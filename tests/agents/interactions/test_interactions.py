@@ -7,10 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 from interactions import Capture, CaptureInTurn, fingerprint, hunt
+from naive import interactions as twin
 
-from teamsight import World
+from teamsight import Interaction, Robot, Target, Torus, World
+from teamsight.core.kernel import inlined, kernel
 from teamsight.policies import Policy
 from teamsight.policies.interface import Action
+from teamsight.world import InteractionState
 
 
 class Keen(Policy):
@@ -54,6 +57,65 @@ def test_scores_and_rewards_are_those_of_the_captures() -> None:
         rewards += reward.sum()
     assert captures == world.recording.history["captures"].sum() == world._data.interactions[0].state.ints[0, 0] > 0
     assert rewards > 200 * 6 * -0.1 + captures - 1e-9
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_it_does_what_the_slow_twin_does(seed: int) -> None:
+    world, plain = hunt(seed=seed), hunt(Capture(reach=0.0), seed=seed)
+    hunters, prey = world.groups
+    captured = 0
+    for tick in range(80):
+        # The same bodies move without a capture.
+        for one, other in zip(plain.groups, world.groups, strict=True):
+            for name in ("position", "heading", "moved", "speed"):
+                getattr(one.bodies, name)[:] = getattr(other.bodies, name)
+        plain._engine.is_seen = False
+        plain.step()
+        world.step()
+        expected = twin.capture(world, {one.name: one.bodies.position for one in plain.groups}, tick, "Capture")
+        assert (prey.bodies.position == expected["place"]).all()
+        assert hunters.bodies.reward == pytest.approx(expected["reward"])
+        assert world.recording.history["captures"].iloc[-1] == expected["captured"]
+        captured += expected["captured"]
+    assert captured > 0
+
+
+@inlined
+def _have_moved(here: Any) -> bool:
+    for i in range(here.position.shape[0]):
+        if here.moved[i, 0] != 0.0 or here.position[i, 0] != here.before[i, 0]:
+            return True
+    return False
+
+
+@kernel
+def _note(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, turn: int) -> None:
+    state.ints[turn, 0] += _have_moved(bodies.one)
+    state.ints[turn, 1] += _have_moved(bodies.two)
+    state.ints[turn, 2] += 1
+
+
+class Note(Interaction):
+    """Notes at each turn which groups have moved."""
+
+    roles = ("two", "one")
+    in_turn = True
+    kernel = _note
+
+    def start(self, sizes: Any) -> InteractionState:
+        return InteractionState(np.zeros((0, 0)), np.zeros((2, 3), np.int64))
+
+
+def test_groups_move_in_turn() -> None:
+    world = World(Torus(6.0, 6.0), rng=1)
+    one = world.add(Robot, 2, policy="random-walk", name="one")
+    world.add(Target, 3, policy="random-walk", name="between")
+    two = world.add(Target, 2, policy="random-walk", name="two")
+    world.senses(one, two)
+    world.interact(Note(), two=two, one=one)
+    world.run(10)
+    # The role "one" has the index 1 and moves first: by then "two" has not moved.
+    assert world._data.interactions[0].state.ints.tolist() == [[10, 10, 10], [10, 0, 10]]
 
 
 def test_scores_follow_the_columns_of_every_world() -> None:

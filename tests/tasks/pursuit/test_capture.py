@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from naive import pursuit as naive
 
+from teamsight import check_interaction
+from teamsight.tasks.pursuit.capture import Capture
 from teamsight.tasks.pursuit.world import Pursuit
 
 GAMES: list[dict[str, Any]] = [
@@ -128,3 +130,15 @@ def test_a_reset_and_a_restored_world_begin_the_trial_where_it_was() -> None:
     world.reset(2)
     world.run(800)
     assert np.array_equal(world.recording.history.tail(500).to_numpy(), first)
+
+
+@pytest.mark.parametrize(
+    "capture", [Capture(10, 10), Capture(10, 10, torus=True), Capture(10, 10, rule="pair")], ids=str
+)
+def test_contract(capture: Capture) -> None:
+    check_interaction(capture)
+
+
+def test_wrong_rules_are_named() -> None:
+    with pytest.raises(ValueError, match="rule='three'"):
+        Capture(10, 10, rule="three")

@@ -1,0 +1,162 @@
+"""Surround: hunters on all four sides of a prey capture it, and all begin anew."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from teamsight.core import checks
+from teamsight.core.kernel import inlined
+from teamsight.world.interaction import Interaction, InteractionState
+
+_WIDTH, _HEIGHT, _IS_TORUS, _REWARD, _COST = range(5)
+
+# The state: the steps of the trial so far, and whether the next step begins another.
+_STEPS, _IS_RESTART = range(2)
+
+
+@inlined
+def _gap(one: float, other: float, side: float, is_torus: float) -> float:
+    """Return the coordinate of one relative to another, by the shortest way."""
+    gap = one - other
+    if is_torus > 0.0:
+        gap -= side * np.rint(gap / side)
+    return gap
+
+
+@inlined
+def _is_at(bodies: Any, i: int, others: Any, j: int, x: float, y: float, parameters: Any) -> bool:
+    """Whether body `i` is in the cell at (x, y) relative to body `j` of the others."""
+    gap_x = _gap(bodies.position[i, 0], others.position[j, 0], parameters[_WIDTH], parameters[_IS_TORUS])
+    gap_y = _gap(bodies.position[i, 1], others.position[j, 1], parameters[_HEIGHT], parameters[_IS_TORUS])
+    return bool(abs(gap_x - x) < 0.5 and abs(gap_y - y) < 0.5)
+
+
+@inlined
+def _put_back(bodies: Any, i: int) -> None:
+    bodies.position[i, 0] = bodies.before[i, 0]
+    bodies.position[i, 1] = bodies.before[i, 1]
+
+
+@inlined
+def _keep_apart(hunters: Any, prey: Any, parameters: Any) -> None:
+    """Put prey back that have entered a hunter's cell, and then hunters that have entered a prey's."""
+    for j in range(prey.position.shape[0]):
+        for i in range(hunters.position.shape[0]):
+            if hunters.active[i] and _is_at(prey, j, hunters, i, 0.0, 0.0, parameters):
+                _put_back(prey, j)
+                break
+    for i in range(hunters.position.shape[0]):
+        for j in range(prey.position.shape[0]):
+            if prey.active[j] and _is_at(hunters, i, prey, j, 0.0, 0.0, parameters):
+                _put_back(hunters, i)
+                break
+
+
+@inlined
+def _is_held(hunters: Any, prey: Any, j: int, x: float, y: float, parameters: Any) -> bool:
+    for i in range(hunters.position.shape[0]):
+        if hunters.active[i] and _is_at(hunters, i, prey, j, x, y, parameters):
+            return True
+    return False
+
+
+@inlined
+def _is_captured(hunters: Any, prey: Any, j: int, parameters: Any) -> bool:
+    """Whether hunters stand to the east, west, north and south of prey `j`."""
+    return bool(
+        prey.active[j]
+        and _is_held(hunters, prey, j, 1.0, 0.0, parameters)
+        and _is_held(hunters, prey, j, -1.0, 0.0, parameters)
+        and _is_held(hunters, prey, j, 0.0, 1.0, parameters)
+        and _is_held(hunters, prey, j, 0.0, -1.0, parameters)
+    )
+
+
+@inlined
+def _place(bodies: Any, noise: Any, parameters: Any) -> None:
+    """Place all bodies of a group at the centres of random cells."""
+    for i in range(bodies.position.shape[0]):
+        for axis in range(2):
+            side = parameters[_WIDTH + axis]
+            bodies.position[i, axis] = float(int(noise[axis, i] * side)) + 0.5 - 0.5 * side
+
+
+@inlined
+def _surround(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, turn: int) -> None:
+    hunters, prey = bodies.hunters, bodies.prey
+    counts = state.ints[0]
+    if counts[_IS_RESTART] != 0:
+        _place(hunters, noise.hunters, parameters)
+        _place(prey, noise.prey, parameters)
+        counts[_IS_RESTART] = 0
+        return
+    _keep_apart(hunters, prey, parameters)
+    captured = 0
+    for j in range(prey.position.shape[0]):
+        captured += _is_captured(hunters, prey, j, parameters)
+    counts[_STEPS] += 1
+    scores[0] = captured
+    scores[1] = counts[_STEPS]
+    for i in range(hunters.position.shape[0]):
+        if hunters.active[i]:
+            hunters.reward[i] = parameters[_REWARD] if captured > 0 else -parameters[_COST]
+            hunters.ended[i] = captured > 0
+    if captured > 0:
+        counts[_IS_RESTART] = 1
+        counts[_STEPS] = 0
+
+
+@dataclass(frozen=True)
+class Surround(Interaction):
+    """Hunters on all four sides of a prey capture it; the next step places everybody at random.
+
+    All move at once. Hunters may share a cell, a hunter and a prey may not: prey that would enter a hunter's cell
+    stays, and then hunters that would enter a prey's cell stay.
+
+    Roles and columns of the history are those of `Capture`; all hunters get the reward.
+
+    Parameters
+    ----------
+    width, height : int
+        The sides of the arena [cells], at least 3.
+    torus : bool, default True
+        Whether the arena is a `Torus`.
+    reward : float, default 1
+        The reward of every hunter at a capture.
+    cost : float, default 0.1
+        What every other step costs a hunter.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is outside its limits.
+
+    Notes
+    -----
+    *Source:* the modified pursuit of Ono and Fukumoto (1996). *Departs:* who stays when two want one cell, and that all
+    begin anew, are not known.
+    """
+
+    width: int
+    height: int
+    torus: bool = True
+    reward: float = 1.0
+    cost: float = 0.1
+
+    roles = ("hunters", "prey")
+    scores = ("captures", "trial_steps")
+    draws = 2
+    kernel = _surround
+
+    def __post_init__(self) -> None:
+        checks.count("width", self.width, least=3)
+        checks.count("height", self.height, least=3)
+        checks.flag("torus", self.torus)
+        checks.number("reward", self.reward)
+        checks.number("cost", self.cost)
+
+    def start(self, sizes: Any) -> InteractionState:
+        return InteractionState(np.zeros((0, 0)), np.zeros((1, 2), np.int64))

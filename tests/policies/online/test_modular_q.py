@@ -1,0 +1,99 @@
+"""Modular Q-learning: its slow twin, and with one module plain Q-learning, bit for bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from naive import online as naive
+
+from teamsight.policies import Policy, PreyQ, check_policy
+from teamsight.policies.online.modular_q import ModularQ
+from teamsight.policies.percept_of_one import percept_of_one
+from teamsight.tasks.pursuit.world import Pursuit
+
+WORLD: dict[str, Any] = {"side": 5, "depth": 1, "rule": "pair", "awareness": "pairwise"}
+
+
+class Watched(Policy):
+    """A policy in Python that decides as the compiled one and as its slow twin; and compares."""
+
+    def __init__(self, policy: ModularQ) -> None:
+        self.policy, self.draws = policy, policy.draws
+
+    def start(self, size: int) -> Any:
+        return self.policy.start(size), naive.ModularTeam(self.policy, size)
+
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+        own, twin = state
+        action, own = self.policy.decide(percept, own, noise)
+        expected = twin.decide([percept_of_one(percept, i) for i in range(len(percept.heading))], noise)
+        for i, (heading, distance) in enumerate(expected):
+            assert tuple(action.heading[i].tolist()) == heading, f"tick {percept.time[0]}, robot {i}"
+            assert action.distance[i] == distance
+        return action, (own, twin)
+
+
+@pytest.mark.parametrize(
+    "policy", [ModularQ(1), ModularQ(1, modules=2, moves=4, values_ends=True), ModularQ(1, temperature=0.0)], ids=str
+)
+def test_it_is_its_slow_twin(policy: ModularQ) -> None:
+    world = Pursuit(5, 2, **WORLD, policy=Watched(policy), rng=5)
+    with pytest.warns(UserWarning, match="one by one"):
+        world.run(300)
+    assert (world.recording.history["captures"] > 0).sum() > 5
+
+
+@pytest.mark.parametrize("values_ends", [False, True])
+def test_with_one_module_it_is_plain_q_learning_bit_for_bit(values_ends: bool) -> None:
+    common: dict[str, Any] = {"moves": 5, "values_ends": values_ends}
+    modular, plain = (
+        Pursuit(2, 2, **WORLD, policy=policy, rng=9)
+        for policy in (ModularQ(1, modules=1, **common), PreyQ(1, partner=1, **common))
+    )
+    for world in (modular, plain):
+        world.run(5000)
+    tables = modular.hunters.policy_state.floats[:, :-1]
+    assert np.array_equal(tables, plain.hunters.policy_state.floats)
+    assert np.array_equal(modular.hunters.position, plain.hunters.position)
+    assert tables.any()
+
+
+def test_both_paths_learn_the_same() -> None:
+    compiled, stepped = (Pursuit(4, 1, **WORLD, policy=ModularQ(1), rng=3) for _ in range(2))
+    compiled.run(300)
+    for _ in range(150):
+        stepped.step()
+    stepped.run(150)
+    for one, other in zip(compiled.hunters.policy_state, stepped.hunters.policy_state, strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_a_frozen_team_keeps_its_tables_and_its_partners() -> None:
+    world = Pursuit(4, 1, **WORLD, policy=ModularQ(1), rng=3)
+    world.run(1000)
+    state = world.hunters.policy_state
+    partners, tables = state.ints[:, :-1, 1].copy(), state.floats[:, :-1].copy()
+    assert sorted(partners[0]) == sorted(world.hunters.bodies.identity[1:])
+    world.hunters.policy = world.hunters.policy.frozen(state)
+    world.run(200)
+    assert np.array_equal(world.hunters.policy_state.floats[:, :-1], tables)
+    assert np.array_equal(world.hunters.policy_state.ints[:, :-1, 1], partners)
+
+
+def test_its_tables_grow_with_the_number_of_partners() -> None:
+    # Touzet §9: Θ(N). One table of all would have 50^4 rows.
+    assert [ModularQ(3, modules=n).entries for n in (1, 2, 3)] == [2500 * 5, 5000 * 5, 7500 * 5]
+
+
+def test_contract() -> None:
+    check_policy(ModularQ(1, modules=2))
+
+
+@pytest.mark.parametrize(
+    ("given", "named"), [({"modules": 0}, "modules=0"), ({"depth": 99}, "depth=99"), ({"discount": 2}, "discount=2")]
+)
+def test_wrong_values_are_named(given: dict[str, Any], named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        ModularQ(**given)
