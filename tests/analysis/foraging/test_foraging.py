@@ -70,7 +70,7 @@ def test_the_interval_of_a_gain_covers_the_ratio_of_means() -> None:
     base = table()
     for _ in range(200):
         data = base[base["task"] == "forage"].copy()
-        data["time"] = rng.exponential(25.0, (len(data), 4)).sum(axis=1) * np.where(data["communication"] == "goal", 0.8, 1.0)
+        data["time"] = rng.normal(100.0, 30.0, len(data)) * np.where(data["communication"] == "goal", 0.8, 1.0)
         interval = gain(data, "forage", "goal", "none")
         covered += interval.low <= 0.2 <= interval.high
     # 190 are expected; fewer than 178 or more than 199 have a probability below 1e-3.
