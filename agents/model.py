@@ -19,7 +19,6 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
-from teamsight.agents.interactions import interact
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
@@ -246,6 +245,8 @@ class World(RunMethods):
             If it is not an interaction, a role has no group, a group has two roles or is of another world, or another
             interaction has a score of the same name. Nothing is changed then.
         """
+        from teamsight.agents.interactions import interact
+
         interact(self._data, self._engine, interaction, groups)
 
     @property

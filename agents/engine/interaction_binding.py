@@ -11,7 +11,6 @@ from teamsight.agents.engine.interaction_records import PARTAKER, InteractionArr
 from teamsight.agents.group import Group
 from teamsight.agents.world_data import WorldData
 from teamsight.core.kernel import Packed
-from teamsight.world.region import region_of
 
 Integers = npt.NDArray[np.int64]
 
@@ -43,6 +42,9 @@ class BoundInteractions:
         self.partakers = list(known.values())
         first = 0
         for one in data.interactions:
+            # Only worlds with an interaction need it.
+            from teamsight.world.region_of import region_of
+
             self.records.append(one.bind(known, region_of(data.arena), first))
             first += len(one.scores)
         written = [array for one in data.interactions for array in one.arrays]
