@@ -16,12 +16,14 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
+from teamsight.world.interaction import Interaction
 
 
 @refusing(
     arena="all agents were placed in it; build another world",
     seed_used="start again with reset(rng)",
     tick="run(n) makes steps, reset() starts again, and restore(state) goes back",
+    interactions="interact() adds one",
     path="it follows from the policies and from what is recorded",
     observed="it is measured",
     observed_fraction="it is measured; reset() starts again",
@@ -101,6 +103,11 @@ class Measures(mesa_bases.Model):
         """The present neighbours of each of `teammates`, by row: agents of its team within its awareness range."""
         self._engine.prepare()
         return neighbours(self._data.groups)
+
+    @property
+    def interactions(self) -> list[Interaction]:
+        """What happens between bodies in each step, in this order; `World.interact` adds to it."""
+        return [placed.interaction for placed in self._data.interactions]
 
     @property
     def datacollector(self) -> mesa.DataCollector:

@@ -237,22 +237,16 @@ class World(RunMethods):
         interaction : Interaction
             What happens, such as a capture.
         **groups : Group
-            The group of each of its roles, by the name of the role.
+            The group of each role.
 
         Raises
         ------
         TypeError, ValueError
-            If it is not an interaction, a role has no group, a group has two roles or is of another world, or another
-            interaction has a score of the same name. Nothing is changed then.
+            If a role has no group, a group two roles, or a score the name of another. Nothing is changed then.
         """
         from teamsight.agents.interactions import interact
 
         interact(self._data, self._engine, interaction, groups)
-
-    @property
-    def interactions(self) -> list[Interaction]:
-        """What happens between bodies in each step, in this order; see `interact`."""
-        return [placed.interaction for placed in self._data.interactions]
 
     def adjust(
         self,
