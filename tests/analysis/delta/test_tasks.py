@@ -14,7 +14,7 @@ def test_cmommt_by_name_is_the_choice_by_its_parameters() -> None:
     by_parameters = choose_delta(given, runs=12, steps=50, risk=0.1, rng=3)
     assert by_name.maxima.equals(by_parameters.maxima)
     assert by_name.predicted_delta == by_parameters.predicted_delta is not None
-    assert by_name.subject == "task cmommt, explore, robots=8, radius=3.0, 8 robots, 12 runs of 50 steps"
+    assert by_name.subject == "task cmommt, explore, robots=8, radius=3.0, 8 robots of team robots, 12 runs of 50 steps"
 
 
 @pytest.mark.parametrize("task", [GATHER, LEARN])
