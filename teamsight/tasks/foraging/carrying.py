@@ -28,6 +28,8 @@ def _carry(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tu
             robots.speed[i] = robots.free_speed[i] / (1.0 + attractors.mass[j] / (parameters[2] * carriers))
         for axis in range(2):
             attractors.position[j, axis] = robots.position[leader, axis]
+        if home.position.shape[0] == 0:
+            continue
         x = attractors.position[j, 0] - home.position[0, 0]
         y = attractors.position[j, 1] - home.position[0, 1]
         if x * x + y * y > parameters[1] * parameters[1]:

@@ -17,6 +17,7 @@ from teamsight.tasks.foraging.consuming import Consuming
 from teamsight.tasks.foraging.grazing import Grazing
 from teamsight.tasks.foraging.layout import area, scattered
 from teamsight.tasks.foraging.worlds import Attractor, Consume, Forage, Graze, Home, completion
+from teamsight.world.check_interaction import check_interaction
 from tests.interactions import fingerprint
 
 NAMES = ("forage", "consume", "graze")
@@ -25,6 +26,11 @@ NAMES = ("forage", "consume", "graze")
 @pytest.mark.parametrize("name", NAMES)
 def test_tasks_keep_their_contract(name: str) -> None:
     check_task(name, steps=30)
+
+
+@pytest.mark.parametrize("interaction", [Carrying(), Consuming(), Grazing(side=4.0, obstacles=((0.0, 0.0, 1.0),))])
+def test_interactions_keep_their_contract(interaction: Any) -> None:
+    check_interaction(interaction)
 
 
 @settings(max_examples=12, deadline=None)
