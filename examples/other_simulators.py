@@ -39,8 +39,8 @@ def pursuit(agents: int, runs: int, steps: int, seed: int) -> Iterator[tuple[int
 
 def discovery(agents: int, runs: int, steps: int, seed: int) -> Iterator[tuple[int, int, Any]]:
     """Yield run, time and the positions of all agents, shape (agents, 2); needs vmas."""
-    import torch
-    import vmas
+    # Both lack types.
+    torch, vmas = import_module("torch"), import_module("vmas")
 
     env = vmas.make_env("discovery", num_envs=runs, seed=seed, n_agents=agents)
     torch.manual_seed(seed)

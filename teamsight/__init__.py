@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from teamsight.tasks.task import Task
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
-    from teamsight.world.check_interaction import check_interaction
+    from teamsight.world.checked_interaction import check_interaction
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
     from teamsight.world.interaction import Interaction
@@ -77,7 +77,7 @@ _HOMES = {
     "Polygon": "teamsight.world.polygon",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
-    "check_interaction": "teamsight.world.check_interaction",
+    "check_interaction": "teamsight.world.checked_interaction",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
     "check_task": "teamsight.tasks.check",

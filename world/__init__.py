@@ -14,7 +14,7 @@ if __name__ != "teamsight.world":
 if TYPE_CHECKING:
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
-    from teamsight.world.check_interaction import check_interaction
+    from teamsight.world.checked_interaction import check_interaction
     from teamsight.world.circle import Circle
     from teamsight.world.contract import Arena, Obstructed
     from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
@@ -39,7 +39,7 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Walls": "teamsight.world.wall_contacts",
     "check_arena": "teamsight.world.check",
-    "check_interaction": "teamsight.world.check_interaction",
+    "check_interaction": "teamsight.world.checked_interaction",
 }
 
 __all__ = [

@@ -187,7 +187,7 @@ class Interaction:
     ...     roles = ("robots", "beacons")
     ...     scores = ("touches",)
     ...     reach: float = 0.1
-    ...     kernel = _touch
+    ...     kernel = touch
     """
 
     kernel: ClassVar[Callable[..., None]]

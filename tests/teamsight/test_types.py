@@ -68,7 +68,7 @@ def test_names_for_completion_are_those_of_the_registries() -> None:
     assert set(get_args(PolicyName)) == set(POLICIES)
     assert set(get_args(AwarenessName)) == set(AWARENESS)
     assert set(get_args(PresetName)) == set(PRESETS)
-    assert set(get_args(PlacementName)) == {"uniform", "spread"}
+    assert set(get_args(PlacementName)) == {"uniform", "spread", "cells"}
 
 
 # Where a type cannot be said, by name, and why.

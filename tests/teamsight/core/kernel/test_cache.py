@@ -141,8 +141,8 @@ def test_compilation_adds_up_and_never_multiplies(tmp_path: Path) -> None:
     (tmp_path / "count.py").write_text(COUNT)
     counts = [python(tmp_path, "count.py").splitlines() for _ in range(2)]
     number, names = int(counts[0][0]), counts[0][1].split()
-    # 7 rules, 3 arenas, 4 situations, 2 perceptions, and what the loop, the search and the noise take: 70 combinations.
-    assert len(names) == number <= 7 + 3 + 4 + 2 + 8, names
+    # 10 rules, 3 arenas, 5 situations, 3 perceptions, and what the loop, the search and the noise take: 126 combinations.
+    assert len(names) == number <= 10 + 3 + 5 + 3 + 8, names
     assert counts[1] == ["0", ""]
 
 
