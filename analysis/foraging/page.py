@@ -101,5 +101,6 @@ def _conditions(plan: Plan) -> str:
         f"levels of communication meet the same places. Root seed {plan.seed}. A run that takes longer than "
         f"{plan.steps} steps is censored and counts as so many. Gains are shares of the mean time over all cells, with "
         f"Student's 95 % interval of the paired differences. “No difference” and “at least as good” mean up to "
-        f"{100 * MARGIN:g} %."
+        f"{100 * MARGIN:g} %. “At most” is the largest of the noisy means of all cells, which is above 0 by chance, "
+        "too; no claim rests on it."
     )

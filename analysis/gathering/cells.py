@@ -67,6 +67,8 @@ class Cell(NamedTuple):
         The gain of awareness: the objective with N − 1 over that with 0; paired, positive is better.
     censored : float
         The share of runs of the team with skill in which what was to happen did not happen.
+    explored : Interval, optional
+        The shortfall at δ(explore), with bounds that hold together for all cells of the plan.
     """
 
     task: str
@@ -81,10 +83,17 @@ class Cell(NamedTuple):
     tolerance: float
     gain: Interval
     censored: float
+    explored: Interval | None = None
 
     def is_enough(self, delta: int) -> Answer:
         """Return whether the objective with δ is within the tolerance of that with all N − 1 teammates."""
         return _is_enough(self.shortfall[delta], self.tolerance)
+
+    @property
+    def is_shown_short(self) -> bool:
+        """Whether δ(explore) is shown not to be enough, by bounds that hold together for all cells of the plan."""
+        bounds = self.shortfall[self.explore.delta] if self.explored is None else self.explored
+        return _is_enough(bounds, self.tolerance) == "no"
 
 
 def delta_interval(maxima: NDArray[np.int64], size: int, risk: float) -> DeltaInterval:
@@ -131,10 +140,15 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
     level = 1 - (1 - CONFIDENCE) / max(len(below), 1)
     sign = task.objective.sign
     shortfall = {delta: interval_of(sign * (full - _values(task, curve, delta)), level) for delta in below}
+    together = 1 - (1 - level) / (len(plan.all_tasks) * len(plan.sizes))
     if np.isinf(curve.loc[curve["delta"] == size - 1, "value"]).all():
         # All runs are censored: nothing is known of how much worse or better others are.
         shortfall = {delta: Interval(one.mean, -math.inf, math.inf) for delta, one in shortfall.items()}
-    shortfall[size - 1] = Interval(0.0, 0.0, 0.0)
+    explored = shortfall[size - 1] = Interval(0.0, 0.0, 0.0)
+    if explore.delta < size - 1:
+        explored = shortfall[explore.delta]
+        if math.isfinite(explored.high):
+            explored = interval_of(sign * (full - _values(task, curve, explore.delta)), together)
     tolerance = plan.tolerance * abs(objective)
     own = _rows(table, task, size, "skilled", OWN)
     return Cell(
@@ -150,6 +164,7 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
         tolerance=tolerance,
         gain=interval_of(sign * (full - _values(task, curve, 0))),
         censored=float(np.isinf(own["value"].to_numpy()).mean()),
+        explored=explored,
     )
 
 

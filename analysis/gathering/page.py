@@ -61,7 +61,10 @@ def index_table(cells: Sequence[Cell]) -> str:
 def claims_table() -> str:
     """Return the claims and their rules."""
     rows = [[claim.name, claim.statement, claim.rule] for claim in CLAIMS.values()]
-    rule = "holds if one cell is shown to be outside at δ(explore), does not hold if all are shown to be within"
+    rule = (
+        "holds if one cell is shown to be outside at δ(explore), by bounds that hold together for all cells; does not "
+        "hold if all are shown to be within"
+    )
     return markdown.table(["claim", "statement", "rule"], [*rows, [UNRELIABLE, UNRELIABLE_STATEMENT, rule]])
 
 

@@ -18,6 +18,8 @@ Floats = npt.NDArray[np.float64]
 HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 #: Trials that count as early, and as late.
 EARLY, LATE = 200, 500
+# Depths whose crossings are compared.
+_DEPTHS = (2, 3, 4)
 #: Blocks that a crossing is smoothed over.
 _SMOOTH = 5
 
@@ -81,8 +83,7 @@ def _fewer_steps(worse: str, better: str, phase: str, source: str, claim: str) -
 
 
 def _early_and_late(depth: int) -> tuple[Sequence[str], Decide]:
-    suffix = "" if depth == 4 else f", depth {depth}"
-    names = (f"2/2 joint{suffix}", f"2/2 joint passive{suffix}")
+    names = _joint(depth)
 
     def decide(table: pd.DataFrame) -> Verdict:
         gain = gains(table, *names)
@@ -98,13 +99,24 @@ def _early_and_late(depth: int) -> tuple[Sequence[str], Decide]:
 
 
 def crossings(table: pd.DataFrame, depth: int) -> Floats:
-    """Return the trial from which seeing the partner pays in each run at this depth."""
+    """Return the trial from which seeing the partner pays in each run at this depth.
+
+    All depths are judged over the trials of the shortest training: the last of many noisy blocks below 0 comes later
+    in a longer curve, even if nothing differs.
+    """
+    found = {one: gains(table, *_joint(one)) for one in _DEPTHS if set(_joint(one)) <= set(table["condition"])}
+    blocks = min(gain.shape[1] for gain in found.values())
+    return np.array([crossing(one) for one in found[depth][:, :blocks]])
+
+
+def _joint(depth: int) -> tuple[str, str]:
+    """Return the names of the conditions without and with sight of the partner at this depth."""
     suffix = "" if depth == 4 else f", depth {depth}"
-    return np.array([crossing(one) for one in gains(table, f"2/2 joint{suffix}", f"2/2 joint passive{suffix}")])
+    return f"2/2 joint{suffix}", f"2/2 joint passive{suffix}"
 
 
 def _crossing_moves(table: pd.DataFrame) -> Verdict:
-    found = {depth: crossings(table, depth) for depth in (2, 3, 4)}
+    found = {depth: crossings(table, depth) for depth in _DEPTHS}
     shown = "; ".join(f"d = {depth}: trial {_median(one)}" for depth, one in found.items())
     claim = "The crossing moves right with d: a larger table pays later"
     if not all(np.isfinite(one).all() for one in found.values()):
@@ -145,8 +157,8 @@ Decide = Callable[[pd.DataFrame], Verdict]
 CLAIMS: tuple[tuple[Sequence[str], Decide], ...] = (
     _fewer_steps("1/1 random", "1/1 depth 4", "training", "Tan, Table 1", "One hunter learns to capture"),
     _fewer_steps("1/1 depth 2", "1/1 scout 2", "test", "Tan, Table 2", "A scout of depth 2 shortens tests"),
-    _fewer_steps("1/1 scout 2", "1/1 scout 3", "training", "Tan, Table 2", "A scout of depth 3 is better than 2"),
-    _fewer_steps("1/1 scout 3", "1/1 scout 4", "training", "Tan, Table 2", "A scout of depth 4 is better than 3"),
+    _fewer_steps("1/1 scout 2", "1/1 scout 3", "training", "Tan, Table 2", "One of depth 3 shortens training"),
+    _fewer_steps("1/1 scout 3", "1/1 scout 4", "training", "Tan, Table 2", "One of depth 4 shortens it more"),
     _fewer_steps("1/2 mutual 2", "1/2 depth 2", "training", "Tan, Table 3", "At depth 2, reports slow training"),
     _fewer_steps("1/2 depth 4", "1/2 mutual 4", "training", "Tan, Table 3", "At depth 4 they shorten training"),
     _fewer_steps("1/2 depth 4", "1/2 mutual 4", "test", "Tan, Table 3", "At depth 4 they shorten tests"),
@@ -158,7 +170,7 @@ CLAIMS: tuple[tuple[Sequence[str], Decide], ...] = (
     _fewer_steps("2/2 joint passive", "2/2 joint mutual", "training", "Tan, Fig. 7", "Mutual scouting helps more"),
     _fewer_steps("1/2 joint", "1/2 joint passive", "training", "Tan, Fig. 8", "So it does with one prey"),
     _fewer_steps("1/2 joint passive", "1/2 joint mutual", "training", "Tan, Fig. 8", "Mutual scouting helps more"),
-    *map(_early_and_late, (2, 3, 4)),
+    *map(_early_and_late, _DEPTHS),
     (_OF_CROSSINGS, _crossing_moves),
     (("2/2 joint",), _neighbours),
 )

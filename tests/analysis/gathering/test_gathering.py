@@ -208,6 +208,20 @@ def test_the_claim_on_exploration_can_fail(shortfall: Interval, outcome: str) ->
     assert (verdict.claim, verdict.outcome) == (UNRELIABLE, outcome)
 
 
+def test_one_of_many_cells_that_is_short_by_chance_decides_nothing() -> None:
+    found = gather(Plan(["cmommt"], (4, 8), 10, steps=60, risk=0.9)).cells
+    alone = gather(Plan(["cmommt"], (8,), 10, steps=60, risk=0.9)).cells[0]
+    one = found[1]
+    assert one.explored is not None
+    assert alone.explored is not None
+    assert one.shortfall == alone.shortfall
+    assert one.explored.high - one.explored.mean > alone.explored.high - alone.explored.mean > 0
+    # Outside by the bounds of the cell, but not by those for all cells.
+    short = cell((3, 3, 3), (3, 3, 3), gathers=None, shortfall={3: Interval(0.5, 0.1, 0.9), 7: EXACT})
+    assert judge([short])[-1].outcome == "holds"
+    assert judge([short._replace(explored=Interval(0.5, -0.1, 1.1))])[-1].outcome == "undecided"
+
+
 SIZES = [
     (4, (2, 2, 3), "G4 small", "holds"), (4, (1, 1, 1), "G4 small", "does not hold"), (4, (2, 1, 2), "G4 small", "undecided"),
     (8, (4, 4, 5), "G4 large", "holds"), (8, (6, 6, 7), "G4 large", "does not hold"), (8, (5, 5, 6), "G4 large", "undecided"),

@@ -12,7 +12,7 @@ import pytest
 from scipy import stats
 
 from teamsight.analysis.pursuit import results
-from teamsight.analysis.pursuit.claims import FAILS, HOLDS, UNDECIDED, crossing, gains, verdicts
+from teamsight.analysis.pursuit.claims import FAILS, HOLDS, UNDECIDED, crossing, crossings, gains, verdicts
 from teamsight.analysis.pursuit.conditions import CONDITIONS
 from teamsight.analysis.pursuit.ledger import AGREES, DIFFERS, rows
 from teamsight.analysis.pursuit.paper import VALUES
@@ -96,6 +96,16 @@ def test_the_crossing_is_where_the_gain_stays_positive() -> None:
     assert BLOCK * 8 <= crossing(gain) <= BLOCK * 12
     assert crossing(-gain) == math.inf
     assert crossing(np.ones(30)) == 0.0
+
+
+def test_a_longer_training_does_not_move_the_crossing() -> None:
+    dip = [100.0] * 60 + [100.0, 40.0] * 70
+    parts = [_table("2/2 joint", training=np.ones(4), curve=[dip] * 4)]
+    parts.append(_table("2/2 joint passive", training=np.ones(4), curve=[[90.0] * 200] * 4))
+    for depth in (2, 3):
+        parts.append(_table(f"2/2 joint, depth {depth}", training=np.ones(4), curve=[[100.0] * 60] * 4))
+        parts.append(_table(f"2/2 joint passive, depth {depth}", training=np.ones(4), curve=[[90.0] * 60] * 4))
+    assert [crossings(pd.concat(parts), depth).tolist() for depth in (2, 3, 4)] == [[0.0] * 4] * 3
 
 
 def test_gains_are_paired_by_run() -> None:
