@@ -88,8 +88,8 @@ CLAIMS: dict[str, Claim] = {
         Claim(
             "G3", "The objective saturates at or before δ(skilled).",
             "holds if the objective is within the tolerance at δ(skilled) and beyond, by bounds; does not hold if it "
-            "is shown to be outside there",
-            lambda cell: True, _enough,
+            "is shown to be outside there; where δ(skilled) is N − 1 it would hold whatever happens, so nothing is said",
+            lambda cell: cell.skilled.delta < cell.size - 1, _enough,
         ),
         Claim(
             "G4 small", "For teams of 2 to 5, δ is N − 1, within one, by exploration: there is nothing to decide.",
@@ -122,6 +122,8 @@ def judge(cells: Sequence[Cell]) -> list[Verdict]:
 
 
 def _unreliable(cells: Sequence[Cell]) -> Verdict:
+    # With all N − 1 teammates nothing can be missing.
+    cells = [cell for cell in cells if cell.explore.delta < cell.size - 1]
     answers = [cell.is_enough(cell.explore.delta) for cell in cells]
     outcome: Outcome = "undecided"
     # One of many cells would be outside by chance: here bounds hold together for all.

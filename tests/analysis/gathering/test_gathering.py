@@ -287,3 +287,10 @@ def test_wrong_plans_are_refused(given: dict[str, Any], message: str) -> None:
 
 def test_cmommt_is_the_usual_task() -> None:
     assert Plan().all_tasks == (TASKS["cmommt"],)
+
+
+def test_cells_that_show_all_teammates_say_nothing_of_what_is_enough() -> None:
+    everyone = cell((7, 7, 7), (7, 7, 7), gathers=None, saturation=DeltaInterval(1, 1, 1))
+    verdicts = judge([everyone])
+    assert "G3" not in {one.claim for one in verdicts}
+    assert verdicts[-1].outcome == "undecided"
