@@ -88,7 +88,7 @@ CLAIMS: dict[str, Claim] = {
         Claim(
             "G3", "The objective saturates at or before δ(skilled).",
             "holds if the objective is within the tolerance at δ(skilled) and beyond, by bounds; does not hold if it "
-            "is shown to be outside there; where δ(skilled) is N − 1 it would hold whatever happens, so nothing is said",
+            "is shown to be outside there; where δ(skilled) is N − 1 it would hold whatever happens: not judged",
             lambda cell: cell.skilled.delta < cell.size - 1, _enough,
         ),
         Claim(
