@@ -73,8 +73,8 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         _meet(i, percept.teammates, ints, modules)
         prey = cell(percept.targets, closest(percept.targets, i, parameters[_DEPTH], noise[1, i]), depth)
         for m in range(modules):
-            mate = cell(percept.teammates, _place_of(i, percept.teammates, ints[m, _PARTNER]), depth)
-            now = m * rows + prey * places + mate
+            partner = cell(percept.teammates, _place_of(i, percept.teammates, ints[m, _PARTNER]), depth)
+            now = m * rows + prey * places + partner
             row = ints[m, _ROW]
             if row >= 0 and parameters[_RATE] > 0.0:
                 _learn(values, row, ints[modules, 0], now, percept.reward[i], percept.ended[i], parameters)

@@ -26,9 +26,9 @@ def _row(i: int, percept: Any, parameters: Any, noise: Any) -> int:
         prey = closest(percept.relayed, i, reach, noise[ROW_NOISE, i])
         row = cell(percept.relayed, prey, int(reach))
     if partner > 0.0:
-        mate = closest(percept.teammates, i, partner, noise[ROW_NOISE + 1, i])
+        teammate = closest(percept.teammates, i, partner, noise[ROW_NOISE + 1, i])
         side = 2 * int(partner) + 1
-        row = row * (side * side + 1) + cell(percept.teammates, mate, int(partner))
+        row = row * (side * side + 1) + cell(percept.teammates, teammate, int(partner))
     return row
 
 
