@@ -31,13 +31,15 @@ def captures(world: World) -> float:
     return float(world.recording.history["captures"].sum())
 
 
-def learned(scenario: Mapping[str, Any], awareness: Awareness | None, rng: int) -> dict[str, Any]:
+def learned(
+    scenario: Mapping[str, Any], awareness: Awareness | None, rng: int, steps: int = LEARNING
+) -> dict[str, Any]:
     """Let a team learn by trial and error, and return its parameters: its degree, and its greedy policy."""
     degree = PairwiseAwareness() if awareness is None else awareness
     depth = scenario["depth"]
     policy = PreyQ(depth, partner=depth if "teammates" in degree.delivers else 0, values_ends=True)
     world = Pursuit(**scenario, policy=policy, awareness=degree, rng=rng)
-    world.run(LEARNING, progress=False)
+    world.run(steps, progress=False)
     return {"policy": policy.frozen(world.hunters.policy_state.floats), "awareness": degree}
 
 
