@@ -10,6 +10,8 @@ from teamsight.core.kernel import inlined
 
 # Distances that are too short by this share are rounding errors.
 _ROUNDING = 1e-9
+# How often a robot between two things is put back on their rims in turn.
+_REBOUNDS = 16
 # Places that are tried for a robot which cannot stay where it is, and the share of a turn between one and the next.
 _TRIES = 400
 _GOLDEN = 0.6180339887498949
@@ -70,24 +72,35 @@ def fits(robots: Any, i: int, x: float, y: float, walls: Any) -> bool:
 
 
 @inlined
+def aside(robots: Any, i: int, walls: Any) -> tuple[float, float]:
+    """Return where robot `i` slides to: the rims of the box and of robots push it back in turn until it is free."""
+    box_x, box_y, reach, apart, _half = walls
+    x = robots.position[i, 0]
+    y = robots.position[i, 1]
+    for _ in range(_REBOUNDS):
+        x, y = off_rim(x, y, box_x, box_y, reach)
+        j = overlapped(robots, i, x, y, apart)
+        if j < 0:
+            break
+        other_x, other_y = place_of(robots, j, i)
+        x, y = off_rim(x, y, other_x, other_y, apart)
+    return x, y
+
+
+@inlined
 def settle(robots: Any, i: int, walls: Any) -> None:
-    """Put robot `i` on the rim of what it would overlap: first of the box, then of a robot.
+    """Put robot `i` on the rims of what it would overlap.
 
     If it does not fit there, it stays where it was; and if it cannot stay, since it was placed on something, it gets a
     free place near by.
     """
-    box_x, box_y, reach, apart, _half = walls
-    x, y = off_rim(robots.position[i, 0], robots.position[i, 1], box_x, box_y, reach)
-    j = overlapped(robots, i, x, y, apart)
-    if j >= 0:
-        other_x, other_y = place_of(robots, j, i)
-        x, y = off_rim(x, y, other_x, other_y, apart)
+    x, y = aside(robots, i, walls)
     for k in range(-1, _TRIES):
         if fits(robots, i, x, y, walls):
             break
         # Where it was, and then places along a spiral around it.
         way_x, way_y = direction((max(k, 0) * _GOLDEN) % 1.0)
-        x = robots.before[i, 0] + 0.5 * apart * math.sqrt(k + 1) * way_x
-        y = robots.before[i, 1] + 0.5 * apart * math.sqrt(k + 1) * way_y
+        x = robots.before[i, 0] + 0.5 * walls[3] * math.sqrt(k + 1) * way_x
+        y = robots.before[i, 1] + 0.5 * walls[3] * math.sqrt(k + 1) * way_y
     robots.position[i, 0] = x
     robots.position[i, 1] = y
