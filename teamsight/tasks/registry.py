@@ -17,6 +17,7 @@ TASKS: Registry[Task] = Registry(
         "forage": "teamsight.tasks.foraging.forage:TASK",
         "consume": "teamsight.tasks.foraging.consume:TASK",
         "graze": "teamsight.tasks.foraging.graze:TASK",
+        "collect": "teamsight.tasks.collecting.task:TASK",
     },
     group="teamsight.tasks",
 )
