@@ -18,6 +18,7 @@ TASKS: Registry[Task] = Registry(
         "consume": "teamsight.tasks.foraging.consume:TASK",
         "graze": "teamsight.tasks.foraging.graze:TASK",
         "push": "teamsight.tasks.pushing.task:TASK",
+        "collect": "teamsight.tasks.collecting.task:TASK",
     },
     group="teamsight.tasks",
 )
