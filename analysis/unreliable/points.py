@@ -51,7 +51,7 @@ def _objective(rows: pd.DataFrame, plan: Plan) -> pd.Series[float]:
 def _point(rows: pd.DataFrame, plan: Plan) -> dict[str, Any]:
     aware, unaware = (rows[rows["aware"] == which].set_index("replicate").sort_index() for which in (True, False))
     assert aware.index.equals(unaware.index)
-    with_, without = (_objective(part, plan).to_numpy() for part in (aware, unaware))
+    with_, without = (np.asarray(_objective(part, plan), np.float64) for part in (aware, unaware))
     task = plan.subject.task
     point: dict[str, Any] = {"count": len(aware)}
     for name, values in (
