@@ -81,8 +81,8 @@ def interaction_reward(memory: LazyMemory) -> Floats:
     """
     if "reward" not in memory.facts:
         raise ValueError(
-            "reward interaction: nothing interacted in the worlds that were explored, so it was not recorded; give another "
-            "reward, such as keep"
+            "reward interaction: nothing interacted in the worlds that were explored, so it was not recorded; give "
+            "another reward, such as keep"
         )
     return np.asarray(memory.fact("reward"), float)
 
