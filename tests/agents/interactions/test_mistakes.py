@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,9 @@ def _spoil(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tu
         robots.reward[1] = parameters[1]
     elif what == 4.0:
         scores[1] = parameters[1]
+    elif what == 5.0:
+        robots.position[0, 0] = 0.0
+        raise ValueError("spoiled")
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,20 @@ def test_what_a_kernel_leaves_wrong_is_named_and_undone(what: float, value: floa
     assert fingerprint(world) == fingerprint(reference)
     world.reset()
     world.run(9)
+    assert fingerprint(world) == fingerprint(reference)
+
+
+@pytest.mark.parametrize("path", ["run", "step"])
+def test_a_kernel_that_raises_stops_the_run_and_the_step_is_undone(path: str, monkeypatch: Any) -> None:
+    printed: list[Any] = []
+    monkeypatch.setattr(sys, "unraisablehook", printed.append)
+    world, reference = spoiled(Spoil(5.0)), spoiled(Spoil(5.0))
+    reference.run(9)
+    with pytest.raises(ValueError, match=r"Spoil: its kernel raised an exception at tick 9, .*check_interaction\(\)"):
+        for _ in range(20):
+            world.run(20) if path == "run" else world.step()
+    assert str(printed[0].exc_value) == "spoiled"
+    assert world.tick == 9
     assert fingerprint(world) == fingerprint(reference)
 
 
