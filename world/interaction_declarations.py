@@ -73,7 +73,7 @@ def _check_first(what: str, value: Any, example: str) -> None:
         raise TypeError(f"{what}: must begin as a finite number, as in {example}")
     kind = np.asarray(value).dtype
     if kind not in _TYPES:
-        cure = value.item() if isinstance(value, np.generic) else float(value)
+        cure = value.item() if isinstance(value, np.generic) else 0.0
         raise TypeError(f"{what}: has the type {kind}; columns are float64, int64 or bool: begin with {cure!r}")
     if not np.isfinite(value):
         raise TypeError(f"{what}: must begin as a finite number, as in {example}")
