@@ -14,10 +14,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, interval_text
 
 Floats = npt.NDArray[np.float64]
 
-HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 #: How sure the source of a claim is: read, said by Touzet (2000), recalled.
 READ, TOUZET, RECALLED = "abstract", "Touzet (2000)", "recalled, not verified"
 #: The difference that counts as none, as a share of the time.
@@ -41,15 +41,6 @@ PERCENTAGES = (
     Improvement("consume", "state", "none", 10.0),
     Improvement("graze", "goal", "none", 1.0),
 )
-
-
-class Verdict(NamedTuple):
-    """A claim, its source, what was measured, and whether it holds by the 95 % interval."""
-
-    claim: str
-    source: str
-    measured: str
-    verdict: str
 
 
 def times(table: pd.DataFrame, task: str, communication: str) -> Floats:
@@ -79,12 +70,11 @@ def largest(table: pd.DataFrame, task: str, level: str, over: str) -> tuple[floa
 
 def percent(interval: Interval) -> str:
     """Return a share with its interval, in percent."""
-    mean, low, high = (100.0 * one for one in interval)
-    return f"{mean:+.1f} % ({low:+.1f} to {high:+.1f})".replace("-", "−")
+    return interval_text(Interval(*(100.0 * one for one in interval)), "%")
 
 
 def verdicts(table: pd.DataFrame) -> list[Verdict]:
-    """Return the verdicts on all claims; `table` is from `plan.simulate`."""
+    """Return the verdicts on all claims; `table` is that of the runs of `plan.Plan`."""
     return [
         _more(table, "B1 Forage: goals are better than no communication", TOUZET, "forage", "goal", "none"),
         _more(table, "B1 Forage: states are better than no communication", RECALLED, "forage", "state", "none"),

@@ -20,7 +20,7 @@ def draw(table: pd.DataFrame, plan: Plan, kind: str = "png") -> bytes:
     Parameters
     ----------
     table : DataFrame
-        From `plan.simulate`.
+        One row for each run of the plan.
     plan : Plan
         What was simulated.
     kind : str

@@ -6,18 +6,11 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from teamsight.analysis.foraging.claims import (
-    FAILS,
-    HOLDS,
-    MARGIN,
-    PERCENTAGES,
-    gain,
-    largest,
-    percent,
-    verdicts,
-)
+from teamsight.analysis.foraging.claims import MARGIN, PERCENTAGES, gain, largest, percent, verdicts
 from teamsight.analysis.foraging.plan import NAMES, Plan
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.verdict_table import verdict_table
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS
 from teamsight.policies.schemas.automaton import COMMUNICATION
 
 _NOT_A_REPRODUCTION = (
@@ -33,7 +26,7 @@ def page(table: pd.DataFrame, plan: Plan) -> str:
     Parameters
     ----------
     table : DataFrame
-        From `plan.simulate`.
+        One row for each run of the plan.
     plan : Plan
         What was simulated.
     """
@@ -42,7 +35,7 @@ def page(table: pd.DataFrame, plan: Plan) -> str:
         _conditions(plan), _NOT_A_REPRODUCTION,
         "## Completion times", times_table(table),
         "## Three percentages", percentages_table(table),
-        "## Claims", claims_table(table),
+        "## Claims", verdict_table(verdicts(table), "time saved (95 %)"),
     )  # fmt: skip
 
 
@@ -71,12 +64,6 @@ def percentages_table(table: pd.DataFrame) -> str:
         ])  # fmt: skip
     columns = ["task", "communication", "theirs, at most", "ours, over all cells (95 %)", "ours, at most"]
     return markdown.table(columns, rows, align="llrrr")
-
-
-def claims_table(table: pd.DataFrame) -> str:
-    """Return a table with a row for each claim."""
-    rows = [list(one) for one in verdicts(table)]
-    return markdown.table(["claim", "source", "time saved (95 %)", "verdict"], rows)
 
 
 def summary(table: pd.DataFrame) -> Sequence[str]:

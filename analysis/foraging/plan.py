@@ -6,14 +6,9 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
-from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.seeds import root
-from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.task_runs import task_run, task_seed
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.schemas.automaton import COMMUNICATION
 from teamsight.tasks.registry import TASKS
 from teamsight.tasks.task import Task
@@ -81,8 +76,8 @@ class Plan:
         """Return the settings, fit for JSON."""
         return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
 
-    def planned(self) -> Iterator[tuple[dict[str, Any], Run]]:
-        """Yield each run with the columns of the table that identify it."""
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns that identify it: task, robots, attractors (0 for graze) and so on."""
         for name in NAMES:
             task = TASKS[name]
             for robots in self.robots:
@@ -95,30 +90,3 @@ class Plan:
                             named = {"task": name, "robots": robots, "attractors": attractors, "replicate": replicate}
                             run = task_run(task, task.parameters(team, cell), seed, self.steps, UntilDone(task))
                             yield named | {"communication": communication, "seed": seed}, run
-
-
-def simulate(
-    plan: Plan,
-    pool: WorkerPool | None = None,
-    *,
-    progress: Progress = lambda done, total: None,
-    checkpoint: Checkpoint | None = None,
-) -> pd.DataFrame:
-    """Run all worlds of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-        What to simulate.
-    pool, progress, checkpoint
-        See `run_all`.
-
-    Returns
-    -------
-    DataFrame
-        One row a run: task, robots, attractors (0 for graze), replicate, communication, seed, time [steps], censored
-        and max_neighbours.
-    """
-    planned = list(plan.planned())
-    measured = run_all([run for _, run in planned], pool, progress=progress, checkpoint=checkpoint)
-    return pd.DataFrame([named | one for (named, _), one in zip(planned, measured, strict=True)])

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from teamsight import __version__
 from teamsight.analysis.foraging.figure import draw
 from teamsight.analysis.foraging.page import page, summary
-from teamsight.analysis.foraging.plan import Plan, simulate
+from teamsight.analysis.foraging.plan import Plan
 from teamsight.analysis.reproductions import Request
-from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.planned_runs import run_rows
+from teamsight.analysis.runs.results import check_results, write_results
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
@@ -41,18 +41,15 @@ def reproduce(request: Request, pool: WorkerPool, watch: Watch) -> Sequence[str]
     ValueError
         If a file must not be replaced.
     """
-    plan, folder, force = plan_of(request), request.folder, request.force
+    plan, folder = plan_of(request), request.folder
     about = {"foraging": plan.conditions()}
-    files.check_replaceable(folder / RUNS, about, force=force)
-    pictures = [(kind, folder / f"{PICTURE}.{kind}") for kind in request.formats]
-    for path in (folder / PAGE, *(path for _, path in pictures)):
-        files.check_replaceable(path, force=force)
+    pictures = {f"{PICTURE}.{kind}": kind for kind in request.formats}
     checkpoint = Checkpoint(folder / "foraging.checkpoint")
-    checkpoint.check()
-    table = simulate(plan, pool, progress=lambda done, total: watch("simulating", done, total), checkpoint=checkpoint)
-    files.write_table(folder / RUNS, table, {**about, "version": __version__}, force=force)
-    for kind, path in pictures:
-        files.write_bytes(path, draw(table, plan, kind), force=force)
-    files.write_page(folder / PAGE, page(table, plan), force=force)
+    check_results(folder, (RUNS, PAGE, *pictures), about, checkpoint=checkpoint, force=request.force)
+    table = run_rows(
+        plan.planned(), pool, progress=lambda done, total: watch("simulating", done, total), checkpoint=checkpoint
+    )
+    drawn = {name: draw(table, plan, kind) for name, kind in pictures.items()}
+    write_results(folder, {RUNS: table, **drawn, PAGE: page(table, plan)}, about, force=request.force)
     checkpoint.forget()
     return summary(table)

@@ -9,13 +9,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.foraging.claims import FAILS, HOLDS, UNDECIDED, gain, largest, times, verdicts
+from teamsight.analysis.foraging.claims import gain, largest, times, verdicts
 from teamsight.analysis.foraging.figure import draw
 from teamsight.analysis.foraging.page import page, summary
-from teamsight.analysis.foraging.plan import Plan, UntilDone, simulate
+from teamsight.analysis.foraging.plan import Plan, UntilDone
 from teamsight.analysis.foraging.reproduce import PAGE, RUNS, reproduce
 from teamsight.analysis.reproductions import REPRODUCTIONS, Request
+from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.tasks import TASKS
 
 SMALL = Plan(runs=2, steps=300, robots=(2, 3), attractors=(1,))
@@ -78,7 +80,7 @@ def test_the_interval_of_a_gain_covers_the_ratio_of_means() -> None:
 
 
 def test_runs_are_paired_and_stop_when_they_are_done() -> None:
-    data = simulate(SMALL)
+    data = run_rows(SMALL.planned())
     assert len(data) == 2 * (2 + 2 + 2) * 3
     assert (data.groupby(["task", "robots", "replicate"])["seed"].nunique() == 1).all()
     # Forage and consume meet the same places.
