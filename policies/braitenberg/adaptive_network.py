@@ -96,6 +96,30 @@ class AdaptiveNetwork(Vehicle):
         made = train_trees(cues, behaviours, inputs=inputs, kinds=_OPTIONS, trees=trees, depth=depth, rng=rng)
         return cls(**options, trees=made)
 
+    def select(self, cues: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Return the behaviour for which most trees vote, for each set of cues.
+
+        Parameters
+        ----------
+        cues : array_like, shape (n,), int64
+            Cues as bits.
+
+        Returns
+        -------
+        ndarray, shape (n,), int64
+            Indices into `behaviours.BEHAVIOURS`.
+        """
+        bits, rows = np.atleast_1d(np.asarray(cues, np.int64)), self.table.astype(np.int64)
+        leaves = (rows.shape[1] + 1) // 2
+        literals, functions = rows[:, :leaves], rows[:, leaves:]
+        value = (bits[:, None, None] >> (np.abs(literals) - 1)) & 1
+        value = np.where(literals > 0, value, 1 - value)
+        for first in (leaves >> level for level in range(1, leaves.bit_length())):
+            left, right = value[..., 0::2], value[..., 1::2]
+            value = np.where(left == right, left, (functions[:, first - 1 : 2 * first - 1] >> left) & 1)
+        votes = value[..., 0].reshape(len(bits), _OPTIONS, -1).sum(axis=2)
+        return np.asarray(votes.argmax(axis=1), np.int64)
+
     def __repr__(self) -> str:
         shown = ", ".join(f"{value:g}" for value in self.parameters)
         digest = hashlib.blake2b(self.table.tobytes(), digest_size=4).hexdigest()
