@@ -52,5 +52,6 @@ REPRODUCTIONS: Registry[Reproduce] = Registry(
         "forage": "teamsight.analysis.foraging.reproduce:reproduce",
         "consume": "teamsight.analysis.foraging.reproduce:reproduce",
         "graze": "teamsight.analysis.foraging.reproduce:reproduce",
+        "push": "teamsight.analysis.pushing.reproduce:reproduce",
     }
 )
