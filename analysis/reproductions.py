@@ -52,5 +52,6 @@ REPRODUCTIONS: Registry[Reproduce] = Registry(
         "forage": "teamsight.analysis.foraging.reproduce:reproduce",
         "consume": "teamsight.analysis.foraging.reproduce:reproduce",
         "graze": "teamsight.analysis.foraging.reproduce:reproduce",
+        "collect": "teamsight.analysis.collecting.reproduce:reproduce",
     }
 )

@@ -14,7 +14,7 @@ from teamsight.tasks.objective import Objective
 from teamsight.tasks.task import Task
 
 #: Steps for which a team learns before it counts as skilled.
-LEARNING = 20_000
+LEARNING = 100_000
 
 
 def delivered(world: World) -> float:
