@@ -2,7 +2,8 @@
 
 Notes
 -----
-What is recalled of Mataric, and not verified, agrees or differs; only what Touzet (2000) says can hold or fail.
+What is recalled of Mataric, and not verified, agrees or differs. What Touzet (2000) says, and what is ours, can hold or
+fail.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, Verdict, above, interval_text
 
 #: How sure the source of a claim is.
-RECALLED, TOUZET = "recalled, not verified", "Touzet (2000), §2.3"
+RECALLED, TOUZET, OURS = "recalled, not verified", "Touzet (2000), §2.3", "ours"
 #: The share of rows that a table of random values has right.
 CHANCE = 0.25
 
@@ -43,13 +44,14 @@ def verdicts(table: pd.DataFrame, plan: Plan) -> list[Verdict]:
     size = plan.sizes[0]
     found = [
         _order("M1 Events teach more rows than the delivered puck alone", table, "events", "delayed", "correct", size),
-        _order("M1 Progress estimators teach more rows than events alone", table, "progress", "events", "correct", size),
+        _order("M1 Progress estimators teach more than events alone", table, "progress", "events", "correct", size),
         _order(
             "M2 With the estimator I more rows with an intruder are learned", table, "progress", "events + H",
             "correct_intruder", size,
         ),
     ]  # fmt: skip
     found += [_no_chance(table, condition, size) for condition in ("delayed", "events", "events + H")]
+    found.append(_delivers(table, size))
     found += [_pays(table, coding, n) for n in plan.sizes for coding in ("count", "ring")]
     return found
 
@@ -67,6 +69,12 @@ def _no_chance(table: pd.DataFrame, condition: str, size: int) -> Verdict:
     verdict = {HOLDS: "differs", FAILS: "agrees"}.get(above(found), above(found))
     claim = f"M2 Without it ({condition}) they are right no more often than by chance"
     return Verdict(claim, RECALLED, f"{condition} − 25 %: {points(found)}", verdict)
+
+
+def _delivers(table: pd.DataFrame, size: int) -> Verdict:
+    found = difference(table, "progress", "delayed", "delivered_early", size)
+    claim = "Teams that learn more rows right deliver more"
+    return Verdict(claim, OURS, f"progress − delayed: {interval_text(found, 'pucks')}", above(found))
 
 
 def _pays(table: pd.DataFrame, coding: str, size: int) -> Verdict:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -64,7 +65,7 @@ class Learning:
         frozen = policy.frozen(tables)
         found = []
         for seed in self.tests:
-            world = PuckCollecting(robots, policy=frozen, rng=seed)
-            world.run(self.steps)
-            found.append((delivered(world), slept_at_home(world)))
+            with contextlib.closing(PuckCollecting(robots, policy=frozen, rng=seed)) as world:
+                world.run(self.steps)
+                found.append((delivered(world), slept_at_home(world)))
         return [float(one) for one in np.mean(found, axis=0)]

@@ -98,7 +98,7 @@ def _text(numbers: np.ndarray) -> str:
 def _plan_text(plan: Plan) -> str:
     return (
         f"{plan.runs} learning runs of each condition, paired by their seed; root seed {plan.seed}. Rows are scored "
-        f"for each robot after {plan.judged:,} steps, the same for all schemes. Pucks are those that a team delivers in "
-        f"{plan.steps} steps when it learns no more, mean of {plan.tests} worlds for each run. Intervals are "
+        f"for each robot after {plan.judged:,} steps, the same for all schemes. Pucks are those that a team delivers "
+        f"in {plan.steps} steps when it learns no more, mean of {plan.tests} worlds for each run. Intervals are "
         "Student's, 95 %, over the runs, each by itself."
     )
