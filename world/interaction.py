@@ -36,6 +36,9 @@ class InteractingBodies(NamedTuple):
         What the bodies get in this call, 0 at its begin; may be written.
     ended : ndarray, shape (n,), bool
         Whether a trial ends for them, False at the begin of a call; may be written.
+    identity : ndarray, shape (n,), int64
+        The numbers of the bodies, at least 1. Rows shift when an agent leaves, numbers stay: columns and states refer
+        to a body by its number.
     """
 
     position: Annotated[Floats, "n", 2]
@@ -46,6 +49,7 @@ class InteractingBodies(NamedTuple):
     active: Annotated[Flags, "n"]
     reward: Annotated[Floats, "n"]
     ended: Annotated[Flags, "n"]
+    identity: Annotated[Integers, "n"]
 
 
 class InteractionState(NamedTuple):

@@ -18,6 +18,8 @@ TASKS: Registry[Task] = Registry(
         "forage": "teamsight.tasks.foraging.forage:TASK",
         "consume": "teamsight.tasks.foraging.consume:TASK",
         "graze": "teamsight.tasks.foraging.graze:TASK",
+        "push": "teamsight.tasks.pushing.task:TASK",
+        "collect": "teamsight.tasks.collecting.task:TASK",
     },
     group="teamsight.tasks",
 )

@@ -1,0 +1,5 @@
+"""Braitenberg vehicles: behaviours that lead from two sensors to two wheels, and arbiters between them."""
+
+from teamsight.policies.braitenberg.fixed_priority import FixedPriority
+
+__all__ = ["FixedPriority"]

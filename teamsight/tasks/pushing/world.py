@@ -1,0 +1,114 @@
+"""The world of box pushing: robots, and a box that is too heavy for one of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from teamsight.agents.body import Body
+from teamsight.agents.given import AwarenessLike, PolicyLike
+from teamsight.agents.group import Group
+from teamsight.agents.model import World
+from teamsight.agents.robot import Robot
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.core import checks
+from teamsight.policies.braitenberg.fixed_priority import FixedPriority
+from teamsight.tasks.pushing.box_law import Pushing
+from teamsight.world.arena import Box as Walls
+
+#: The policy of worlds by its name: Braitenberg behaviours by fixed priority, for the world's box.
+FIXED_PRIORITY = "fixed-priority"
+
+# The gap between two robots within which one is an obstacle for the other [radii].
+_OBSTACLE_GAP = 1.0
+
+
+class Box(Body):
+    """A box that is too heavy for one robot, on no team."""
+
+
+class BoxPushing(World):
+    """Robots in a square arena find a box and push it, from whatever side, to wherever it goes.
+
+    Parameters
+    ----------
+    robots : int
+        Number of robots.
+    side : float
+        The side of the arena [length]. The box begins in the middle.
+    distance : float
+        How far the box is to be moved in all [length].
+    sensing_range : float
+        Distance from the centre of the box within which robots sense it [length].
+    awareness_range : float
+        Distance within which they perceive teammates, as their degree of awareness allows [length].
+    speed : float
+        Of robots [length per step].
+    robot_radius, box_radius : float
+        [length].
+    threshold : float
+        The force that the box withstands, in pushes of one robot.
+    policy : Policy, callable or str
+        "fixed-priority", or any policy.
+    recovery : bool
+        Whether robots with "fixed-priority" recover from stagnation.
+    awareness : Awareness or str
+        What they perceive of teammates.
+    rng : int, optional
+        The seed.
+
+    Attributes
+    ----------
+    robots, box : Group
+        The two groups.
+    distance : float
+        How far the box is to be moved [length].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits, or a name is unknown.
+
+    Notes
+    -----
+    *Source:* Kube and Zhang (1994). *Departs:* the box is round and does not turn; all lengths are ours; see `Pushing`.
+    """
+
+    def __init__(
+        self, robots: int = 5, side: float = 40.0, distance: float = 10.0, sensing_range: float = 12.0,
+        awareness_range: float = 6.0, speed: float = 0.5, robot_radius: float = 0.5, box_radius: float = 2.0,
+        threshold: float = 1.5, *, policy: PolicyLike = FIXED_PRIORITY, recovery: bool = True,
+        awareness: AwarenessLike = "pairwise", rng: int | None = None,
+    ) -> None:  # fmt: skip
+        law = Pushing(side, robot_radius, box_radius, threshold)
+        checks.number("distance", distance, above=0)
+        checks.flag("recovery", recovery)
+        super().__init__(Walls(side, side), rng=rng)
+        obstacle_range = (2.0 + _OBSTACLE_GAP) * robot_radius
+        if policy == FIXED_PRIORITY:
+            contact = box_radius + robot_radius + 2.0 * law.contact
+            policy = FixedPriority(obstacle_range, recovery=recovery, contact=contact)
+        # The box is the first group, so that numbers of robots do not change its noise.
+        self._box = self.add(Box, 1, policy="stationary", position=(0.0, 0.0), speed=0.0, name="box")
+        self._robots = self.add(
+            Robot, robots, policy=policy, awareness=awareness, speed=speed, sensing_range=sensing_range,
+            awareness_range=awareness_range,
+        )  # fmt: skip
+        self._distance = float(distance)
+        self.senses(self._robots, self._box)
+        self.senses(self._robots, self._robots, as_="obstacles", sensor=Sensor(range=obstacle_range), counts=False)
+        self.interact(law, robots=self._robots, box=self._box)
+
+    @property
+    def robots(self) -> Group[Robot]:
+        """The robots."""
+        return self._robots
+
+    @property
+    def box(self) -> Group[Any]:
+        """The box."""
+        return self._box
+
+    @property
+    def distance(self) -> float:
+        """How far the box is to be moved [length]."""
+        return self._distance
