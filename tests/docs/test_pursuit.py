@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from teamsight.analysis.plot.verdict_table import verdict_table
 from teamsight.analysis.pursuit.claims import CLAIMS, crossings, verdicts
 from teamsight.analysis.pursuit.ledger import rows
-from teamsight.analysis.pursuit.page import claims_table, ledger_table, summary
+from teamsight.analysis.pursuit.page import by_chance, ledger_table, summary
 from teamsight.analysis.pursuit.plan import Plan
 from teamsight.analysis.pursuit.trials import BLOCK
 
@@ -23,7 +24,8 @@ def test_the_tables_are_those_of_the_file() -> None:
     assert len(LEDGER) == 37
     assert ledger_table(list(LEDGER.values())) in PAGE
     assert len(verdicts(TABLE)) == len(CLAIMS)
-    assert claims_table(verdicts(TABLE)) in PAGE
+    assert verdict_table(verdicts(TABLE)) in PAGE
+    assert by_chance(len(CLAIMS)).split(": ")[1] in " ".join(PAGE.split())
     assert summary(TABLE)[0] in PAGE
 
 

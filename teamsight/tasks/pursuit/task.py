@@ -20,7 +20,7 @@ from teamsight.tasks.task import Task
 #: Steps for which a team learns before it counts as skilled.
 LEARNING = 500_000
 # How it learns: α, T where two capture and where all sides must be held, and the most partners of a hunter.
-_RATE, _TEMPERATURE, _SURROUNDING, _PARTNERS = 0.1, 0.03, 0.003, 3
+_RATE, _TEMPERATURE, _SURROUNDING, _PARTNERS = 0.1, 0.03, 0.001, 3
 
 
 def trial_steps(world: World) -> float:
