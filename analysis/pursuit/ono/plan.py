@@ -29,7 +29,7 @@ class Plan:
         Names in `CONDITIONS`.
     """
 
-    runs: int = 10
+    runs: int = 8
     share: float = 1.0
     seed: int = root("surround")
     names: tuple[str, ...] = tuple(CONDITIONS)
