@@ -39,6 +39,7 @@ class Extended(NamedTuple):
     timetable: Timetable | None
     others: list[OtherPolicy]
     columns: dict[str, Any]
+    decided: Action | None
 
 
 def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], columns: dict[str, Any]) -> Extended:
@@ -67,6 +68,7 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
         _timetable(data, group, count, given.get("cycle")),
         [other.extended(size, present, after) for other in group.others],
         group.columns.extended(count, columns),
+        _decided(group, count),
     )
 
 
@@ -78,7 +80,15 @@ def join(group: Group, new: Extended) -> None:
     group.columns.replace(new.columns)
     for channel in group.channels.values():
         channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))
-    group.begin(new.policy_state)
+    group.begin(new.policy_state, new.decided)
+
+
+def _decided(group: Group, count: int) -> Action | None:
+    """Return what a group had decided in a step that failed; new agents, which had not, stay in the next one."""
+    if group.decided is None:
+        return None
+    heading, distance = group.decided
+    return Action(np.concatenate([heading, np.zeros((count, 2))]), np.append(distance, np.zeros(count)))
 
 
 def forget_members(group: Group, size: int) -> None:

@@ -29,6 +29,7 @@ from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import FirstStates, WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
+from teamsight.policies.interface import Action
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.noise import key_of
@@ -52,6 +53,8 @@ class GroupState(NamedTuple):
         When each robot decides, and by which policy.
     others : tuple of (SavedPolicy, object)
         The policies of single robots, and their states.
+    decided : Action or None
+        What was decided in a step that failed; see `Group.decided`.
     """
 
     name: str
@@ -72,6 +75,7 @@ class GroupState(NamedTuple):
     first_abilities: Abilities
     timetable: Timetable | None
     others: tuple[tuple[SavedPolicy, Any], ...]
+    decided: Action | None = None
 
 
 class State(NamedTuple):
@@ -123,6 +127,7 @@ class StateKeeper:
                 {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
                 group.founders, group.first_abilities,
                 group.timetable, tuple((SavedPolicy(other.policy, group), other.state) for other in group.others),
+                group.decided,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -156,7 +161,7 @@ class StateKeeper:
                 group.arrived_at = old.arrived_at
                 group.timetable = old.timetable
                 group.others = others_of(group, old.others)
-                group.begin(old.policy_state)
+                group.begin(old.policy_state, old.decided)
             for placed, kept in zip(data.interactions, saved.interactions, strict=True):
                 placed.put_back(kept)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):

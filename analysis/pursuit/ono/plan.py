@@ -29,7 +29,7 @@ class Plan:
         Names in `CONDITIONS`.
     """
 
-    runs: int = 8
+    runs: int = 6
     share: float = 1.0
     seed: int = root("surround")
     names: tuple[str, ...] = tuple(CONDITIONS)
