@@ -55,15 +55,17 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
     places = Places(*(given[name] for name in Places._fields))
     founders = founders_of(data.arena, group.number, members, count, places, own)
     sensing, aware = group.ranges
+    after = members + count
+    present = np.append(group.bodies.member, np.arange(members, after))
     return Extended(
         [*group.founders[:-1], *group.founders[-1].followed_by(founders)],
         group.first_abilities.followed_by(own),
         group.bodies.followed_by(bodies_of(data, founders, own)),
         (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
-        state_of_more(group.policy, group.policy_state, size, size + count),
+        state_of_more(group.policy, group.policy_state, size, present, after),
         np.append(group.arrived_at, np.full(count, data.timeline.tick)),
         _timetable(data, group, count, given.get("cycle")),
-        [other.extended(size, size + count) for other in group.others],
+        [other.extended(size, present, after) for other in group.others],
         group.columns.extended(count, columns),
         _decided(group, count),
     )

@@ -18,8 +18,9 @@ from teamsight.agents.engine.placed_interaction import InteractionSaved, check_i
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
-from teamsight.agents.group import Group, first_state
+from teamsight.agents.group import Group
 from teamsight.agents.mesa_compat import Generators
+from teamsight.agents.policy_state import first_state_of_members
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
@@ -231,7 +232,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
         others_of(group, old.others)
-        state = layout(first_state(group.rules[0], len(old.bodies)))
+        state = layout(first_state_of_members(group.rules[0], old.bodies.member, old.members_so_far))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
