@@ -71,7 +71,7 @@ class AdaptiveNetwork(Vehicle):
 
     @classmethod
     def trained(
-        cls, cues: npt.ArrayLike, behaviours: npt.ArrayLike, *, rng: int = 0, trees: int = 5, depth: int = 6,
+        cls, cues: npt.ArrayLike, behaviours: npt.ArrayLike, *, rng: int = 0, trees: int = 9, depth: int = 7,
         **options: Any,
     ) -> AdaptiveNetwork:  # fmt: skip
         """Return a policy that has learned by supervision which behaviour belongs to which cues.
