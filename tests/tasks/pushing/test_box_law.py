@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import Box, Robot, World, check_interaction
+from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks.pushing.box_law import Pushing
 from teamsight.tasks.pushing.world import Box as Load
 from teamsight.tasks.pushing.world import BoxPushing
@@ -156,22 +157,33 @@ def test_both_paths_give_one_result(seed: int, robots: int, parts: list[int], po
     assert fingerprint(worlds[0]) == fingerprint(worlds[1])
 
 
-def test_a_box_at_the_wall_stops_and_slides_along_it() -> None:
-    def pushing(way: tuple[float, float]) -> Any:
-        world: Any = World(Box(20, 20), rng=1)
-        robots = world.add(
-            Robot, 3, policy=lambda percept, rng: (0.0, percept.speed), speed=0.5, heading=way,
-            position=[(3.0, 0.0), (3.0 - 0.4, 1.2), (3.0 - 0.4, -1.2)],
-        )  # fmt: skip
-        box = world.add(Load, 1, policy="stationary", speed=0.0, position=(5.0, 0.0), name="box")
-        world.interact(Pushing(20.0), robots=robots, box=box)
-        world.run(100)
-        return world, box.bodies.position[0]
-
-    world, place = pushing((1.0, 0.0))
-    assert place == pytest.approx([7.5, 0.0], abs=1e-6)
-    assert world.recording.history["box_moved"].sum() == pytest.approx(2.5)
-    assert world.recording.history["stagnating"].iloc[-1] == 3
+@pytest.mark.parametrize("rise", [0.0, 0.4])
+def test_a_box_at_the_wall_stops_and_slides_along_it(rise: float) -> None:
+    way = np.array([1.0, rise]) / np.hypot(1.0, rise)
+    across = np.array([-way[1], way[0]])
+    world: Any = World(Box(20, 20), rng=1)
+    behind = np.array([-2.4 * way, -2.2 * way + 1.2 * across, -2.2 * way - 1.2 * across])
+    robots = world.add(
+        Robot, 3, policy=RandomWalk(turn_probability=0.0), speed=0.5, heading=way, position=behind + [4.0, 0.0]
+    )
+    box = world.add(Load, 1, policy="stationary", speed=0.0, position=(4.0, 0.0), name="box")
+    world.senses(robots, box)
+    world.interact(Pushing(20.0), robots=robots, box=box)
+    places = []
+    for _ in range(20):
+        world.step()
+        places.append(box.bodies.position[0].copy())
+    place, history = np.array(places), world.recording.history
+    # Straight on until the rim is at the wall, and then along it, if the push is not square to it.
+    assert place[:, 0].max() == pytest.approx(7.5, abs=1e-6)
+    is_free = place[:, 0] < 7.5 - 1e-6
+    assert place[is_free] - [4.0, 0.0] == pytest.approx(np.outer(place[is_free, 0] - 4.0, way / way[0]), abs=1e-9)
+    assert 5 < is_free.sum() < 18
+    along = np.diff(place[:, 1])[is_free.sum()]
+    assert (along > 1e-3) if rise else (abs(along) < 1e-9)
+    if rise == 0:
+        assert history["box_moved"].sum() == pytest.approx(3.5)
+        assert history["stagnating"].iloc[is_free.sum() + 1] == 3
 
 
 def test_it_keeps_its_contract() -> None:
