@@ -137,7 +137,7 @@ def test_a_box_that_moves_is_not_pushed_in_vain() -> None:
     for _ in range(30):
         world.step()
         assert (kept(world)[:, BEHAVIOUR] >= 0).all()
-    assert world.recording.history["box_moved"].sum() > 5
+    assert world.recording.history["box_moved"].sum() > 2
 
 
 def test_without_recovery_it_pushes_for_ever() -> None:
