@@ -53,5 +53,6 @@ REPRODUCTIONS: Registry[Reproduce] = Registry(
         "consume": "teamsight.analysis.foraging.reproduce:reproduce",
         "graze": "teamsight.analysis.foraging.reproduce:reproduce",
         "push": "teamsight.analysis.pushing.reproduce:reproduce",
+        "collect": "teamsight.analysis.collecting.reproduce:reproduce",
     }
 )

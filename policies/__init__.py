@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.seek_charger import SeekCharger
     from teamsight.policies.handmade.stationary import Stationary
+    from teamsight.policies.handmade.surround_prey import SurroundPrey
     from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyArrays, PolicyState, turned
     from teamsight.policies.lazy.lazy_q import LazyQ
     from teamsight.policies.lazy.lazy_regression import LazyRegression
@@ -69,6 +70,7 @@ _HOMES = {
     "SheppardLazyQ": "teamsight.policies.lazy.sheppard_lazy_q",
     "NeighbourList": "teamsight.core.neighbour_list",
     "Stationary": "teamsight.policies.handmade.stationary",
+    "SurroundPrey": "teamsight.policies.handmade.surround_prey",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",
     "column_of": "teamsight.policies.columns",
@@ -81,7 +83,7 @@ __all__ = [
     "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats",
     "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
     "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger",
-    "SheppardLazyQ", "Stationary", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
+    "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -91,8 +91,14 @@ class _Scene:
         own = InteractingBodies(
             place, np.stack([np.cos(angle), np.sin(angle)], axis=-1), place.copy(), np.zeros((size, 2)),
             np.full(size, self._step), rng.random(size) < 0.8, np.zeros(size), np.zeros(size, np.bool_),
+            self._first_identity(role) + np.arange(size),
         )  # fmt: skip
         return bodies_type(role, columns)(*own, *(np.full(size, first[name], kind) for name, kind in columns))
+
+    def _first_identity(self, role: str) -> int:
+        """Return the number of the first body of a role; those of all roles follow each other."""
+        earlier = self._interaction.roles[: self._interaction.roles.index(role)]
+        return 1 + sum(self._sizes[one] for one in earlier)
 
     def _inside(self, place: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         if not len(place):

@@ -86,7 +86,7 @@ class Called:
         (bodies, state, noise), fences = given, Fences()
         self.bodies = {
             role: bodies_type(role, columns)(*(
-                fences.put(f"bodies.{role}.{name}", array, read_only=name in ("before", "moved", "active"))
+                fences.put(f"bodies.{role}.{name}", array, read_only=name in ("before", "moved", "active", "identity"))
                 for name, array in bodies[role]._asdict().items()
             ))
             for role, columns in kinds

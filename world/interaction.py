@@ -36,6 +36,9 @@ class InteractingBodies(NamedTuple):
         What the bodies get in this call, 0 at its begin; may be written.
     ended : ndarray, shape (n,), bool
         Whether a trial ends for them, False at the begin of a call; may be written.
+    identity : ndarray, shape (n,), int64
+        The numbers of the bodies, at least 1. Rows shift when an agent leaves, numbers stay: columns and states refer
+        to a body by its number.
     """
 
     position: Annotated[Floats, "n", 2]
@@ -46,6 +49,7 @@ class InteractingBodies(NamedTuple):
     active: Annotated[Flags, "n"]
     reward: Annotated[Floats, "n"]
     ended: Annotated[Flags, "n"]
+    identity: Annotated[Integers, "n"]
 
 
 class InteractionState(NamedTuple):
@@ -74,6 +78,9 @@ class Interacting(NamedTuple):
 
 #: The arrays that a kernel may write, besides the state, the scores and its columns.
 WRITABLE = ("position", "heading", "speed", "reward", "ended")
+
+#: What a call returns that has come to its end; numba lets one whose kernel raises an exception return 0.
+COMPLETED = 1
 
 # The columns of each role: name and type, one after the other.
 Kinds = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
@@ -147,7 +154,7 @@ def interact_at(address: int) -> int:
     """Call the kernel of an interaction on the arrays of a record."""
     here = interacting_at(address)  # type: ignore[name-defined]  # noqa: F821
     interaction_kernel(here.bodies, here.state, here.parameters, here.noise, here.scores, here.turn)  # type: ignore[name-defined]  # noqa: F821
-    return 0
+    return COMPLETED
 
 
 _ENTRIES: dict[tuple[Any, ...], Entry] = {}

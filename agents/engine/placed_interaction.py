@@ -189,7 +189,8 @@ class PlacedInteraction:
         for (role, columns), group, written in zip(kinds, self.groups, roles, strict=True):
             own, before = group.bodies, partakers[group.number].value.before
             shown = InteractingBodies(
-                own.position, own.heading, before, own.moved, own.speed, own.active, written.reward, written.ended
+                own.position, own.heading, before, own.moved, own.speed, own.active, written.reward, written.ended,
+                own.identity,
             )
             bodies.append(bodies_type(role, columns)(*shown, *(group.columns.array(name) for name, _ in columns)))
         noise = noise_kind(*(role.noise[0] for role in roles))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.awareness.registry import awareness_named
+from teamsight.analysis.gathering.scenarios import check_scenarios, scenario_for
 from teamsight.analysis.runs import limits
 from teamsight.core import checks
 from teamsight.tasks.named import task_of
@@ -20,7 +21,7 @@ DEGREES = ("nearest", "ring")
 #: N of the teams.
 SIZES = (4, 8, 16, 30)
 # δ at which the objective is measured, beside N − 1 and the δ of both teams.
-_DELTAS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64)
+_DELTAS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64)
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,11 @@ class Plan:
     degree : "nearest" or "ring"
         The degree of awareness with δ: a list of the δ nearest teammates, or a ring of δ sectors.
     trainings : int
-        How often a team that learns learns anew for each degree. With several, intervals are over trainings.
+        How often a team that learns learns anew for each degree. They share the runs, and the intervals of the
+        objective are over trainings.
     scenario : mapping
-        Values of the scenario of all tasks.
+        Values of the scenarios, by their name for all tasks or as ``"task.name"`` for one; each is a value, or a
+        sequence of one for each size.
     seed : int
         Root seed.
 
@@ -86,15 +89,13 @@ class Plan:
         checks.number("risk", self.risk, above=0.0, most=1.0)
         checks.number("tolerance", self.tolerance, above=0.0, most=1.0)
         checks.choice("degree", self.degree, DEGREES)
-        checks.count("trainings", self.trainings)
+        checks.count("trainings", self.trainings, most=self.runs, cure="trainings share the runs, at least one each")
         checks.count("seed", self.seed, least=0)
         for task in self.all_tasks:
             for treatment in ("explore", "skilled"):
                 if task.teams[treatment] is None:
                     task.parameters(treatment)  # type: ignore[arg-type]
-            task.full_scenario(self.scenario)
-            if task.size in self.scenario:
-                raise ValueError(f"scenario: {task.size} is N, the size of the team; give it as sizes")
+        check_scenarios(self.scenario, self.all_tasks, self.sizes)
 
     @property
     def all_tasks(self) -> tuple[Task, ...]:
@@ -107,7 +108,7 @@ class Plan:
 
     def scenario_of(self, task: Task, size: int) -> dict[str, Any]:
         """Return the whole scenario of a task with a team of this size."""
-        return task.full_scenario({**self.scenario, task.size: size})
+        return scenario_for(self.scenario, task, self.sizes, size)
 
     def awareness(self, delta: int) -> Awareness:
         """Return the degree of awareness with this δ; 0 is none."""
@@ -124,7 +125,10 @@ class Plan:
             "tolerance": self.tolerance,
             "degree": self.degree,
             "trainings": self.trainings,
-            "scenario": dict(self.scenario),
+            "scenario": {
+                name: list(value) if isinstance(value, (list, tuple)) else value
+                for name, value in self.scenario.items()
+            },
             "seed": self.seed,
         }
 

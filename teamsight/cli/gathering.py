@@ -26,7 +26,11 @@ class GatheringSettings(Settings):
     task: tuple[str, ...] = values.choices(
         ("cmommt",), "Tasks, with commas between them: {names}.", task_options.TASKS, "task"
     )
-    set: dict[str, Any] = task_options.scenario("A value of the scenario of all tasks. May be given several times.")
+    set: dict[str, Any] = task_options.scenario(
+        "A value of the scenario of all tasks, or of one, as in forage.side=64; or, with commas between them, one for "
+        "each N. May be given several times.",
+        dotted=True,
+    )
     sizes: tuple[int, ...] = values.counts((4, 8, 16, 30), "N, the sizes of the team.", most=_MOST_SIZES)
     runs: int = values.count(200, "Number of runs of each team and δ.", least=2, most=MOST_RUNS)
     steps: int | None = values.steps(None, shown="that of each task")
@@ -85,7 +89,9 @@ def plan_of(settings: GatheringSettings) -> Plan:
     from teamsight.analysis.gathering.plan import Plan
 
     names = ("sizes", "runs", "steps", "risk", "tolerance", "degree", "trainings", "seed")
-    return Plan(tasks=settings.task, scenario=settings.set, **settings.values(names))
+    listed = {name: task_options.listed(value) for name, value in settings.set.items()}
+    scenario = {name: value[0] if len(value) == 1 else tuple(value) for name, value in listed.items()}
+    return Plan(tasks=settings.task, scenario=scenario, **settings.values(names))
 
 
 def _print(cells: Any) -> None:

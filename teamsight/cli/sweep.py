@@ -117,7 +117,7 @@ def _of_task(settings: SweepSettings) -> Study:
     from teamsight.analysis.studies.definition.model import TASK_PREFIX
     from teamsight.analysis.studies.study import Study
 
-    listed = {name: _listed(value) for name, value in settings.set.items()}
+    listed = {name: task_options.listed(value) for name, value in settings.set.items()}
     study = Study(
         model=f"{TASK_PREFIX}{settings.task}",
         fixed={name: value[0] for name, value in listed.items() if len(value) == 1},
@@ -128,11 +128,6 @@ def _of_task(settings: SweepSettings) -> Study:
     )
     study.check()
     return study
-
-
-def _listed(value: Any) -> list[Any]:
-    """Return the values that a text lists with commas between them."""
-    return [values.number_in(part.strip()) for part in value.split(",")] if isinstance(value, str) else [value]
 
 
 @contextlib.contextmanager

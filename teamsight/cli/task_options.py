@@ -27,9 +27,18 @@ def task(help: str = "The task in place of CMOMMT with its own options: {names}.
     return values.choice(None, help, TASKS, shown="CMOMMT")
 
 
-def scenario(help: str = "A parameter of the task, such as one of its scenario. May be given several times.") -> Any:
-    """Declare parameters of a task."""
-    return values.assignments(help)
+def scenario(
+    help: str = "A parameter of the task, such as one of its scenario. May be given several times.",
+    *,
+    dotted: bool = False,
+) -> Any:
+    """Declare parameters of a task, or, with names such as forage.side, of several."""
+    return values.assignments(help, dotted=dotted)
+
+
+def listed(value: Any) -> list[Any]:
+    """Return the values of a parameter that were given with commas between them."""
+    return [values.number_in(part.strip()) for part in value.split(",")] if isinstance(value, str) else [value]
 
 
 def treatment(default: str | None, help: str, shown: str = "") -> Any:

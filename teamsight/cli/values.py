@@ -193,14 +193,23 @@ def word_option(default: str, help: str, *, metavar: str = "TEXT") -> Any:
     return Option(lambda name, given: given, default, help, metavar)
 
 
-def assignments(help: str) -> Any:
-    """Declare parameters of a model by name, each as NAME=VALUE; values are numbers, true, false or texts."""
+def assignments(help: str, *, dotted: bool = False) -> Any:
+    """Declare parameters of a model by name, each as NAME=VALUE; values are numbers, true, false or texts.
+
+    Parameters
+    ----------
+    help : str
+        The text of the help.
+    dotted : bool
+        Whether a name may have two parts with a dot between them, as in forage.side.
+    """
 
     def check(name: str, given: Iterable[str]) -> dict[str, Any]:
         found: dict[str, Any] = {}
         for text in given:
             parameter, equals, value = text.partition("=")
-            if not equals or not parameter.isidentifier():
+            parts = parameter.split(".")
+            if not equals or len(parts) > 1 + dotted or not all(map(str.isidentifier, parts)):
                 raise ValueError(f"{name}={checks.shown(text)}: must be NAME=VALUE, as in policy=centroid")
             if parameter in found:
                 raise ValueError(f"{name}={checks.shown(text)}: is given twice; leave one out")

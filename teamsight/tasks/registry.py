@@ -14,10 +14,12 @@ TASKS: Registry[Task] = Registry(
     {
         "cmommt": "teamsight.tasks.cmommt:TASK",
         "pursuit": "teamsight.tasks.pursuit.task:TASK",
+        "surround": "teamsight.tasks.pursuit.surround_task:TASK",
         "forage": "teamsight.tasks.foraging.forage:TASK",
         "consume": "teamsight.tasks.foraging.consume:TASK",
         "graze": "teamsight.tasks.foraging.graze:TASK",
         "push": "teamsight.tasks.pushing.task:TASK",
+        "collect": "teamsight.tasks.collecting.task:TASK",
     },
     group="teamsight.tasks",
 )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight.core.kernel import kernel
-from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, release
+from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, is_held, release, slow_down
 from teamsight.world.interaction import Interaction
 
 
@@ -20,12 +20,12 @@ def _carry(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tu
             continue
         leader = -1
         for i in range(robots.position.shape[0]):
-            if robots.attractor[i] != j + 1:
+            if not is_held(robots, i, attractors, j):
                 continue
             leader = i if leader < 0 else leader
             for axis in range(2):
                 robots.position[i, axis] = robots.position[leader, axis]
-            robots.speed[i] = robots.free_speed[i] / (1.0 + attractors.mass[j] / (parameters[2] * carriers))
+            slow_down(robots, i, robots.free_speed[i] / (1.0 + attractors.mass[j] / (parameters[2] * carriers)))
         for axis in range(2):
             attractors.position[j, axis] = robots.position[leader, axis]
         if home.position.shape[0] == 0:
@@ -38,7 +38,7 @@ def _carry(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tu
         scores[1] += attractors.mass[j]
         attractors.mass[j] = 0.0
         for i in range(robots.position.shape[0]):
-            if robots.attractor[i] == j + 1:
+            if is_held(robots, i, attractors, j):
                 robots.reward[i] += 1.0
                 robots.ended[i] = True
                 release(robots, i)

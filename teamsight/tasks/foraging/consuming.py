@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight.core.kernel import kernel
-from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, release
+from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, is_held, release, slow_down
 from teamsight.world.interaction import Interaction
 
 # Mass that is left by rounding only.
@@ -28,8 +28,12 @@ def _consume(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, 
             attractors.mass[j] = 0.0
             scores[1] += 1.0
         for i in range(robots.position.shape[0]):
-            if robots.attractor[i] == j + 1:
-                robots.speed[i] = 0.0
+            if is_held(robots, i, attractors, j):
+                if robots.slow_speed[i] == 0.0:
+                    # It was attached before this step, and stays, whatever speed it has been given since.
+                    for axis in range(2):
+                        robots.position[i, axis] = robots.before[i, axis]
+                slow_down(robots, i, 0.0)
                 robots.reward[i] += eaten / attractors.robots_at_it[j]
                 if is_gone:
                     robots.ended[i] = True
