@@ -45,7 +45,8 @@ class Plan:
     degree : "nearest" or "ring"
         The degree of awareness with δ: a list of the δ nearest teammates, or a ring of δ sectors.
     trainings : int
-        How often a team that learns learns anew for each degree. With several, intervals are over trainings.
+        How often a team that learns learns anew for each degree. They share the runs, and the intervals of the
+        objective are over trainings.
     scenario : mapping
         Values of the scenarios, by their name for all tasks or as ``"task.name"`` for one; each is a value, or a
         sequence of one for each size.
@@ -88,7 +89,7 @@ class Plan:
         checks.number("risk", self.risk, above=0.0, most=1.0)
         checks.number("tolerance", self.tolerance, above=0.0, most=1.0)
         checks.choice("degree", self.degree, DEGREES)
-        checks.count("trainings", self.trainings)
+        checks.count("trainings", self.trainings, most=self.runs, cure="trainings share the runs, at least one each")
         checks.count("seed", self.seed, least=0)
         for task in self.all_tasks:
             for treatment in ("explore", "skilled"):
