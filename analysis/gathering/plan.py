@@ -53,8 +53,8 @@ class Plan:
     seed : int
         Root seed.
     deltas : sequence of int, optional
-        The δ at which the objective is measured, beside 0, N − 1 and those of both teams; by default `DELTAS`. Fewer save
-        trainings of a team that learns.
+        The δ at which the objective is measured, beside 0, N − 1 and those of both teams; by default `DELTAS`. Fewer
+        save trainings of a team that learns.
 
     Raises
     ------
