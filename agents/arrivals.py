@@ -39,6 +39,7 @@ class Extended(NamedTuple):
     timetable: Timetable | None
     others: list[OtherPolicy]
     columns: dict[str, Any]
+    decided: Action | None
 
 
 def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], columns: dict[str, Any]) -> Extended:
@@ -55,16 +56,19 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
     places = Places(*(given[name] for name in Places._fields))
     founders = founders_of(data.arena, group.number, members, count, places, own)
     sensing, aware = group.ranges
+    after = members + count
+    present = np.append(group.bodies.member, np.arange(members, after))
     return Extended(
         [*group.founders[:-1], *group.founders[-1].followed_by(founders)],
         group.first_abilities.followed_by(own),
         group.bodies.followed_by(bodies_of(data, founders, own)),
         (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
-        state_of_more(group.policy, group.policy_state, size, size + count),
+        state_of_more(group.policy, group.policy_state, size, present, after),
         np.append(group.arrived_at, np.full(count, data.timeline.tick)),
         _timetable(data, group, count, given.get("cycle")),
-        [other.extended(size, size + count) for other in group.others],
+        [other.extended(size, present, after) for other in group.others],
         group.columns.extended(count, columns),
+        _decided(group, count),
     )
 
 
@@ -76,7 +80,15 @@ def join(group: Group, new: Extended) -> None:
     group.columns.replace(new.columns)
     for channel in group.channels.values():
         channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))
-    group.begin(new.policy_state)
+    group.begin(new.policy_state, new.decided)
+
+
+def _decided(group: Group, count: int) -> Action | None:
+    """Return what a group had decided in a step that failed; new agents, which had not, stay in the next one."""
+    if group.decided is None:
+        return None
+    heading, distance = group.decided
+    return Action(np.concatenate([heading, np.zeros((count, 2))]), np.append(distance, np.zeros(count)))
 
 
 def forget_members(group: Group, size: int) -> None:

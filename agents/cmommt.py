@@ -271,7 +271,7 @@ class CMOMMT(World):
 
     def _begin(self, seed: int, start: Starts, run: int, states: FirstStates) -> None:
         """Begin a run in the existing arrays; see `StateKeeper.begin`."""
-        self._states.begin(seed, start, run, states, is_kept=True)
+        super()._begin(seed, start, run, states)
         self._draw_target_speeds()
 
     def _draw_target_speeds(self) -> None:

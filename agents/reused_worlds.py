@@ -1,4 +1,4 @@
-"""Reused worlds: runs that differ only in seed, radius, ranges and speeds use one built world."""
+"""Reused worlds: runs that differ only in their seed, or in numbers that can be rewritten, use one built world."""
 
 from __future__ import annotations
 
@@ -29,8 +29,9 @@ _STARTS_PER_CALL = 64
 class ReusedWorlds:
     """Begins one run after the other, reusing the last built world if possible.
 
-    A run in a reused world gives the same bits as one in a new world. A world is reused if only the seed and `NUMBERS`
-    differ, all its components are this package's own, and nothing was added to it.
+    A run in a reused world gives the same bits as one in a new world. A world is reused if only the seed differs, and
+    of `CMOMMT` also `NUMBERS`; if its class and all its components are this package's own; and if nothing was added to
+    it. A class of one's own may do in its constructor what `World.reset` does not repeat.
     """
 
     def __init__(self) -> None:
@@ -51,7 +52,7 @@ class ReusedWorlds:
         Parameters
         ----------
         model : callable
-            `CMOMMT`, or another class or function that is called as ``model(**parameters, rng=seed)``.
+            A class or function that is called as ``model(**parameters, rng=seed)``.
         parameters : mapping
             Its keyword parameters.
         seed : int
@@ -68,7 +69,7 @@ class ReusedWorlds:
             return self._built.world
         self.close()
         self._world = world = model(**parameters, rng=seed)
-        if model is CMOMMT and isinstance(world, CMOMMT) and world._data.is_rewritable:
+        if type(world) is model and model.__module__.startswith("teamsight.") and world._data.is_rewritable:
             self._built = _Built(world, parameters)
         return world
 
@@ -82,16 +83,21 @@ class ReusedWorlds:
 
 
 class _Built:
-    """A CMOMMT and the parameters with which it was built."""
+    """A world and the parameters with which it was built."""
 
-    def __init__(self, world: CMOMMT, parameters: Mapping[str, Any]) -> None:
+    def __init__(self, world: World, parameters: Mapping[str, Any]) -> None:
         self.world = world
-        self._numbers, kind = _divided(parameters)
+        self._collector = world.recording.collector
+        self._has_begun = self._collector.has_begun
+        # The trace is that of a world that is ready to run.
+        world._engine.prepare()
+        self._numbers, kind = self._divided(parameters)
         # Mappings are copied, because their owner may change them.
         self._kind = {name: dict(value) if isinstance(value, dict) else value for name, value in kind.items()}
-        self._trace, self._names, self._settings = _trace(world), {*vars(world)}, {**world.settings}
+        self._trace, self._names, self._settings = _trace(world), {*vars(world)}, _settings(world)
+        # The identity of an object is in the trace, and is its own as long as the object lives.
+        self._alive = [group.rules for group in world.groups], *_attached(world)
         self._states = world._data.first_states()
-        self._collector = world.recording.collector
         self._start: Starts | None = None
         self._runs: dict[int, int] = {}
 
@@ -104,18 +110,18 @@ class _Built:
     ) -> bool:
         """Begin a run in this world if possible; return whether it was."""
         world = self.world
-        if model is not CMOMMT or _trace(world) != self._trace or not vars(world).keys() <= self._names:
+        if model is not type(world) or _trace(world) != self._trace or not vars(world).keys() <= self._names:
             return False
-        if world.settings != self._settings:
+        if _settings(world) != self._settings:
             return False
-        numbers, kind = _divided(parameters)
+        numbers, kind = self._divided(parameters)
         if not _are_same(kind, self._kind):
             return False
-        if not _are_same(numbers, self._numbers):
+        if isinstance(world, CMOMMT) and not _are_same(numbers, self._numbers):
             chosen = PRESETS.get(parameters.get("preset", ""), {})
             plan = {**DEFAULTS, **chosen, **parameters}
             world._take_numbers({name: plan[name] for name in NUMBERS})
-            self._numbers, self._runs, self._settings = numbers, {}, {**world.settings}
+            self._numbers, self._runs, self._settings = numbers, {}, _settings(world)
         following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
@@ -125,8 +131,15 @@ class _Built:
         world._engine.stretch.buffer.array = room
         world.recording.collector = self._collector.emptied()
         world._stepper.warned.clear()
-        world._stepper.begin_to_collect()
+        if self._has_begun:
+            world._stepper.begin_to_collect()
         return True
+
+    def _divided(self, parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the parameters that can be rewritten in the built world, and the others."""
+        rewritten = NUMBERS if isinstance(self.world, CMOMMT) else frozenset()
+        numbers = {name: value for name, value in parameters.items() if name in rewritten}
+        return numbers, {name: value for name, value in parameters.items() if name not in rewritten}
 
     def _run_of(self, seed: int, following: Iterable[int]) -> int:
         """Return the index of a seed among the computed starts, computing more if it is not there."""
@@ -137,10 +150,9 @@ class _Built:
         return self._runs[seed]
 
 
-def _divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the parameters that are numbers of `NUMBERS`, and the others."""
-    numbers = {name: value for name, value in parameters.items() if name in NUMBERS}
-    return numbers, {name: value for name, value in parameters.items() if name not in NUMBERS}
+def _settings(world: World) -> dict[str, Any]:
+    """Return a copy of the settings of a `CMOMMT`; other worlds have none."""
+    return {**world.settings} if isinstance(world, CMOMMT) else {}
 
 
 def _trace(world: World) -> tuple[Any, ...]:
@@ -154,9 +166,13 @@ def _trace(world: World) -> tuple[Any, ...]:
     ]  # fmt: skip
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
-    # Those of recordings too, which would go on in the next run.
-    sources = [*map(id, world.sources), *map(id, world._data.watchers), *map(id, world._data.interactions)]
-    return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, sources
+    attached = [*map(id, _attached(world))]
+    return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, attached
+
+
+def _attached(world: World) -> list[Any]:
+    """Return what acts in a world beside its groups; recordings too, which would go on in the next run."""
+    return [*world.sources, *world._data.watchers, *world._data.interactions]
 
 
 def _first_cycle(group: Group) -> Cycle:

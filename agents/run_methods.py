@@ -12,6 +12,8 @@ from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.agents.recording.world_replay import WorldReplay
+    from teamsight.agents.world_data import FirstStates
+    from teamsight.world.starts import Starts
 
 
 class RunMethods(MesaEvents):
@@ -145,6 +147,10 @@ class RunMethods(MesaEvents):
         columns stay. `rng` is the seed; by default the present one.
         """
         self._states.reset(rng)
+
+    def _begin(self, seed: int, start: Starts, run: int, states: FirstStates) -> None:
+        """Begin a run in the existing arrays; see `StateKeeper.begin`."""
+        self._states.begin(seed, start, run, states, is_kept=True)
 
     def close(self) -> None:
         """Release the model, which mesa 3.3 would otherwise keep in memory; recordings stop and are written."""

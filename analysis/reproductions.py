@@ -53,5 +53,7 @@ REPRODUCTIONS: Registry[Reproduce] = Registry(
         "forage": "teamsight.analysis.foraging.reproduce:reproduce",
         "consume": "teamsight.analysis.foraging.reproduce:reproduce",
         "graze": "teamsight.analysis.foraging.reproduce:reproduce",
+        "push": "teamsight.analysis.pushing.reproduce:reproduce",
+        "collect": "teamsight.analysis.collecting.reproduce:reproduce",
     }
 )

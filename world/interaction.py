@@ -79,6 +79,9 @@ class Interacting(NamedTuple):
 #: The arrays that a kernel may write, besides the state, the scores and its columns.
 WRITABLE = ("position", "heading", "speed", "reward", "ended")
 
+#: What a call returns that has come to its end; numba lets one whose kernel raises an exception return 0.
+COMPLETED = 1
+
 # The columns of each role: name and type, one after the other.
 Kinds = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
 
@@ -151,7 +154,7 @@ def interact_at(address: int) -> int:
     """Call the kernel of an interaction on the arrays of a record."""
     here = interacting_at(address)  # type: ignore[name-defined]  # noqa: F821
     interaction_kernel(here.bodies, here.state, here.parameters, here.noise, here.scores, here.turn)  # type: ignore[name-defined]  # noqa: F821
-    return 0
+    return COMPLETED
 
 
 _ENTRIES: dict[tuple[Any, ...], Entry] = {}

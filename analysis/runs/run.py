@@ -98,7 +98,10 @@ class Run:
     @property
     def likeness(self) -> tuple[object, ...]:
         """Sorting key that puts runs together which can share one built world."""
-        return (self.kind, *(canonical(self.parameters.get(name)) for name in ("robots", "targets", "delta")))
+        if self.model is None:
+            return (self.kind, *(canonical(self.parameters.get(name)) for name in ("robots", "targets", "delta")))
+        numbers = sorted((name, value) for name, value in self.parameters.items() if type(value) in (int, float))
+        return (self.kind, *numbers)
 
     @property
     def cost(self) -> float:

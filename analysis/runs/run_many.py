@@ -73,9 +73,9 @@ def run_many(
 ) -> pd.DataFrame:
     """Run a model many times and return a table with one row for each run.
 
-    Runs that differ in seed, radius, ranges and speeds only share one built world, which makes short runs several times
-    as fast as building each. The results are those of ``model(**setting, rng=seed)`` to the last bit, for any number of
-    workers.
+    Runs that differ in their seed only, and those of `CMOMMT` also in radius, ranges and speeds, share one built world,
+    which makes short runs several times as fast as building each. The results are those of ``model(**setting,
+    rng=seed)`` to the last bit, for any number of workers.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def run_many(
     rng : int, optional
         The seed from which those of the runs derive; by default a new one is drawn.
     model : callable, optional
-        A class or function that is called as ``model(**setting, rng=seed)``; `CMOMMT` by default. Only `CMOMMT` shares
-        worlds.
+        A class or function that is called as ``model(**setting, rng=seed)``; `CMOMMT` by default. Worlds of your
+        own classes are built for each run.
     measure : callable, optional
         ``measure(world, steps)`` runs the world and returns a NamedTuple or a mapping: columns of the table, which are
         copied. The world is valid until `measure` returns.

@@ -20,6 +20,8 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "unreliable": (2100,),
         "pursuit": (1993,),
         "foraging": (1994,),
+        "pushing": (1992,),
+        "collecting": (1997,),
         "calibration: screen": (-101,),
         "calibration: final": (-102, -103, -104),
         "calibration: report": (-105, -106),

@@ -10,6 +10,9 @@ from teamsight.core import checks
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 
+# The whole numbers that a robot keeps; see `recovery`.
+_COUNTERS = 5
+
 
 @dataclass(frozen=True)
 class Vehicle(CompiledPolicy):
@@ -17,16 +20,16 @@ class Vehicle(CompiledPolicy):
 
     Each behaviour is a Braitenberg vehicle: a left and a right reading drive a left and a right wheel. The mean of the
     wheels is the distance of the step, as a share of the speed; half their difference, times `agility`, is the
-    rotation.
+    rotation. An arbiter selects the behaviour by twelve cues, thresholded readings.
 
     Parameters
     ----------
     obstacle_range : float
         Distance within which robots ahead are obstacles [length].
     slow_range : float
-        Distance of the nearest perceived teammate within which *slow* acts [length].
+        Distance within which the nearest perceived teammate slows a robot down [length].
     agility : float
-        The rotation of one wheel at full speed against the other [full turns per step].
+        The rotation of one wheel at full speed against the other at full speed backwards [turns], at most 1/2.
     swerve : float
         How much a robot without a goal swerves: the largest difference of its wheels, in [0, 1].
     recovery : bool
@@ -64,8 +67,8 @@ class Vehicle(CompiledPolicy):
     @property
     def parameters(self) -> tuple[float, ...]:
         patience = float(self.patience) if self.recovery else 0.0
-        return self.obstacle_range, self.slow_range, self.agility, self.swerve, 0.0, patience, self.contact
+        return self.obstacle_range, self.slow_range, self.agility, self.swerve, patience, self.contact
 
     def start(self, size: int) -> PolicyState:
-        """Return the state of robots that do not recover: the turn of a push; the counters of the recovery."""
-        return PolicyState(np.zeros((size, 1, 1)), np.zeros((size, 1, 4), np.int64))
+        """Return the state of robots that do not recover: the turn of a push, and counters."""
+        return PolicyState(np.zeros((size, 1, 1)), np.zeros((size, 1, _COUNTERS), np.int64))

@@ -69,7 +69,7 @@ def _put_back(bodies: Any, i: int) -> None:
 def _begin_anew(hunters: Any, prey: Any, parameters: Any, noise: Any) -> None:
     """Place the hunters that captured in the last step, and leave all others where they were before this one."""
     for i in range(hunters.position.shape[0]):
-        if hunters.captures[i] > 0:
+        if hunters.captures[i] > 0 and hunters.active[i]:
             _place(hunters, i, parameters, noise)
         else:
             _put_back(hunters, i)

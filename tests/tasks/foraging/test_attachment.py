@@ -136,3 +136,19 @@ def test_a_robot_that_consumes_stays_whatever_speed_it_is_given() -> None:
     while robots[0].attached:
         world.step()
     assert robots[0].speed == 3.0
+
+
+def test_robots_cannot_carry_and_consume() -> None:
+    world = carried()
+    robots, things, _ = world.groups
+    meals = world.add(Target, 1, policy="stationary", name="meals")
+    for others in (things, meals):
+        with pytest.raises(ValueError, match=r"Consuming.columns: 'attached' of robots is kept by Carrying; give"):
+            world.interact(Consuming(), robots=robots, attractors=others)
+    team = world.add(Robot, 1, policy="stationary", name="team")
+    with pytest.raises(ValueError, match=r"'mass' of attractors is kept by Carrying"):
+        world.interact(Consuming(), robots=team, attractors=things)
+    assert len(world.interactions) == 1
+    assert "attached" not in team.columns
+    world.interact(Consuming(), robots=team, attractors=meals)
+    world.run(2)
