@@ -140,20 +140,27 @@ class Group(Deciding, Generic[A]):
         self.perceived_columns: dict[str, Floats] = {}
         self.begin(first_state(policy, len(bodies)))
 
-    def begin(self, state: Any) -> None:
-        """Make new buffers for the present size, and set the state of the policy; see `first_state`."""
+    @property
+    def decided(self) -> Action | None:
+        """The actions that its kernel decided in a step that failed, which the next one carries out; None for none."""
+        return self.action if self.has_decided else None
+
+    def begin(self, state: Any, decided: Action | None = None) -> None:
+        """Make new buffers for the present size, and set the state of the policy, and what it has `decided`."""
         size = len(self.bodies)
         self.policy_state = state
         # Robots that do not decide at every step go on with their last action.
-        self.action = self.timetable.action if self.timetable else Action(np.zeros((size, 2)), np.zeros(size))
+        fresh = decided or Action(np.zeros((size, 2)), np.zeros(size))
+        self.action = self.timetable.action if self.timetable else fresh
         lanes = -(-max(size, 1) // LANES) * LANES
         self.numbers = np.zeros((TICKS_A_BLOCK, self.draws, lanes))
         self.members = np.zeros(lanes, np.int64)
         self.members[:size] = self.bodies.member
         self.perception = Perception(size)
         self.last_rewards = np.zeros((2, size))
-        # After a failed step: whether the kernel had decided; the next step then carries out `action`.
-        self.has_decided = False
+        # After a failed step: whether the kernel had decided; the next step then carries out `action`, so that nothing
+        # is learned twice.
+        self.has_decided = decided is not None
 
     def restart(self, position: Floats, heading: Floats) -> None:
         """Put all agents back to the start of a run, in the arrays that the kernels read.

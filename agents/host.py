@@ -34,6 +34,7 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_state
+from teamsight.policies.interface import Action
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.policies.registry import label
 from teamsight.world.bodies import Abilities
@@ -196,6 +197,7 @@ class WorldHost:
             check_state(group.policy, state, size - 1)
         others = [other.rows(keep, size) for other in group.others]
         columns = {name: array[keep] for name, array in group.columns.arrays().items()}
+        decided = group.decided and Action(*(array[keep] for array in group.decided))
         # Nothing after this can fail.
         leave()
         group.bodies = group.bodies.rows(keep)
@@ -211,7 +213,7 @@ class WorldHost:
             group.agents[place].row = place
         agent.row = -1
         group.departed[member] = agent
-        group.begin(state)
+        group.begin(state, decided)
         self._engine.is_bound = False
         self._data.sources.left(agent, member)
 

@@ -24,8 +24,11 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
     check_interaction_declarations(interaction)
     _check_groups(data, interaction, groups)
     _check_new(data, interaction, groups)
+    order = sorted(interaction.roles, key=lambda role: groups[role].number)
+    interaction.check_fit(data.arena, tuple(order))
     for role, name, fill in interaction.columns:
         _check_column(type(interaction).__name__, groups[role], name, fill)
+        _check_keeper(data, type(interaction).__name__, groups[role], name)
     nth = sum(type(one.interaction) is type(interaction) for one in data.interactions)
     placed = PlacedInteraction(interaction, tuple(groups[role] for role in interaction.roles), nth, data.key)
     with deferred():
@@ -90,6 +93,16 @@ def _check_column(name: str, group: Group, column: str, fill: Any) -> None:
             )
     elif not all(is_free(agent, column) for agent in group.agents):
         raise ValueError(f"{name}.columns: agents of {group.name!r} have the attribute {column!r}; take another name")
+
+
+def _check_keeper(data: WorldData, name: str, group: Group, column: str) -> None:
+    """Refuse a column that another interaction keeps: each would take what the other has written for its own."""
+    for placed in data.interactions:
+        if any(placed.roles[role] is group and column == other for role, other, _ in placed.interaction.columns):
+            raise ValueError(
+                f"{name}.columns: {column!r} of {group.name} is kept by {placed.name}; give this interaction another "
+                f"group, make one interaction of both, or give the columns of one of them other names"
+            )
 
 
 def _by_member(group: Group, column: Any, fill: Any) -> Any:

@@ -15,12 +15,13 @@ from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 from teamsight.policies import registry
 from teamsight.policies.declarations import check_declarations
-from teamsight.policies.interface import Policy
+from teamsight.policies.interface import IDENTITIES, Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.policies.registry import POLICIES, label, options_of
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
+
 
 
 class NoPolicy:
@@ -195,13 +196,19 @@ def check_needs(group: Group) -> None:
         return
     name = label(policy)
     for need in policy.needs:
-        checks.choice(f"{name}.needs", need, ("targets", "teammates", "relayed"))
-        if need not in awareness.delivers:
-            fit = [degree.name for degree in AWARENESS.values() if need in degree.delivers]
+        checks.choice(f"{name}.needs", need, ("targets", "teammates", "relayed", IDENTITIES))
+        if not _delivers(awareness, need):
+            fit = [degree.name for degree in AWARENESS.values() if _delivers(degree, need)]
             cure = _use(fit[0]) if fit else ""
             raise ValueError(
                 f"policy={name}: needs {need!r}, which awareness {awareness.name!r} does not deliver{cure}"
             )
+
+
+def _delivers(awareness: Awareness | type[Awareness], need: str) -> bool:
+    if need == IDENTITIES and awareness.shows_teammates:
+        return True
+    return need in awareness.delivers
 
 
 def check_channels(group: Group, policy: Any) -> None:

@@ -18,8 +18,9 @@ from teamsight.agents.engine.placed_interaction import InteractionSaved, check_i
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
-from teamsight.agents.group import Group, first_state
+from teamsight.agents.group import Group
 from teamsight.agents.mesa_compat import Generators
+from teamsight.agents.policy_state import first_state_of_members
 from teamsight.agents.recording.collector import HistoryCollector
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
@@ -28,6 +29,7 @@ from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import FirstStates, WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
+from teamsight.policies.interface import Action
 from teamsight.world.arena import Arena
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.noise import key_of
@@ -51,6 +53,8 @@ class GroupState(NamedTuple):
         When each robot decides, and by which policy.
     others : tuple of (SavedPolicy, object)
         The policies of single robots, and their states.
+    decided : Action or None
+        What was decided in a step that failed; see `Group.decided`.
     """
 
     name: str
@@ -71,6 +75,7 @@ class GroupState(NamedTuple):
     first_abilities: Abilities
     timetable: Timetable | None
     others: tuple[tuple[SavedPolicy, Any], ...]
+    decided: Action | None = None
 
 
 class State(NamedTuple):
@@ -122,6 +127,7 @@ class StateKeeper:
                 {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
                 group.founders, group.first_abilities,
                 group.timetable, tuple((SavedPolicy(other.policy, group), other.state) for other in group.others),
+                group.decided,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -155,7 +161,7 @@ class StateKeeper:
                 group.arrived_at = old.arrived_at
                 group.timetable = old.timetable
                 group.others = others_of(group, old.others)
-                group.begin(old.policy_state)
+                group.begin(old.policy_state, old.decided)
             for placed, kept in zip(data.interactions, saved.interactions, strict=True):
                 placed.put_back(kept)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
@@ -226,7 +232,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
         others_of(group, old.others)
-        state = layout(first_state(group.rules[0], len(old.bodies)))
+        state = layout(first_state_of_members(group.rules[0], old.bodies.member, old.members_so_far))
         if group.is_compiled and layout(old.policy_state) != state:
             raise ValueError(
                 f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "

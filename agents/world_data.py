@@ -12,7 +12,8 @@ from teamsight.agents.engine.placed_interaction import PlacedInteraction
 from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.sources import Sources
 from teamsight.agents.events.timeline import Timeline
-from teamsight.agents.group import Group, first_state
+from teamsight.agents.group import Group
+from teamsight.agents.policy_state import first_state_of_members
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.policies.interface import PolicyState
@@ -96,7 +97,10 @@ class WorldData:
     def first_states(self) -> FirstStates:
         """Return the states of all policies before their first decision, and of all interactions; see `first_state`."""
         return FirstStates(
-            [first_state(group.rules[0], len(group)) for group in self.groups],
+            [
+                first_state_of_members(group.rules[0], group.bodies.member, group.members_so_far)
+                for group in self.groups
+            ],
             [start_of_interaction(one.interaction, one.sizes) for one in self.interactions],
         )
 

@@ -48,9 +48,12 @@ Reproduce = Callable[[Request, "WorkerPool", "Watch"], Sequence[str]]
 REPRODUCTIONS: Registry[Reproduce] = Registry(
     {
         "pursuit": "teamsight.analysis.pursuit.reproduce:reproduce",
+        "surround": "teamsight.analysis.pursuit.reproduce:reproduce",
         # One study compares all three.
         "forage": "teamsight.analysis.foraging.reproduce:reproduce",
         "consume": "teamsight.analysis.foraging.reproduce:reproduce",
         "graze": "teamsight.analysis.foraging.reproduce:reproduce",
+        "push": "teamsight.analysis.pushing.reproduce:reproduce",
+        "collect": "teamsight.analysis.collecting.reproduce:reproduce",
     }
 )

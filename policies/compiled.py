@@ -36,7 +36,6 @@ class Decision(NamedTuple):
     action: Action
 
 
-
 @cache
 def decision_record(channels: tuple[str, ...], columns: tuple[str, ...] = ()) -> Record[Decision]:
     """Return the record of decisions of policies that read these channels and columns."""

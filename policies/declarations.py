@@ -7,7 +7,7 @@ from typing import Any
 from teamsight.core import checks
 from teamsight.policies.channels import OWN_FIELDS, checked_channel
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.interface import Policy, PolicyState
+from teamsight.policies.interface import IDENTITIES, Policy, PolicyState
 
 
 def check_declarations(name: str, policy: Policy) -> None:
@@ -33,7 +33,8 @@ def check_declarations(name: str, policy: Policy) -> None:
     for attribute in ("channels", "columns", "shows", "needs"):
         _check_names(f"{name}.{attribute}", getattr(policy, attribute))
     for need in policy.needs:
-        checks.choice(f"{name}.needs", need, OWN_FIELDS)
+        checks.choice(f"{name}.needs", need, (*OWN_FIELDS, IDENTITIES))
+    checks.flag(f"{name}.decides_together", policy.decides_together)
     for channel in policy.channels:
         if channel in OWN_FIELDS:
             raise ValueError(f"{name}.channels: {channel!r} is a field of percepts, percept.{channel}; leave it out")

@@ -12,6 +12,8 @@ from teamsight.core.neighbour_list import Filled, NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, Channels
 from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
 
+#: A need for the identities of teammates, which every degree of awareness meets that shows all of them.
+IDENTITIES = "identities"
 #: An array of float64.
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -162,9 +164,12 @@ class Policy(ABC):
         What others can perceive of a robot's state, by name: the first fields of the first slot of its
         `PolicyState.floats`. Policies read it like a column.
     needs : tuple of str, default ()
-        Fields of the percept that the policy requires: "targets", "teammates", "relayed". A world whose degree of
-        awareness never fills them refuses the policy.
+        Fields of the percept that the policy requires: "targets", "teammates", "relayed"; or "identities", of
+        teammates. A world whose degree of awareness never fills them refuses the policy.
         In `CMOMMT` the targets sense the robots if their policy needs "targets".
+    decides_together : bool, default False
+        Whether the kernel needs the state of all robots of the group at each decision. It is refused where robots
+        decide at different steps, or by different policies, since its arrays then hold those that decide.
     effort : int, default 0
         Numbers that a decision of one robot compares, for policies that search a table. The worker pool estimates the
         time of a run from it.
@@ -177,6 +182,7 @@ class Policy(ABC):
     columns: tuple[str, ...] = ()
     shows: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
+    decides_together: bool = False
     effort: int = 0
 
     def remedy(self, degree: str, width: int) -> str:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Record, specialise
 from teamsight.core.parameters import parameters_of
+
+if TYPE_CHECKING:
+    from teamsight.world.contract import Arena
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -78,6 +81,9 @@ class Interacting(NamedTuple):
 
 #: The arrays that a kernel may write, besides the state, the scores and its columns.
 WRITABLE = ("position", "heading", "speed", "reward", "ended")
+
+#: What a call returns that has come to its end; numba lets one whose kernel raises an exception return 0.
+COMPLETED = 1
 
 # The columns of each role: name and type, one after the other.
 Kinds = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
@@ -151,7 +157,7 @@ def interact_at(address: int) -> int:
     """Call the kernel of an interaction on the arrays of a record."""
     here = interacting_at(address)  # type: ignore[name-defined]  # noqa: F821
     interaction_kernel(here.bodies, here.state, here.parameters, here.noise, here.scores, here.turn)  # type: ignore[name-defined]  # noqa: F821
-    return 0
+    return COMPLETED
 
 
 _ENTRIES: dict[tuple[Any, ...], Entry] = {}
@@ -215,6 +221,22 @@ class Interaction:
             The number of bodies of each role, as ``sizes.hunters``.
         """
         return InteractionState(np.zeros((0, 0)), np.zeros((0, 0), np.int64))
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        """Refuse a world for which the interaction is not made; by default it is made for any.
+
+        Parameters
+        ----------
+        arena : Arena
+            The arena of the world.
+        order : tuple of str
+            The roles, in the order in which their groups move.
+
+        Raises
+        ------
+        ValueError
+            If it is not made for them.
+        """
 
     def entry(self, kinds: Kinds) -> Entry:
         """Return the compiled call of this kind of interaction, for these types of columns."""

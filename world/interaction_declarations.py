@@ -10,6 +10,9 @@ import numpy as np
 from teamsight.core import checks
 from teamsight.world.interaction import InteractingBodies, Interaction
 
+# What the kernels can read.
+_TYPES = (np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_))
+
 
 def check_interaction_declarations(interaction: Interaction) -> None:
     """Refuse what is no interaction, or declares something of a wrong type; see `Interaction`.
@@ -57,12 +60,23 @@ def _check_columns(name: str, interaction: Interaction) -> None:
         _check_names(what, (column,), example)
         if column in InteractingBodies._fields:
             raise ValueError(f"{what}: {column!r} is a field of all bodies, bodies.{role}.{column}; take another name")
-        if not isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating)) or not np.isfinite(value):
-            raise TypeError(f"{what}: {column}={checks.shown(value)}; must begin as a finite number, as in {example}")
+        _check_first(f"{what}: {column}={checks.shown(value)}", value, example)
     declared = [(role, column) for role, column, _ in columns]
     for pair in declared:
         if declared.count(pair) > 1:
             raise ValueError(f"{what}: {pair[1]!r} of {pair[0]} is there twice; take two names")
+
+
+def _check_first(what: str, value: Any, example: str) -> None:
+    """Refuse what a column cannot begin with."""
+    if not isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating)):
+        raise TypeError(f"{what}: must begin as a finite number, as in {example}")
+    kind = np.asarray(value).dtype
+    if kind not in _TYPES:
+        cure = value.item() if isinstance(value, np.generic) else 0.0
+        raise TypeError(f"{what}: has the type {kind}; columns are float64, int64 or bool: begin with {cure!r}")
+    if not np.isfinite(value):
+        raise TypeError(f"{what}: must begin as a finite number, as in {example}")
 
 
 def _check_parameters(name: str, interaction: Interaction) -> None:

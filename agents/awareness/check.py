@@ -11,7 +11,7 @@ from teamsight.agents.awareness.interface import Awareness, check_width
 from teamsight.agents.awareness.sample_scene import Sample, sample_scene, without_team
 from teamsight.core.neighbour_list import NeighbourList, filled
 
-_FIELDS = ("targets", "teammates", "relayed")
+_FIELDS = ("targets", "teammates", "relayed", "identities")
 _NO_IDENTITY = -7_777_777
 _UNWRITTEN = np.uint32(0x7FC5_EED5)
 # The largest reading whose distances are finite; see teamsight.policies.memory.transitions.

@@ -121,7 +121,8 @@ class Awareness:
         Number of inputs that it adds to the robot's own, if that does not depend on the team.
     delivers : tuple of str
         The neighbour lists of the percept that may have entries: by default "targets", and "teammates" if they are
-        shown or there is a kernel `perceive`. Add "relayed" if that writes relayed targets.
+        shown or there is a kernel `perceive`. Add "relayed" if that writes relayed targets, and "identities" if it
+        writes those of teammates.
     """
 
     name: ClassVar[str] = ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.engine.state_rows import take_rows
@@ -30,6 +31,6 @@ class OtherPolicy:
         """Return it for some of the `size` robots."""
         return OtherPolicy(self.policy, take_rows(self.state, keep, size))
 
-    def extended(self, size: int, total: int) -> OtherPolicy:
-        """Return it for `total` robots, of which the first `size` go on."""
-        return OtherPolicy(self.policy, state_of_more(self.policy, self.state, size, total))
+    def extended(self, size: int, members: npt.NDArray[np.int64], members_so_far: int) -> OtherPolicy:
+        """Return it for more robots, of which the first `size` go on; see `state_of_more`."""
+        return OtherPolicy(self.policy, state_of_more(self.policy, self.state, size, members, members_so_far))

@@ -14,7 +14,8 @@ from teamsight.agents.group import Group
 from teamsight.core.kernel import Packed
 from teamsight.core.kernel.window import Window, entry_moves, window
 from teamsight.policies.compiled import Decision
-from teamsight.policies.interface import Action
+from teamsight.policies.interface import Action, Policy
+from teamsight.policies.registry import label
 from teamsight.world.noise import Stream, stream_number
 
 _NO_WINDOW = Window(np.zeros(0, np.int64), 0, np.zeros((0, 3), np.int64))
@@ -32,6 +33,8 @@ def bind_due(
     """
     table, bodies = group.timetable, group.bodies
     assert table is not None
+    for policy in group.policies:
+        check_decides_alone(group.name, policy)
     size = len(group)
     chosen = table.action
     if len(table.arrives_at):
@@ -50,6 +53,22 @@ def bind_due(
     )  # fmt: skip
     group.due = arrays
     return DUE.pack(arrays)
+
+
+def check_decides_alone(name: str, policy: Any) -> None:
+    """Refuse a policy that needs the state of all robots in a group whose robots do not all decide together.
+
+    Raises
+    ------
+    ValueError
+        If it does.
+    """
+    if isinstance(policy, Policy) and policy.decides_together:
+        raise ValueError(
+            f"policy={label(policy)}: needs the state of all robots at each decision, and those of {name!r} do not all "
+            "decide at every step by this policy; leave out cycles, failures and policies of single robots, or use "
+            "options with which each robot decides by itself"
+        )
 
 
 def _choices(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from teamsight.agents.engine.interacting import BAD_HEADING, BAD_POSITION, BAD_REWARD, BAD_SCORE, BAD_SPEED
+from teamsight.agents.engine.interacting import BAD_HEADING, BAD_POSITION, BAD_REWARD, BAD_SCORE, BAD_SPEED, RAISED
 from teamsight.agents.engine.records import BAD_ACTION, GROW_DETECTION, OUTSIDE
 from teamsight.world.motion import is_watched
 
@@ -83,6 +83,11 @@ def bad_interaction(data: WorldData, world: WorldArrays, where: int) -> ValueErr
     progress, placed, found = world.progress[0], data.interactions[where], world.interactions[where].value.found
     x, y = found.tolist()
     cure = "check the interaction with check_interaction(). To continue, restore() a state or reset()"
+    if progress["what"] == RAISED:
+        return ValueError(
+            f"{placed.name}: its kernel raised an exception at tick {int(progress['tick'])}, which is printed above; "
+            f"{cure}"
+        )
     if progress["what"] == BAD_SCORE:
         score = placed.interaction.scores[int(progress["need"])]
         return ValueError(f"{placed.name}: the score {score!r} is {x:g}; scores must be finite; {cure}")

@@ -12,13 +12,14 @@ from teamsight.agents.engine.keeping import keep
 from teamsight.agents.engine.records import BAD_INTERACTION, DONE, OUTSIDE, group_at, world_at
 from teamsight.core.kernel import Entry, call, kernel
 from teamsight.core.kernel.window import move as show
+from teamsight.world.interaction import COMPLETED
 from teamsight.world.motion import move_at
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
 from teamsight.world.region import is_in_region
 
 #: What a kernel has left wrong: a position outside the arena, a heading that is no unit vector, a speed below 0 or not
-#: finite, a reward that is not finite, a score that is not finite.
-BAD_POSITION, BAD_HEADING, BAD_SPEED, BAD_REWARD, BAD_SCORE = range(1, 6)
+#: finite, a reward that is not finite, a score that is not finite; or it has raised an exception.
+BAD_POSITION, BAD_HEADING, BAD_SPEED, BAD_REWARD, BAD_SCORE, RAISED = range(1, 7)
 
 
 @kernel
@@ -113,8 +114,10 @@ def _interact(address: int, number: int, turn: int) -> int:
         for i in range(role.reward.shape[0]):
             role.reward[i] = 0.0
             role.ended[i] = False
-    call(here.kernel, here.call)
     progress.where = number
+    if call(here.kernel, here.call) != COMPLETED:
+        progress.what = RAISED
+        return BAD_INTERACTION
     for s in range(here.scores.shape[0]):
         if not abs(here.scores[s]) < math.inf:
             here.found[0] = here.scores[s]

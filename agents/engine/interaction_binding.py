@@ -50,8 +50,7 @@ class BoundInteractions:
         written = [array for one in data.interactions for array in one.arrays]
         for group in groups.values():
             written += [group.bodies.speed, group.bodies.reward, group.bodies.ended, group.last_rewards]
-        # Two interactions may share a column.
-        self._written = list({array.ctypes.data: array for array in written if array.nbytes}.values())
+        self._written = [array for array in written if array.nbytes]
         self._copies = [array.copy() for array in self._written]
 
     @property

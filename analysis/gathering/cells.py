@@ -69,6 +69,8 @@ class Cell(NamedTuple):
         The share of runs of the team with skill in which what was to happen did not happen.
     explored : Interval, optional
         The shortfall at δ(explore), with bounds that hold together for all cells of the plan.
+    too_few : float
+        The share of the runs of the exploration of which each shows fewer neighbours than δ(skilled).
     """
 
     task: str
@@ -84,16 +86,17 @@ class Cell(NamedTuple):
     gain: Interval
     censored: float
     explored: Interval | None = None
+    too_few: float = 0.0
 
     def is_enough(self, delta: int) -> Answer:
         """Return whether the objective with δ is within the tolerance of that with all N − 1 teammates."""
-        return _is_enough(self.shortfall[delta], self.tolerance)
+        return is_enough(self.shortfall[delta], self.tolerance)
 
     @property
     def is_shown_short(self) -> bool:
         """Whether δ(explore) is shown not to be enough, by bounds that hold together for all cells of the plan."""
         bounds = self.shortfall[self.explore.delta] if self.explored is None else self.explored
-        return _is_enough(bounds, self.tolerance) == "no"
+        return is_enough(bounds, self.tolerance) == "no"
 
 
 def delta_interval(maxima: NDArray[np.int64], size: int, risk: float) -> DeltaInterval:
@@ -134,22 +137,10 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
     """
     explore, skilled = (delta_of(plan, table, task, size, treatment) for treatment in ("explore", "skilled"))
     curve = _rows(table, task, size, "skilled").query(f"delta != {OWN}")
-    full = _values(task, curve, size - 1)
+    full = _at(curve, size - 1)
     objective = float(full.mean())
-    below = sorted(set(curve["delta"].tolist()) - {size - 1})
-    level = 1 - (1 - CONFIDENCE) / max(len(below), 1)
-    sign = task.objective.sign
-    shortfall = {delta: interval_of(sign * (full - _values(task, curve, delta)), level) for delta in below}
-    together = 1 - (1 - level) / (len(plan.all_tasks) * len(plan.sizes))
-    if np.isinf(curve.loc[curve["delta"] == size - 1, "value"]).all():
-        # All runs are censored: nothing is known of how much worse or better others are.
-        shortfall = {delta: Interval(one.mean, -math.inf, math.inf) for delta, one in shortfall.items()}
-    explored = shortfall[size - 1] = Interval(0.0, 0.0, 0.0)
-    if explore.delta < size - 1:
-        explored = shortfall[explore.delta]
-        if math.isfinite(explored.high):
-            explored = interval_of(sign * (full - _values(task, curve, explore.delta)), together)
     tolerance = plan.tolerance * abs(objective)
+    shortfall, explored = _shortfalls(plan, task, size, curve, explore.delta)
     own = _rows(table, task, size, "skilled", OWN)
     return Cell(
         task=task.name,
@@ -162,10 +153,30 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
         shortfall=shortfall,
         objective=objective,
         tolerance=tolerance,
-        gain=interval_of(sign * (full - _values(task, curve, 0))),
+        gain=interval_of(task.objective.sign * (full - _at(curve, 0))),
         censored=float(np.isinf(own["value"].to_numpy()).mean()),
         explored=explored,
+        too_few=float((_rows(table, task, size, "explore")["max_neighbours"] < skilled.delta).mean()),
     )
+
+
+def _shortfalls(
+    plan: Plan, task: Task, size: int, curve: pd.DataFrame, at: int
+) -> tuple[dict[int, Interval], Interval]:
+    """Return the shortfall of each δ, and that at one δ with bounds that hold together for all cells of the plan."""
+    none = Interval(0.0, 0.0, 0.0)
+    full = _at(curve, size - 1)
+    worse = {
+        delta: task.objective.sign * (full - _at(curve, delta)) for delta in sorted(set(curve["delta"]) - {size - 1})
+    }
+    if np.isinf(curve.loc[curve["delta"] == size - 1, "value"]).all():
+        # All runs are censored: nothing is known of how much worse or better others are.
+        unknown = {delta: Interval(float(one.mean()), -math.inf, math.inf) for delta, one in worse.items()}
+        return {**unknown, size - 1: none}, unknown.get(at, none)
+    level = 1 - (1 - CONFIDENCE) / max(len(worse), 1)
+    together = 1 - (1 - level) / (len(plan.all_tasks) * len(plan.sizes))
+    found = {delta: interval_of(one, level) for delta, one in worse.items()}
+    return {**found, size - 1: none}, interval_of(worse[at], together) if at in worse else none
 
 
 def saturation(shortfall: dict[int, Interval], tolerance: float) -> DeltaInterval:
@@ -203,10 +214,12 @@ def _flat(one: Cell) -> dict[str, Any]:
     for name, interval in (("ratio", one.ratio), ("gain", one.gain)):
         row |= {name: interval.mean, f"{name}_low": interval.low, f"{name}_high": interval.high}
     enough = {f"enough_at_{team}": one.is_enough(getattr(one, team).delta) for team in ("explore", "skilled")}
-    return row | {"objective": one.objective, "tolerance": one.tolerance, "censored": one.censored} | enough
+    further = {name: getattr(one, name) for name in ("objective", "tolerance", "censored", "too_few")}
+    return row | further | enough
 
 
-def _is_enough(shortfall: Interval, tolerance: float) -> Answer:
+def is_enough(shortfall: Interval, tolerance: float) -> Answer:
+    """Return whether a shortfall is within the tolerance by its bounds."""
     if shortfall.high <= tolerance:
         return "yes"
     return "no" if shortfall.low > tolerance else "undecided"
@@ -223,9 +236,13 @@ def _rows(table: pd.DataFrame, task: Task, size: int, treatment: str, delta: int
     return table[chosen if delta is None else chosen & (table["delta"] == delta)]
 
 
-def _values(task: Task, curve: pd.DataFrame, delta: int) -> NDArray[np.float64]:
-    """Return the objective under δ, one value for each replicate, or for each training if there are several."""
-    rows = curve[curve["delta"] == delta].sort_values(["training", "replicate"])
+def _at(curve: pd.DataFrame, delta: int) -> NDArray[np.float64]:
+    return values_of(curve[curve["delta"] == delta])
+
+
+def values_of(rows: pd.DataFrame) -> NDArray[np.float64]:
+    """Return the objective of a team, one value for each replicate, or for each training if there are several."""
+    rows = rows.sort_values(["training", "replicate"])
     if rows["training"].nunique() > 1:
         return rows.groupby("training")["counted"].mean().to_numpy(np.float64)
     return rows["counted"].to_numpy(np.float64)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple
 
-from teamsight.analysis.gathering.cells import Cell, DeltaInterval
+from scipy.stats import binom
+
+from teamsight.analysis.gathering.cells import CONFIDENCE, Cell, DeltaInterval
 
 Outcome = Literal["holds", "does not hold", "undecided"]
 # Teams of at most so many robots are those of the classics; from so many on the method has something to decide.
 _SMALL, _LARGE = 5, 8
+# The probability with which the bounds of a cell fail, and with which a verdict for all cells may.
+_ERROR = 1 - CONFIDENCE
 
 
 class Claim(NamedTuple):
@@ -77,8 +81,10 @@ CLAIMS: dict[str, Claim] = {
     for claim in (
         Claim(
             "G1", "Where success disperses the team, exploration shows at least as many neighbours as skill.",
-            "holds if δ(explore) ≥ δ(skilled) for all values within the bounds, does not hold if for none",
-            lambda cell: cell.gathers is False, lambda cell: _order(cell.skilled, cell.explore, strictly=False),
+            "holds if δ(explore) ≥ δ(skilled) for all values within the bounds, does not hold if for none; where "
+            "exploration shows all N − 1 it would hold whatever happens: not judged",
+            lambda cell: cell.gathers is False and cell.explore.low < cell.size - 1,
+            lambda cell: _order(cell.skilled, cell.explore, strictly=False),
         ),
         Claim(
             "G2", "Where success gathers the team, exploration shows fewer neighbours than skill.",
@@ -118,7 +124,33 @@ def judge(cells: Sequence[Cell]) -> list[Verdict]:
         for cell in cells
         if claim.applies(cell)
     ]
-    return [*found, _unreliable(cells)]
+    overall = [_overall(name, found) for name in CLAIMS if any(one.claim == name for one in found)]
+    return [*found, *overall, _unreliable(cells)]
+
+
+def by_chance(cells: int) -> int:
+    """Return of how many cells so many may speak against a true claim by chance, with a probability above 5 %.
+
+    Notes
+    -----
+    Each cell does so with at most 5 %, and cells have different seeds: a binomial distribution.
+    """
+    return next(most for most in range(cells + 1) if binom.sf(most, cells, _ERROR) <= _ERROR)
+
+
+def _overall(claim: str, found: Sequence[Verdict]) -> Verdict:
+    """Judge a claim for all cells: it holds if it does in each, and fails if more are against it than by chance."""
+    outcomes = [one.outcome for one in found if one.claim == claim]
+    counts = {outcome: outcomes.count(outcome) for outcome in _OPPOSITE}
+    against = counts["does not hold"]
+    most = by_chance(len(outcomes))
+    outcome: Outcome = "undecided"
+    if counts["holds"] == len(outcomes):
+        outcome = "holds"
+    elif against > most:
+        outcome = "does not hold"
+    shares = ", ".join(f"{number} {name}" for name, number in counts.items())
+    return Verdict(claim, "", 0, outcome, f"{shares}; up to {most} against by chance")
 
 
 def _unreliable(cells: Sequence[Cell]) -> Verdict:

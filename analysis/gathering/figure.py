@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -22,8 +23,12 @@ _SERIES = (
     ("skilled", "δ of the team with skill", COLOURS[2], "s"),
     ("saturation", "objective saturates", COLOURS[3], "^"),
 )
-# Inches: a panel with what is beside it, and the height of all.
-_PANEL, _HEIGHT = 3.9, 4.6
+# Inches: a panel with what is beside it, and the head of the figure. Panels of a row.
+_WIDTH, _HEIGHT, _HEAD = 3.3, 3.0, 1.15
+_COLUMNS = 4
+_LEAST = 8.0
+_MARKS = "os^Dv*PX"
+_GATHERS = {True: "gathers", False: "disperses", None: "unknown"}
 # By this share the marks of a series stand beside those of the one before, so that both are seen.
 _BESIDE = 0.04
 # Where an infinite bound of the index ends, over the largest finite number.
@@ -49,22 +54,30 @@ def draw(cells: Sequence[Cell], plan: Plan, kind: str = "png") -> bytes:
 def draw_on_canvas(cells: Sequence[Cell], plan: Plan) -> Canvas:
     """Return the figure; see `draw`."""
     tasks = list(dict.fromkeys(cell.task for cell in cells))
-    width = 0.5 + _PANEL * (len(tasks) + 1)
-    figure = canvas(width, _HEIGHT)
+    columns = min(_COLUMNS, len(tasks) + 1)
+    rows = math.ceil((len(tasks) + 1) / columns)
+    width, height = max(0.4 + _WIDTH * columns, _LEAST), _HEAD + _HEIGHT * rows
+    figure = canvas(width, height)
     head(
         figure,
         _TITLE,
         f"{plan.runs:,} runs each; δ for a risk of {plan.risk:g}; bounds hold together with 95 %; degree "
         f"{plan.degree}; seed {plan.seed}",
     )
-    share = _PANEL / width
+    places = {
+        "bottom": 0.55 / height, "top": 1 - _HEAD / height, "left": 0.55 / width, "right": 1 - 0.2 / width,
+        "hspace": 0.42, "wspace": 0.25,
+    }  # fmt: skip
+    grid = figure.add_gridspec(rows, columns, **places)
     for number in range(len(tasks) + 1):
-        axes = figure.add_axes((0.55 / width + number * share, 0.15, share - 0.75 / width, 0.6))
+        axes = figure.add_subplot(grid[divmod(number, columns)])
         plain(axes)
         axes.tick_params(colors=FAINT)
-        axes.set_xlabel("robots N")
+        axes.set_xlabel("robots N", size=9)
         if number < len(tasks):
             _draw_task(axes, [cell for cell in cells if cell.task == tasks[number]])
+            if number == 0:
+                axes.legend(frameon=False, fontsize=8)
         else:
             _draw_index(axes, cells, tasks)
     return figure
@@ -82,8 +95,7 @@ def _draw_task(axes: Axes, cells: Sequence[Cell]) -> None:
     _scale(axes, size)
     axes.set_ylabel("δ")
     axes.set_ylim(bottom=0)
-    axes.set_title(cells[0].task, loc="left", size=11)
-    axes.legend(frameon=False, fontsize=8)
+    axes.set_title(f"{cells[0].task} ({_GATHERS[cells[0].gathers]})", loc="left", size=11)
 
 
 def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None:
@@ -95,8 +107,8 @@ def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None
         ratio = np.clip(np.array([cell.ratio for cell in own], np.float64), least, most)
         x = np.array([cell.size for cell in own]) * (1 + number * _BESIDE)
         bars = np.stack([ratio[:, 0] - ratio[:, 1], ratio[:, 2] - ratio[:, 0]])
-        colour = COLOURS[(number + 1) % len(COLOURS)]
-        axes.errorbar(x, ratio[:, 0], np.maximum(bars, 0), color=colour, marker="o", capsize=2, label=task)
+        colour, mark = COLOURS[number % len(COLOURS)], _MARKS[number % len(_MARKS)]
+        axes.errorbar(x, ratio[:, 0], np.maximum(bars, 0), color=colour, marker=mark, capsize=2, label=task)
     axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle=":")
     axes.set_yscale("log")
     axes.set_ylim(least, most)
@@ -105,7 +117,7 @@ def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None
     _scale(axes, np.array([cell.size for cell in cells], np.float64))
     axes.set_ylabel("gathering index δ(skilled) / δ(explore)")
     axes.set_title("above 1: exploration shows too few", loc="left", size=11)
-    axes.legend(frameon=False, fontsize=8)
+    axes.legend(frameon=False, fontsize=7, ncols=2)
 
 
 def _scale(axes: Axes, sizes: np.ndarray[tuple[int], np.dtype[np.float64]]) -> None:

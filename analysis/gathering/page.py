@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from teamsight.analysis.gathering.cells import CONFIDENCE, Cell
 from teamsight.analysis.gathering.claims import CLAIMS, UNRELIABLE, UNRELIABLE_STATEMENT, Verdict, shown
+from teamsight.analysis.gathering.iterate import Iteration
 from teamsight.analysis.gathering.plan import Plan
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import minus
 from teamsight.analysis.stats.paired import Interval
 
 _GATHERS = {True: "yes", False: "no", None: "unknown"}
+_SIGNS = {"holds": "holds", "does not hold": "**fails**", "undecided": "?"}
 
 
-def page(cells: Sequence[Cell], verdicts: Sequence[Verdict], plan: Plan) -> str:
+def page(
+    cells: Sequence[Cell],
+    verdicts: Sequence[Verdict],
+    iterations: Mapping[tuple[str, int], Iteration],
+    plan: Plan,
+) -> str:
     """Return the page.
 
     Parameters
@@ -24,6 +31,8 @@ def page(cells: Sequence[Cell], verdicts: Sequence[Verdict], plan: Plan) -> str:
         One for each task and team size.
     verdicts : sequence of Verdict
         From `claims.judge`.
+    iterations : mapping
+        The rounds for each task and team size.
     plan : Plan
         What was simulated.
     """
@@ -32,30 +41,69 @@ def page(cells: Sequence[Cell], verdicts: Sequence[Verdict], plan: Plan) -> str:
         "δ by random exploration, δ of the team with skill, and their ratio: above 1, exploration shows too few "
         f"neighbours. Intervals in brackets hold together, for each task and N, with {CONFIDENCE:.0%}.",
         index_table(cells),
+        "## Where the objective saturates",
+        "δ from which on the objective falls short of that with N − 1 teammates by at most the tolerance, whether it "
+        "is shown to be enough with the two δ above, and what all N − 1 teammates are worth.",
+        saturation_table(cells),
         "## Claims",
         claims_table(),
         "## Verdicts",
+        "For N from small to large; ? is undecided.",
+        summary_table(verdicts),
+        "## All verdicts",
         verdicts_table(verdicts),
+        "## Explore, act, measure again",
+        "The team with skill gets the δ of the exploration, then the one that it needed with that, until it holds. "
+        "At last it is compared with a team with N − 1.",
+        rounds_table(iterations),
         "## Conditions",
         _conditions(plan),
     )
 
 
 def index_table(cells: Sequence[Cell]) -> str:
-    """Return a row for each task and team size."""
+    """Return a row for each task and team size: δ of both teams, and their ratio."""
     columns = [
-        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "saturates at δ", "enough at δ(explore)",
-        "enough at δ(skilled)", "gain of awareness", "censored",
+        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "explorations that show too few",
+        "saturates at δ",
     ]  # fmt: skip
     rows = (
         [
             cell.task, _GATHERS[cell.gathers], f"{cell.size}", shown(cell.explore), shown(cell.skilled),
-            interval_text(cell.ratio), shown(cell.saturation), cell.is_enough(cell.explore.delta),
-            cell.is_enough(cell.skilled.delta), interval_text(cell.gain), f"{cell.censored:.0%}",
+            interval_text(cell.ratio), f"{cell.too_few:.0%}", shown(cell.saturation),
         ]
         for cell in cells
     )  # fmt: skip
-    return markdown.table(columns, rows, align="llrrrrrllrr")
+    return markdown.table(columns, rows, align="llrrrrrr")
+
+
+def saturation_table(cells: Sequence[Cell]) -> str:
+    """Return a row for each task and team size: the objective against δ."""
+    columns = [
+        "task", "N", "objective with N − 1", "gain of awareness", "saturates at δ", "enough at δ(explore)",
+        "enough at δ(skilled)", "censored",
+    ]  # fmt: skip
+    rows = (
+        [
+            cell.task, f"{cell.size}", f"{cell.objective:.3g}", interval_text(cell.gain), shown(cell.saturation),
+            cell.is_enough(cell.explore.delta), cell.is_enough(cell.skilled.delta), f"{cell.censored:.0%}",
+        ]
+        for cell in cells
+    )  # fmt: skip
+    return markdown.table(columns, rows, align="lrrrrllr")
+
+
+def rounds_table(iterations: Mapping[tuple[str, int], Iteration]) -> str:
+    """Return a row for each task and team size: the δ of the rounds, and their cost."""
+    columns = ["task", "N", "δ of the rounds", "more runs", "more trainings", "enough", "falls short by"]
+    rows = (
+        [
+            task, f"{size}", " → ".join(map(str, one.used)), f"{one.runs}", f"{one.trainings}", one.enough,
+            interval_text(one.shortfall),
+        ]
+        for (task, size), one in iterations.items()
+    )  # fmt: skip
+    return markdown.table(columns, rows, align="lrlrrlr")
 
 
 def claims_table() -> str:
@@ -68,6 +116,17 @@ def claims_table() -> str:
     return markdown.table(["claim", "statement", "rule"], [*rows, [UNRELIABLE, UNRELIABLE_STATEMENT, rule]])
 
 
+def summary_table(verdicts: Sequence[Verdict]) -> str:
+    """Return a row for each claim and a column for each task, with a verdict for each N."""
+    tasks = list(dict.fromkeys(one.task for one in verdicts if one.task))
+    rows = []
+    for name in dict.fromkeys(one.claim for one in verdicts):
+        own = [one for one in verdicts if one.claim == name]
+        by_task = (", ".join(_SIGNS[one.outcome] for one in own if one.task == task) or "–" for task in tasks)
+        rows.append([name, *by_task, _bold(own[-1].outcome)])
+    return markdown.table(["claim", *tasks, "all"], rows)
+
+
 def verdicts_table(verdicts: Sequence[Verdict]) -> str:
     """Return a row for each verdict."""
     rows = (
@@ -77,12 +136,11 @@ def verdicts_table(verdicts: Sequence[Verdict]) -> str:
 
 
 def summary(verdicts: Sequence[Verdict]) -> list[str]:
-    """Return one line for each claim: how often it holds."""
+    """Return one line for each claim: whether it holds, and in how many cells."""
     lines = []
     for name in dict.fromkeys(one.claim for one in verdicts):
-        found = [one.outcome for one in verdicts if one.claim == name]
-        counts = (f"{found.count(outcome)} {outcome}" for outcome in dict.fromkeys(found))
-        lines.append(f"{name}: {', '.join(counts)}")
+        overall = next(one for one in reversed(verdicts) if one.claim == name)
+        lines.append(f"{name}: {overall.outcome} ({overall.measured})")
     return lines
 
 
@@ -109,7 +167,12 @@ def _conditions(plan: Plan) -> str:
         "The gain is the objective with N − 1 teammates over that with none, paired; positive is better.",
     ]
     if any(callable(task.skilled) for task in plan.all_tasks):
-        lines.append(f"Teams that learn: {plan.trainings} trainings for each degree.")
+        lines.append(f"Teams that learn: {plan.trainings} trainings for each degree, which share the runs.")
     if plan.scenario:
-        lines.append("Scenario: " + ", ".join(f"{name}={value}" for name, value in plan.scenario.items()) + ".")
+        shown = "; ".join(f"{name}={_listed(value)}" for name, value in plan.scenario.items())
+        lines.append(f"Scenario: {shown}. Several values are for N in order.")
     return "\n".join(f"- {line}" for line in lines)
+
+
+def _listed(value: object) -> str:
+    return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)

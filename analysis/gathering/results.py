@@ -1,27 +1,29 @@
-"""The gathering index from runs to files: two tables, a picture and a page."""
+"""The gathering index from runs to files: three tables, a picture and a page."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
 
-from teamsight import __version__
 from teamsight.analysis.gathering.cells import Cell, cell, delta_of, frame
 from teamsight.analysis.gathering.claims import Verdict, judge
 from teamsight.analysis.gathering.figure import draw
+from teamsight.analysis.gathering.iterate import Iteration, iterate
 from teamsight.analysis.gathering.page import page
 from teamsight.analysis.gathering.plan import Plan, deltas
 from teamsight.analysis.gathering.simulate import Team, both_teams, simulate
-from teamsight.analysis.runs import files
+from teamsight.analysis.runs import results
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.tasks.task import Task
 
 #: The files that are written.
-RUNS, INDEX, PAGE, PICTURE = "gathering.parquet", "gathering-index.parquet", "gathering.md", "gathering"
+RUNS, INDEX, ROUNDS = "gathering.parquet", "gathering-index.parquet", "gathering-rounds.parquet"
+PAGE, PICTURE = "gathering.md", "gathering"
 
 
 class Gathering(NamedTuple):
@@ -35,16 +37,25 @@ class Gathering(NamedTuple):
         One for each task and team size.
     verdicts : list of Verdict
         On G1 to G4.
+    iterations : dict of (str, int) to Iteration
+        The rounds of `iterate_delta` for each task and team size.
     """
 
     runs: pd.DataFrame
     cells: list[Cell]
     verdicts: list[Verdict]
+    iterations: Mapping[tuple[str, int], Iteration]
 
     @property
     def frame(self) -> pd.DataFrame:
         """The cells as a table."""
         return frame(self.cells)
+
+    @property
+    def rounds(self) -> pd.DataFrame:
+        """The rounds of all iterations as a table."""
+        tables = [one.rounds.assign(task=task, size=size) for (task, size), one in self.iterations.items()]
+        return pd.concat(tables, ignore_index=True)
 
 
 def gather(
@@ -52,6 +63,7 @@ def gather(
     pool: WorkerPool | None = None,
     watch: Watch = lambda phase, done, total: None,
     checkpoint: Checkpoint | None = None,
+    runs: pd.DataFrame | None = None,
 ) -> Gathering:
     """Simulate, and judge the claims.
 
@@ -65,20 +77,57 @@ def gather(
         Called with the phase, the work done in it and its work in all.
     checkpoint : Checkpoint, optional
         File of finished runs.
+    runs : DataFrame, optional
+        Runs of this plan that were made before, as in `Gathering.runs`: they are not made again.
     """
-    teams = simulate(
-        plan, both_teams(plan), pool, progress=lambda *done: watch("both teams", *done), checkpoint=checkpoint
-    )  # fmt: skip
+    made = _Runs(plan, pool, checkpoint, runs)
+    teams = made.of(both_teams(plan), watch, "both teams")
     curves = [
         Team(task, size, "skilled", delta)
         for task in plan.all_tasks
         for size in plan.sizes
-        for delta in deltas(size, (delta_of(plan, teams, task, size, one).delta for one in ("explore", "skilled")))
+        for delta in deltas(plan, size, _proposed(plan, teams, task, size))
     ]
-    against = simulate(plan, curves, pool, progress=lambda *done: watch("against δ", *done), checkpoint=checkpoint)
-    table = pd.concat([teams, against], ignore_index=True)
-    cells = [cell(plan, table, task, size) for task in plan.all_tasks for size in plan.sizes]
-    return Gathering(table, cells, judge(cells))
+    made.of(curves, watch, "against δ")
+    iterations = {
+        (task.name, size): iterate(plan, task, size, lambda team: made.of([team], watch, "measured again"))
+        for task in plan.all_tasks
+        for size in plan.sizes
+    }
+    cells = [cell(plan, made.table, task, size) for task in plan.all_tasks for size in plan.sizes]
+    return Gathering(made.table, cells, judge(cells), iterations)
+
+
+def _proposed(plan: Plan, teams: pd.DataFrame, task: Task, size: int) -> list[int]:
+    """Return the δ of both teams, and that which the runs of the exploration support."""
+    explore, skilled = (delta_of(plan, teams, task, size, one) for one in ("explore", "skilled"))
+    return [explore.delta, explore.high, skilled.delta]
+
+
+class _Runs:
+    """The runs of a plan, each made once."""
+
+    def __init__(
+        self, plan: Plan, pool: WorkerPool | None, checkpoint: Checkpoint | None, runs: pd.DataFrame | None
+    ) -> None:
+        self._plan, self._pool, self._checkpoint = plan, pool, checkpoint
+        self.table = pd.DataFrame() if runs is None else runs
+
+    def of(self, teams: Sequence[Team], watch: Watch, phase: str) -> pd.DataFrame:
+        """Return the runs of teams; make those that are missing."""
+        missing = [team for team in teams if self._has(team).empty]
+        if missing:
+            more = simulate(
+                self._plan, missing, self._pool, progress=lambda *done: watch(phase, *done), checkpoint=self._checkpoint
+            )
+            self.table = pd.concat([self.table, more], ignore_index=True)
+        return pd.concat([self._has(team) for team in teams], ignore_index=True)
+
+    def _has(self, team: Team) -> pd.DataFrame:
+        if self.table.empty:
+            return self.table
+        columns = {"task": team.task.name, "size": team.size, "treatment": team.treatment, "delta": team.delta}
+        return self.table[(self.table[list(columns)] == pd.Series(columns)).all(axis=1)]
 
 
 def check_results(plan: Plan, folder: Path, formats: Sequence[str] = ("png",), *, force: bool = False) -> None:
@@ -100,11 +149,9 @@ def check_results(plan: Plan, folder: Path, formats: Sequence[str] = ("png",), *
     ValueError
         If there is such a file.
     """
-    for name in (RUNS, INDEX):
-        files.check_replaceable(folder / name, {"gathering": plan.conditions()}, force=force)
-    for name in (PAGE, *(f"{PICTURE}.{kind}" for kind in formats)):
-        files.check_replaceable(folder / name, force=force)
-    checkpoint_in(folder).check()
+    names = [RUNS, INDEX, ROUNDS, PAGE, *(f"{PICTURE}.{kind}" for kind in formats)]
+    about = {"gathering": plan.conditions()}
+    results.check_results(folder, names, about, checkpoint=checkpoint_in(folder), force=force)
 
 
 def make_results(
@@ -137,12 +184,11 @@ def make_results(
     check_results(plan, folder, formats, force=force)
     checkpoint = checkpoint_in(folder)
     found = gather(plan, pool, watch, checkpoint)
-    about = {"gathering": plan.conditions(), "version": __version__}
-    files.write_table(folder / RUNS, found.runs, about, force=force)
-    files.write_table(folder / INDEX, found.frame, about, force=force)
-    for kind in formats:
-        files.write_bytes(folder / f"{PICTURE}.{kind}", draw(found.cells, plan, kind), force=force)
-    files.write_page(folder / PAGE, page(found.cells, found.verdicts, plan), force=force)
+    pictures = {f"{PICTURE}.{kind}": draw(found.cells, plan, kind) for kind in formats}
+    tables = {RUNS: found.runs, INDEX: found.frame, ROUNDS: found.rounds}
+    text = page(found.cells, found.verdicts, found.iterations, plan)
+    written: dict[str, results.Content] = {**tables, **pictures, PAGE: text}
+    results.write_results(folder, written, {"gathering": plan.conditions()}, force=force)
     checkpoint.forget()
     return found
 

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
 from teamsight.analysis.gathering.plan import Plan
-from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.checkpoint import Checkpoint, Key
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.task_runs import TaskMeasure, is_cmommt, task_seed
+from teamsight.analysis.runs.task_runs import NEIGHBOURS, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.tasks.task import Task
 from teamsight.tasks.treatments import Named
+
+if TYPE_CHECKING:
+    from teamsight.agents.reused_worlds import ReusedWorlds
 
 #: The δ of a team with a degree of awareness of its own.
 OWN = -1
@@ -30,16 +33,63 @@ class Team(NamedTuple):
     treatment: Named
     delta: int = OWN
 
+    @property
+    def learns(self) -> bool:
+        """Whether the team has to learn."""
+        return callable(self.task.teams[self.treatment])
+
 
 @dataclass(frozen=True)
-class _TeamRun(Run):
-    """A run of a team. What a team has learned may have no text of its own, so it is known by how it was learned."""
+class _TeamRuns:
+    """Runs of a team: a job that lets the team learn first, if it has to, so that workers train side by side."""
 
-    label: tuple[str, ...] = ()
+    plan: Plan
+    team: Team
+    training: int
+    replicates: tuple[int, ...]
 
     @property
-    def key(self) -> tuple[str, ...]:
-        return (*self.label, f"steps={self.steps}", f"seed={self.seed}")
+    def key(self) -> Key:
+        task, size, treatment, delta = self.team
+        scenario, seeds = self.plan.scenario_of(task, size), map(str, self.seeds)
+        # What a team has learned may have no text of its own, so it is known by how it was learned.
+        return (
+            task.name, canonical(scenario), treatment, f"{self.plan.degree} {delta}", f"training {self._root}",
+            f"steps={self.plan.steps_of(task)}", *seeds,
+        )  # fmt: skip
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seeds of the runs."""
+        task, scenario = self.team.task, self.plan.scenario_of(self.team.task, self.team.size)
+        return [task_seed(task, self.plan.seed, replicate, scenario) for replicate in self.replicates]
+
+    @property
+    def cost(self) -> float:
+        return float(len(self.replicates) * self.plan.steps_of(self.team.task) * self.team.size / 15)
+
+    def make(self, worlds: ReusedWorlds) -> list[Any]:
+        """Let the team learn, if it has to, and return what was measured in each run."""
+        task, size, treatment, delta = self.team
+        scenario = self.plan.scenario_of(task, size)
+        awareness = None if delta == OWN else self.plan.awareness(delta)
+        parameters = task.parameters(treatment, scenario, awareness=awareness, rng=self._root)
+        model = None if is_cmommt(task) else task.world
+        steps = self.plan.steps_of(task)
+        runs = [Run(parameters, seed, steps, TaskMeasure(task), model) for seed in self.seeds]
+        worlds.expect((run.parameters, run.seed) for run in runs)
+        return [run.make(worlds) for run in runs]
+
+    def describe(self) -> str:
+        """Return the job in words."""
+        team = self.team
+        degree = "its own degree" if team.delta == OWN else f"{self.plan.degree} δ={team.delta}"
+        return f"{len(self.replicates)} runs of {team.task.name}, {team.treatment}, N={team.size}, {degree}"
+
+    @property
+    def _root(self) -> int:
+        """The root seed of the learning."""
+        return self.plan.seed + self.training
 
 
 def both_teams(plan: Plan) -> list[Team]:
@@ -77,64 +127,37 @@ def simulate(
         task, size, treatment, delta (−1 for the degree of the team's own), training, replicate, seed, steps, value (of
         the objective; infinite for a censored run), counted, max_neighbours, mean_neighbours.
     """
-    rows, runs = [], []
-    for team in teams:
-        for training, parameters in enumerate(_trainings(plan, team)):
-            for replicate in range(plan.runs):
-                run = _run(plan, team, training, parameters, replicate)
-                runs.append(run)
-                rows.append((team, training, replicate, run))
-    found = run_all(runs, pool, progress=progress, checkpoint=checkpoint)
-    return pd.DataFrame([_row(*row, measured) for row, measured in zip(rows, found, strict=True)])
+    jobs = [job for team in teams for job in _jobs(plan, team)]
+    found = run_all(jobs, pool, progress=progress, checkpoint=checkpoint)
+    return pd.DataFrame([row for job, measured in zip(jobs, found, strict=True) for row in _rows(job, measured)])
 
 
-def cost_of(plan: Plan, teams: Iterable[Team]) -> int:
-    """Return the steps of all robots of these teams in all runs."""
-    counted = ((team, plan.trainings if callable(team.task.teams[team.treatment]) else 1) for team in teams)
-    return sum(team.size * plan.steps_of(team.task) * plan.runs * trainings for team, trainings in counted)
+def cost_of(plan: Plan, team: Team) -> int:
+    """Return the steps of all robots of a team in all runs."""
+    return team.size * plan.steps_of(team.task) * plan.runs
 
 
-def _trainings(plan: Plan, team: Team) -> list[dict[str, Any]]:
-    """Return the parameters of a team; one that learns has several."""
-    awareness = None if team.delta == OWN else plan.awareness(team.delta)
-    scenario = plan.scenario_of(team.task, team.size)
-    count = plan.trainings if callable(team.task.teams[team.treatment]) else 1
+def _jobs(plan: Plan, team: Team) -> list[_TeamRuns]:
+    # Trainings share the runs.
+    count = plan.trainings if team.learns else 1
+    return [_TeamRuns(plan, team, training, tuple(range(training, plan.runs, count))) for training in range(count)]
+
+
+def _rows(job: _TeamRuns, measured: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    task, steps = job.team.task, job.plan.steps_of(job.team.task)
     return [
-        team.task.parameters(team.treatment, scenario, awareness=awareness, rng=plan.seed + training)
-        for training in range(count)
+        {
+            "task": task.name,
+            "size": job.team.size,
+            "treatment": job.team.treatment,
+            "delta": job.team.delta,
+            "training": job.training,
+            "replicate": replicate,
+            "seed": seed,
+            "steps": steps,
+            "value": found[task.objective.metric],
+            "counted": task.objective.counted(found[task.objective.metric], steps),
+            **{name: found[name] for name in NEIGHBOURS},
+        }
+        for replicate, seed, found in zip(job.replicates, job.seeds, measured, strict=True)
     ]
-
-
-def _run(plan: Plan, team: Team, training: int, parameters: Mapping[str, Any], replicate: int) -> _TeamRun:
-    task, scenario = team.task, plan.scenario_of(team.task, team.size)
-    label = (
-        task.name, canonical(scenario), team.treatment, f"{plan.degree} {team.delta}",
-        f"training {plan.seed + training}",
-    )  # fmt: skip
-    return _TeamRun(
-        parameters,
-        task_seed(task, plan.seed, replicate, scenario),
-        plan.steps_of(task),
-        TaskMeasure(task),
-        None if is_cmommt(task) else task.world,
-        label,
-    )
-
-
-def _row(team: Team, training: int, replicate: int, run: Run, measured: Mapping[str, Any]) -> dict[str, Any]:
-    objective = team.task.objective
-    value = measured[objective.metric]
-    return {
-        "task": team.task.name,
-        "size": team.size,
-        "treatment": team.treatment,
-        "delta": team.delta,
-        "training": training,
-        "replicate": replicate,
-        "seed": run.seed,
-        "steps": run.steps,
-        "value": value,
-        "counted": objective.counted(value, run.steps),
-        "max_neighbours": measured["max_neighbours"],
-        "mean_neighbours": measured["mean_neighbours"],
-    }

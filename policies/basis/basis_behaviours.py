@@ -37,9 +37,11 @@ from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, PolicyState
 from teamsight.policies.online.boltzmann import chosen_action
 
-#: The schemes of reinforcement, with their weights of events, of avoided intruders and of homing; the first uses the
-#: delivered puck only. "none" learns nothing.
-SCHEMES = {"none": (0.0, 0.0, 0.0), "delayed": (0.0, 0.0, 0.0), "events": (1.0, 0.0, 0.0), "progress": (0.5, 0.25, 0.25)}
+#: The schemes of reinforcement, with their weights of events, of avoided intruders and of homing. "delayed" has the
+#: delivered puck instead, and "none" learns nothing.
+SCHEMES = {
+    "none": (0.0, 0.0, 0.0), "delayed": (0.0, 0.0, 0.0), "events": (1.0, 0.0, 0.0), "progress": (0.5, 0.25, 0.25),
+}  # fmt: skip
 #: The largest δ of counts, and of sectors, each of which doubles the table.
 MOST_COUNTED, MOST_SECTORS = 64, 8
 
@@ -89,13 +91,18 @@ class BasisBehaviours(CompiledPolicy):
     """Wander, disperse, rest or go home: a table says which by whether the robot has a puck, is at home, whether it is
     night, and whether teammates are near; and it is learned from reinforcement.
 
-    A behaviour goes on until its conditions change, an event happens, a progress estimator reports no progress for
-    `patience` steps, or for `timeout` steps. Then its value A(c, b) grows by the sum of its reinforcement R = u·E + v·I +
-    w·H, which is not discounted, and the robot takes the behaviour of the largest value, or any with the probability
-    `exploration`. E is 1 for a puck grabbed, dropped at home, and a night slept at home, and −`punishment` for a puck
-    dropped away from home, or a robot that wakes there. I is ±`progress` in each step in which an intruder was near, and
-    is farther now or not; H the same for a robot with a puck, and home. With "delayed", Q-learning over behaviours of
-    any length replaces the sum, and 1 for each delivered puck all of R.
+    A behaviour goes on until its conditions change, an event happens, an estimator reports no progress for `patience`
+    steps, or for `timeout` steps. Then its value A(c, b) grows by the sum of its reinforcement over these steps, which
+    is not discounted, and the robot takes the behaviour of the largest value, or a random one with the probability
+    `exploration`. The reinforcement of a step is u·E + v·I + w·H:
+
+    - E is 1 for a puck grabbed, a puck dropped at home, and waking at home; −`punishment` for a puck dropped away from
+      home, and waking away from home;
+    - I applies where an intruder was near: `progress` if the nearest one is farther now, otherwise −`progress`;
+    - H applies where the robot had a puck and has it still: `progress` if home is nearer now, otherwise −`progress`.
+
+    With "delayed", 1 for each delivered puck is all reinforcement, and the value is that of Q-learning over behaviours,
+    discounted for each of their steps.
 
     Parameters
     ----------

@@ -11,6 +11,8 @@ from teamsight.policies.columns import column_of
 INTRUDERS = ("bit", "count", "ring")
 BIT, COUNT, RING = range(3)
 
+_TIE = 1e-6
+
 
 @inlined
 def nearest_teammate(i: int, percept: Any, reach: float) -> float:
@@ -24,13 +26,17 @@ def nearest_teammate(i: int, percept: Any, reach: float) -> float:
 
 @inlined
 def _sector(x: float, y: float, heading: Any, sectors: Any) -> int:
-    """Return the sector of an offset, counted from straight ahead anticlockwise: that whose centre is nearest."""
+    """Return the sector of an offset, anticlockwise from straight ahead: the first whose centre is nearest."""
     ahead = x * heading[0] + y * heading[1]
     left = y * heading[0] - x * heading[1]
     best = 0
+    most = sectors[0, 0] * ahead + sectors[0, 1] * left
     for s in range(1, sectors.shape[0]):
-        if sectors[s, 0] * ahead + sectors[s, 1] * left > sectors[best, 0] * ahead + sectors[best, 1] * left:
+        along = sectors[s, 0] * ahead + sectors[s, 1] * left
+        # A robot that flees has the other straight behind, where odd numbers of sectors meet: rounding decides nothing.
+        if along > most + _TIE * (abs(ahead) + abs(left)):
             best = s
+            most = along
     return best
 
 

@@ -2,41 +2,37 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 from teamsight.core.kernel import inlined
-from teamsight.policies.braitenberg.readings import obstacle, teammate
-from teamsight.policies.braitenberg.recovery import recovers
+from teamsight.policies.braitenberg.behaviours import AVOID, FIND, FOLLOW, GOAL, SLOW, behave
+from teamsight.policies.braitenberg.cues import cues_of, has
+from teamsight.policies.braitenberg.recovery import BEHAVIOUR, CUES, recovers
 from teamsight.policies.braitenberg.vehicle import Vehicle
-from teamsight.policies.braitenberg.vehicles import AVOID, FIND, FOLLOW, GOAL, SLOW, roll, wheels_of
-
-_OBSTACLE_RANGE, _SLOW_RANGE, _AGILITY = range(3)
 
 
 @inlined
-def priority(i: int, percept: Any, parameters: Any) -> int:
+def by_priority(cues: int) -> int:
     """Return the first behaviour whose condition holds."""
-    left, right = obstacle(i, percept, parameters[_OBSTACLE_RANGE])
-    if left > 0.0 or right > 0.0:
+    if has(cues, 0) or has(cues, 1):
         return AVOID
-    if percept.targets.start[i] < percept.targets.start[i + 1]:
+    if has(cues, 4):
         return GOAL
-    distance = teammate(i, percept)
-    if distance <= parameters[_SLOW_RANGE]:
+    if has(cues, 10):
         return SLOW
-    return FOLLOW if distance < math.inf else FIND
+    return FOLLOW if has(cues, 9) else FIND
 
 
 @inlined
 def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    kept = arrays.state.ints
     for i in range(percept.heading.shape[0]):
         if recovers(i, percept, arrays, noise[0, i], action):
             continue
-        behaviour = priority(i, percept, arrays.parameters)
-        left, right = wheels_of(behaviour, i, percept, arrays.parameters, noise[0, i])
-        roll(i, percept, action, left, right, arrays.parameters[_AGILITY])
+        kept[i, 0, CUES] = cues_of(i, percept, arrays.parameters)
+        kept[i, 0, BEHAVIOUR] = by_priority(kept[i, 0, CUES])
+        behave(kept[i, 0, BEHAVIOUR], i, percept, arrays.parameters, noise[0, i], action)
 
 
 @dataclass(frozen=True)
@@ -54,8 +50,9 @@ class FixedPriority(Vehicle):
 
     Notes
     -----
-    *Source:* Kube and Zhang (1994), as Touzet (2000, §9) reports them; the order is recalled, not verified. *Departs:*
-    sensors, wires and ranges are ours. Walls reflect, so there is no need to avoid them.
+    *Source:* C. R. Kube and H. Zhang, "Collective robotics: from social insects to robots" (Adaptive Behavior 2(2),
+    1994), as Touzet (2000, §9) reports it; the order is recalled, not verified. *Departs:* sensors, wires and ranges
+    are ours. Walls reflect, so there is no need to avoid them. Recovery comes before all behaviours.
     """
 
     kernel = _decide

@@ -1,4 +1,4 @@
-"""What robots with Braitenberg behaviours sense: a left and a right reading of obstacles, box and nearest teammate."""
+"""What robots with Braitenberg behaviours read: two eyes, two obstacle sensors, and the nearest of what they sense."""
 
 from __future__ import annotations
 
@@ -41,15 +41,6 @@ def nearest(i: int, seen: Any) -> tuple[float, float, float]:
 def is_ahead(i: int, percept: Any, x: float, y: float, length: float) -> bool:
     """Return whether an offset of this length is at most 60° from the heading of robot `i`."""
     return percept.heading[i, 0] * x + percept.heading[i, 1] * y >= _AHEAD * length  # type: ignore[no-any-return]
-
-
-@inlined
-def teammate(i: int, percept: Any) -> float:
-    """Return the distance of the nearest perceived teammate, if it is ahead; infinite otherwise."""
-    distance, x, y = nearest(i, percept.teammates)
-    if distance < math.inf and is_ahead(i, percept, x, y, distance):
-        return distance
-    return math.inf
 
 
 @inlined

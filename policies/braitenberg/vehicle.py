@@ -10,6 +10,9 @@ from teamsight.core import checks
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 
+# The numbers and the whole numbers that a robot keeps; see `recovery`.
+_NUMBERS, _COUNTERS = 3, 5
+
 
 @dataclass(frozen=True)
 class Vehicle(CompiledPolicy):
@@ -17,20 +20,21 @@ class Vehicle(CompiledPolicy):
 
     Each behaviour is a Braitenberg vehicle: a left and a right reading drive a left and a right wheel. The mean of the
     wheels is the distance of the step, as a share of the speed; half their difference, times `agility`, is the
-    rotation.
+    rotation. An arbiter selects the behaviour by twelve cues, thresholded readings.
 
     Parameters
     ----------
     obstacle_range : float
         Distance within which robots ahead are obstacles [length].
     slow_range : float
-        Distance of the nearest perceived teammate within which *slow* acts [length].
+        Distance within which the nearest perceived teammate slows a robot down [length].
     agility : float
-        The rotation of one wheel at full speed against the other [full turns per step].
+        The rotation of one wheel at full speed against the other at full speed backwards [turns], at most 1/2.
     swerve : float
         How much a robot without a goal swerves: the largest difference of its wheels, in [0, 1].
     recovery : bool
-        Whether a robot that pushes in vain turns its push, and then goes to another side of the box.
+        Whether a robot that pushes in vain turns its push, and then goes to another side of the box. It notices by
+        odometry whether the box moves.
     patience : int
         Steps of stagnation after which it recovers, and steps that a recovery takes.
     contact : float
@@ -64,8 +68,8 @@ class Vehicle(CompiledPolicy):
     @property
     def parameters(self) -> tuple[float, ...]:
         patience = float(self.patience) if self.recovery else 0.0
-        return self.obstacle_range, self.slow_range, self.agility, self.swerve, 0.0, patience, self.contact
+        return self.obstacle_range, self.slow_range, self.agility, self.swerve, patience, self.contact
 
     def start(self, size: int) -> PolicyState:
-        """Return the state of robots that do not recover: the turn of a push; the counters of the recovery."""
-        return PolicyState(np.zeros((size, 1, 1)), np.zeros((size, 1, 4), np.int64))
+        """Return the state of robots that do not recover: see `recovery`."""
+        return PolicyState(np.zeros((size, 1, _NUMBERS)), np.zeros((size, 1, _COUNTERS), np.int64))

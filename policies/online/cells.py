@@ -49,6 +49,29 @@ def closest(seen: Any, i: int, depth: float, fraction: float) -> int:
 
 
 @inlined
+def at_rank(seen: Any, i: int, rank: int, depth: float) -> int:
+    """Return the neighbour of robot `i` of this rank, 0 for the nearest, of those within the depth; −1 for none.
+
+    Of equally near ones the first in the list comes first.
+    """
+    chosen = -1
+    for _ in range(rank + 1):
+        after = chosen
+        chosen = -1
+        for k in range(seen.start[i], seen.start[i + 1]):
+            if not is_within(seen.offset, k, depth):
+                continue
+            far = seen.distance[k]
+            if after >= 0 and (far < seen.distance[after] or (far == seen.distance[after] and k <= after)):
+                continue
+            if chosen < 0 or far < seen.distance[chosen]:
+                chosen = k
+        if chosen < 0:
+            return -1
+    return chosen
+
+
+@inlined
 def cell(seen: Any, k: int, extent: int) -> int:
     """Return the number of the cell of neighbour `k` in a square that reaches `extent` cells to each side.
 

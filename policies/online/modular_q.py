@@ -13,18 +13,20 @@ from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 from teamsight.policies.online.boltzmann import chosen_action, largest
-from teamsight.policies.online.cells import cell, cells, closest
+from teamsight.policies.online.cells import at_rank, cell, cells, closest
 from teamsight.policies.online.lattice import MOVES, lattice_move
 from teamsight.policies.online.prey_q import MOST_DEPTH
 
-_RATE, _DISCOUNT, _TEMPERATURE, _VALUES_ENDS, _DEPTH, _ROWS = range(6)
+_RATE, _DISCOUNT, _TEMPERATURE, _VALUES_ENDS, _DEPTH, _TABLES, _ROWS, _BY_DISTANCE = range(8)
 
-# The integers of a module: the row of its last decision, −1 where a trial begins, and the identity of its partner, −1
-# for none yet. Behind the modules: the last action.
+# The integers of a place for a partner: the row of the last decision in its table, −1 where a trial begins, and the
+# identity of the partner, −1 for none yet. Behind the places: the last action.
 _ROW, _PARTNER = range(2)
 
-#: The largest number of modules.
-MOST_MODULES = 64
+#: The largest number of modules, and of values of one robot: 400 MB.
+MOST_MODULES, MOST_ENTRIES = 64, 50_000_000
+#: Which partner a module is for.
+BY = ("identity", "distance")
 
 M = TypeVar("M", bound="ModularQ")
 
@@ -43,12 +45,30 @@ def _meet(i: int, teammates: Any, ints: Any, modules: int) -> None:
 
 
 @inlined
-def _place_of(i: int, teammates: Any, identity: int) -> int:
+def _known(i: int, teammates: Any, identity: int) -> int:
     """Return the index of a teammate in the list of robot `i`; −1 if it is not perceived."""
     for k in range(teammates.start[i], teammates.start[i + 1]):
         if identity >= 0 and teammates.identity[k] == identity:
             return k
     return -1
+
+
+@inlined
+def _row(i: int, t: int, prey: int, teammates: Any, ints: Any, parameters: Any) -> int:
+    """Return the row of table `t`: the cells of the prey and of one partner, or of all if there is one table."""
+    depth = int(parameters[_DEPTH])
+    side = 2 * depth + 1
+    first, last = t, t + 1
+    if parameters[_TABLES] == 1.0:
+        first, last = 0, ints.shape[0] - 1
+    row = prey
+    for m in range(first, last):
+        if parameters[_BY_DISTANCE] > 0.0:
+            k = at_rank(teammates, i, m, parameters[_DEPTH])
+        else:
+            k = _known(i, teammates, ints[m, _PARTNER])
+        row = row * (side * side + 1) + cell(teammates, k, depth)
+    return row
 
 
 @inlined
@@ -63,24 +83,24 @@ def _learn(values: Any, row: int, taken: int, now: int, reward: float, is_end: b
 @inlined
 def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     parameters = arrays.parameters
-    depth, rows = int(parameters[_DEPTH]), int(parameters[_ROWS])
+    tables, rows = int(parameters[_TABLES]), int(parameters[_ROWS])
     modules = arrays.state.ints.shape[1] - 1
-    places = (2 * depth + 1) * (2 * depth + 1) + 1
     for i in range(percept.heading.shape[0]):
         values, ints = arrays.state.floats[i], arrays.state.ints[i]
-        # The row behind those of the modules holds the sums.
-        mass = values[modules * rows]
-        _meet(i, percept.teammates, ints, modules)
-        prey = cell(percept.targets, closest(percept.targets, i, parameters[_DEPTH], noise[1, i]), depth)
-        for m in range(modules):
-            partner = cell(percept.teammates, _place_of(i, percept.teammates, ints[m, _PARTNER]), depth)
-            now = m * rows + prey * places + partner
-            row = ints[m, _ROW]
+        # The row behind those of the tables holds the sums.
+        mass = values[tables * rows]
+        if parameters[_BY_DISTANCE] == 0.0:
+            _meet(i, percept.teammates, ints, modules)
+        nearest = closest(percept.targets, i, parameters[_DEPTH], noise[1, i])
+        prey = cell(percept.targets, nearest, int(parameters[_DEPTH]))
+        for t in range(tables):
+            now = t * rows + _row(i, t, prey, percept.teammates, ints, parameters)
+            row = ints[t, _ROW]
             if row >= 0 and parameters[_RATE] > 0.0:
                 _learn(values, row, ints[modules, 0], now, percept.reward[i], percept.ended[i], parameters)
             for a in range(values.shape[1]):
-                mass[a] = values[now, a] if m == 0 else mass[a] + values[now, a]
-            ints[m, _ROW] = -1 if percept.ended[i] else now
+                mass[a] = values[now, a] if t == 0 else mass[a] + values[now, a]
+            ints[t, _ROW] = -1 if percept.ended[i] else now
         number = chosen_action(mass, parameters[_TEMPERATURE], noise[0, i])
         ints[modules, 0] = number
         lattice_move(number, i, percept, action)
@@ -91,9 +111,12 @@ class ModularQ(CompiledPolicy):
     """Q-learning with a module for each partner: the action of the greatest mass, the sum of all modules' values.
 
     A module is a table over the cell of the closest prey and the cell of one partner. All modules of a robot get its
-    reward, and each corrects its own values as in `OnlineQ`. Partners are told apart by their identity, and get modules
-    in the order in which the robot first perceives them; those for whom no module is left are ignored. With p places of
-    the prey and as many of a partner, δ modules have δ·p² rows, where one table of all would have p^(δ + 1).
+    reward, and each corrects its own values as in `OnlineQ`. With p places of the prey and as many of a partner, δ
+    modules have δ·p² rows, where one table over all, ``monolithic=True``, has p^(δ + 1).
+
+    By identity, partners get modules in the order in which the robot first perceives them, and keep them; those for
+    whom no module is left are ignored. By distance, module m is for the m-th nearest teammate at each decision, for
+    degrees of awareness that show no identity.
 
     Parameters
     ----------
@@ -101,11 +124,15 @@ class ModularQ(CompiledPolicy):
         Prey and partners are perceived in a square of this many cells to each side.
     modules : int, default 3
         The number of modules: δ.
-    learning_rate : float, default 0.8
+    by : {"identity", "distance"}, default "identity"
+        Which partner a module is for.
+    monolithic : bool, default False
+        Whether one table over the prey and all partners replaces the modules.
+    learning_rate : float, default 0.1
         α, in [0, 1]; 0 keeps the tables as they are.
     discount : float, default 0.9
         Discount factor γ, in [0, 1].
-    temperature : float, default 0.4
+    temperature : float, default 0.001
         Temperature of the choice by the merged values; 0 for the greatest.
     moves : {4, 5}, default 5
         North, east, south, west, and to stay.
@@ -117,19 +144,23 @@ class ModularQ(CompiledPolicy):
     Raises
     ------
     TypeError, ValueError
-        If a value is outside its limits.
+        If a value is outside its limits, or the tables of a robot have more than `MOST_ENTRIES` values.
 
     Notes
     -----
     *Source:* Ono and Fukumoto (1996), as Touzet §9 describes it; Whitehead, Karlsson and Tenenberg (1993) for greatest
-    mass. *Departs:* their constants are not known; ours are Tan's.
+    mass. *Departs:* their constants are not known. Ours are chosen for four hunters and one prey, see
+    docs/tasks/pursuit.md: first values of 0 are optimistic where each step costs something, and at a low temperature
+    they lead hunters to what they have rarely met, the prey and each other.
     """
 
     depth: int = 3
     modules: int = 3
-    learning_rate: float = 0.8
+    by: str = "identity"
+    monolithic: bool = False
+    learning_rate: float = 0.1
     discount: float = 0.9
-    temperature: float = 0.4
+    temperature: float = 0.001
     moves: int = 5
     values_ends: bool = False
     first: PolicyState | None = None
@@ -140,37 +171,58 @@ class ModularQ(CompiledPolicy):
     def __post_init__(self) -> None:
         checks.count("depth", self.depth, most=MOST_DEPTH)
         checks.count("modules", self.modules, most=MOST_MODULES)
+        checks.choice("by", self.by, BY)
+        checks.flag("monolithic", self.monolithic)
         for name in ("learning_rate", "discount"):
             checks.number(name, getattr(self, name), least=0, most=1)
         checks.number("temperature", self.temperature, least=0)
         checks.count("moves", self.moves, least=MOVES[0], most=MOVES[1])
         checks.flag("values_ends", self.values_ends)
+        if self.entries > MOST_ENTRIES:
+            modular = replace(self, monolithic=False).entries
+            cure = f"; modules of their own have {modular:,}" if modular <= MOST_ENTRIES else ""
+            raise ValueError(
+                f"depth={self.depth}, modules={self.modules}: the tables of a robot have {self.entries:,} values; must "
+                f"be at most {MOST_ENTRIES:,}{cure}"
+            )
+
+    @property
+    def needs(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Teammates, and their identities, unless partners are taken by their distance."""
+        return ("identities",) if self.by == BY[0] else ("teammates",)
+
+    @property
+    def tables(self) -> int:
+        """The number of tables of a robot."""
+        return 1 if self.monolithic else self.modules
 
     @property
     def rows(self) -> int:
-        """The number of rows of a module."""
-        return cells(self.depth) ** 2
+        """The number of rows of a table."""
+        return int(cells(self.depth) ** (self.modules + 1 if self.monolithic else 2))
 
     @property
     def entries(self) -> int:
         """The number of values in the tables of one robot."""
-        return self.modules * self.rows * self.moves
+        return self.tables * self.rows * self.moves
 
     @property
     def parameters(self) -> tuple[float, ...]:
         numbers = (self.learning_rate, self.discount, self.temperature)
-        return *numbers, float(self.values_ends), float(self.depth), float(self.rows)
+        sizes = (self.depth, self.tables, self.rows)
+        return *numbers, float(self.values_ends), *map(float, sizes), float(self.by == BY[1])
 
     @property
     def is_sound(self) -> bool:
         return True  # It makes lattice moves only.
 
     def start(self, size: int) -> PolicyState:
-        shape = (size, self.modules * self.rows + 1, self.moves)
+        shape = (size, self.tables * self.rows + 1, self.moves)
         if self.first is not None:
             if self.first.floats.shape != shape:
                 raise ValueError(
-                    f"first: holds tables of the shape {self.first.floats.shape}; must be {shape}, for {size} robots"
+                    f"first: holds tables of the shape {self.first.floats.shape}; must be {shape}, for {size} robots; "
+                    "freeze the state of a team of this size, with the same options"
                 )
             return PolicyState(self.first.floats.copy(), self.first.ints.copy())
         return PolicyState(np.zeros(shape), np.full((size, self.modules + 1, 2), -1, np.int64))

@@ -23,8 +23,10 @@ ROW_PARAMETERS = 6
 #: In a kernel of rows, the uniform numbers that it may use begin here, behind the one that chooses the action.
 ROW_NOISE = 1
 
-# The integers of a robot: the row and the action of its last decision; the row is −1 where a trial begins.
+# The integers of a robot: the row and the action of its last decision. The row is −1 where a trial begins, and −2
+# before the first decision of all.
 _ROW, _ACTION = range(2)
+_NEW = -2
 
 L = TypeVar("L", bound="OnlineQ")
 
@@ -61,6 +63,21 @@ def _average(tables: Any) -> None:
                 tables[j, row, a] = total / robots
 
 
+@inlined
+def _share(tables: Any, last: Any) -> None:
+    """Give robots that have just joined the table that all others use."""
+    used = -1
+    for i in range(tables.shape[0]):
+        if last[i, 0, _ROW] != _NEW:
+            used = i
+            break
+    for i in range(tables.shape[0]):
+        if used >= 0 and last[i, 0, _ROW] == _NEW:
+            for row in range(tables.shape[1]):
+                for a in range(tables.shape[2]):
+                    tables[i, row, a] = tables[used, row, a]
+
+
 def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
     """Return the kernel of an online Q-learner.
 
@@ -79,6 +96,8 @@ def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
         every = parameters[_AVERAGE_EVERY]
         if every > 0.0 and percept.time[0] > 0.0 and percept.time[0] % every == 0.0:
             _average(tables)
+        if parameters[_IS_ONE] > 0.0:
+            _share(tables, last)
         for i in range(percept.heading.shape[0]):
             now = row_of(i, percept, parameters, noise)
             if last[i, 0, _ROW] >= 0 and parameters[_RATE] > 0.0:
@@ -157,6 +176,13 @@ class OnlineQ(CompiledPolicy):
                     f"tables: have the shape {tables.shape}; must be (robots, {self.rows}, {self.moves}), or one table "
                     "for all robots"
                 )
+            if self.one_table and tables.ndim == 3:
+                if (tables != tables[:1]).any():
+                    raise ValueError(
+                        f"tables: those of {len(tables)} robots differ, and one_table=True; give one table, such as "
+                        "tables.mean(axis=0)"
+                    )
+                tables = tables[0].copy()
             tables.flags.writeable = False
             object.__setattr__(self, "tables", tables)
 
@@ -186,6 +212,11 @@ class OnlineQ(CompiledPolicy):
     def is_sound(self) -> bool:
         return True  # It makes lattice moves only.
 
+    @property
+    def decides_together(self) -> bool:  # type: ignore[override]
+        """Whether robots share what they learn, and so the kernel needs the tables of all."""
+        return self.one_table or self.average_every > 0
+
     def start(self, size: int) -> PolicyState:
         if self.tables is not None and self.tables.ndim == 3 and len(self.tables) != size:
             raise ValueError(
@@ -196,7 +227,7 @@ class OnlineQ(CompiledPolicy):
         if self.tables is not None:
             floats[:] = self.tables
         ints = np.zeros((size, 1, 2), np.int64)
-        ints[:, 0, _ROW] = -1
+        ints[:, 0, _ROW] = _NEW
         return PolicyState(floats, ints)
 
     def frozen(self: L, tables: Floats) -> L:
@@ -207,7 +238,9 @@ class OnlineQ(CompiledPolicy):
         tables : ndarray, shape (robots, rows, actions), float64
             The tables, such as ``world.hunters.policy_state.floats``.
         """
-        return replace(self, tables=tables, learning_rate=0.0, temperature=0.0, average_every=0)
+        if self.one_table and np.ndim(tables) == 3:
+            tables = tables[0]
+        return replace(self, tables=tables, learning_rate=0.0, temperature=0.0, average_every=0, one_table=False)
 
     def __repr__(self) -> str:
         shown = {name: value for name, value in vars(self).items() if name != "tables"}

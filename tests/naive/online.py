@@ -105,7 +105,7 @@ class QTeam:
 
 
 class ModularTeam:
-    """A team whose robots have a table for each partner, in the order in which they meet; the sum of all decides."""
+    """A team whose robots have a table for each partner, or one over all; the sum of all decides."""
 
     def __init__(self, policy: Any, robots: int) -> None:
         self.policy = policy
@@ -119,22 +119,39 @@ class ModularTeam:
         policy, modules = self.policy, self.modules[i]
         while len(modules) < policy.modules:
             modules.append({"partner": None, "last": None, "table": {}})
-        seen = dict(zip(one.teammates.identity.tolist(), one.teammates.offset, strict=True))
-        for identity in seen:
-            if identity not in [module["partner"] for module in modules]:
-                free = [module for module in modules if module["partner"] is None]
-                if free:
-                    free[0]["partner"] = identity
+        places = self.by_distance(one) if policy.by == "distance" else self.by_identity(modules, one)
         prey = cell(closest(one.targets, policy.depth, noise[1]), policy.depth)
+        situations = [(prey, place) for place in places]
+        if policy.monolithic:
+            situations, modules = [(prey, *places)], modules[:1]
         mass = []
-        for module in modules:
-            now = prey, cell(seen.get(module["partner"]), policy.depth)
+        for module, now in zip(modules, situations, strict=True):
             self.learn(module, self.action[i], now, one)
             module["last"] = None if one.ended else now
             values = module["table"].get(now, [0.0] * policy.moves)
             mass = values if not mass else [a + b for a, b in zip(mass, values, strict=True)]
         self.action[i] = action = chosen(list(mass), policy.temperature, noise[0])
         return HEADINGS[action], 0.0 if action == 4 else float(one.speed)
+
+    def by_distance(self, one: Any) -> list[int]:
+        """The cells of the nearest teammates in sight, nearest first."""
+        near = [
+            (float(far), k)
+            for k, (far, offset) in enumerate(zip(one.teammates.distance, one.teammates.offset, strict=True))
+            if within(offset, self.policy.depth)
+        ]
+        found = [cell(one.teammates.offset[k], self.policy.depth) for _, k in sorted(near)]
+        return (found + [cell(None, self.policy.depth)] * self.policy.modules)[: self.policy.modules]
+
+    def by_identity(self, modules: list[dict[str, Any]], one: Any) -> list[int]:
+        """The cells of the partners, in the order in which they were met."""
+        seen = dict(zip(one.teammates.identity.tolist(), one.teammates.offset, strict=True))
+        for identity in seen:
+            if identity not in [module["partner"] for module in modules]:
+                free = [module for module in modules if module["partner"] is None]
+                if free:
+                    free[0]["partner"] = identity
+        return [cell(seen.get(module["partner"]), self.policy.depth) for module in modules]
 
     def learn(self, module: dict[str, Any], action: int, now: Any, one: Any) -> None:
         policy, table = self.policy, module["table"]

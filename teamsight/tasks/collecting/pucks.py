@@ -26,18 +26,26 @@ def _is_home(place: Any, i: int, home: Any, radius: float) -> bool:
 
 
 @inlined
+def _row_of(pucks: Any, identity: int) -> int:
+    """Return the row of a puck; −1 if there is none of this identity, or it is inactive."""
+    for j in range(pucks.position.shape[0]):
+        if pucks.identity[j] == identity:
+            return j if pucks.active[j] else -1
+    return -1
+
+
+@inlined
 def _hold(robots: Any, pucks: Any) -> None:
-    """Find out who holds which puck: rows change when agents leave the world."""
+    """Find out which pucks are held: robots and pucks may have left the world, and one holds a puck at most."""
     for j in range(pucks.position.shape[0]):
         pucks.holder[j] = 0
     for i in range(robots.position.shape[0]):
-        j = robots.puck[i] - 1
-        if j < 0:
-            continue
-        if j >= pucks.position.shape[0] or pucks.holder[j] > 0 or pucks.delivered[j] > 0:
-            robots.puck[i] = 0
-        else:
-            pucks.holder[j] = i + 1
+        if robots.puck[i] > 0:
+            j = _row_of(pucks, robots.puck[i])
+            if j < 0 or pucks.holder[j] > 0 or pucks.delivered[j] > 0:
+                robots.puck[i] = 0
+            else:
+                pucks.holder[j] = robots.identity[i]
 
 
 @inlined
@@ -77,9 +85,9 @@ def _grasp(robots: Any, i: int, pucks: Any, reach: float) -> bool:
             found = j
     if found < 0:
         return False
-    robots.puck[i] = found + 1
+    robots.puck[i] = pucks.identity[found]
     robots.grabbed[i] += 1
-    pucks.holder[found] = i + 1
+    pucks.holder[found] = robots.identity[i]
     return True
 
 
@@ -108,8 +116,8 @@ def _collect(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, 
             continue
         robots.at_home[i] = _is_home(robots.position, i, home, parameters[_HOME_RADIUS])
         is_still = robots.moved[i, 0] == 0.0 and robots.moved[i, 1] == 0.0
-        j = robots.puck[i] - 1
-        if j >= 0:
+        if robots.puck[i] > 0:
+            j = _row_of(pucks, robots.puck[i])
             for axis in range(2):
                 pucks.position[j, axis] = robots.position[i, axis]
             if robots.at_home[i]:
@@ -138,9 +146,9 @@ class Collecting(Interaction):
     grasped in the home region or by night. When the night ends, all robots that are away from home wake there; those
     that stand still at home wake at home; those that move there have not slept.
 
-    The roles are "robots", "pucks" and "home". Robots have the columns `puck` (the row of theirs from 1 on, or 0),
-    `at_home` and `night`, and count what happened to them in `grabbed`, `dropped_home`, `dropped_away`, `woken_home`
-    and `woken_away`. Pucks have `holder` (the row of a robot from 1 on, or 0) and `delivered`.
+    The roles are "robots", "pucks" and "home". Robots have the columns `puck` (the identity of theirs, or 0), `at_home`
+    and `night`, and count what happened to them in `grabbed`, `dropped_home`, `dropped_away`, `woken_home` and
+    `woken_away`. Pucks have `holder` (the identity of a robot, or 0) and `delivered`.
 
     Parameters
     ----------
@@ -164,8 +172,9 @@ class Collecting(Interaction):
 
     Notes
     -----
-    *Source:* Mataric (1994, 1997) for grasping and dropping as reflexes, and for the five events. *Departs:* all numbers
-    are ours, and so is what makes a robot drop a puck away from home, and who wakes where: Mataric's are not known to us.
+    *Source:* Mataric (1994, 1997) for grasping and dropping as reflexes, and for the five events. *Departs:* all
+    numbers are ours, and so is what makes a robot drop a puck away from home, and who wakes where: hers are not known
+    to us.
     """
 
     side: float = 30.0
@@ -190,8 +199,8 @@ class Collecting(Interaction):
             checks.number(name, getattr(self, name), above=0)
         if self.home_radius > 0.25 * self.side:
             raise ValueError(
-                f"home_radius={self.home_radius:g}: must be at most a quarter of the side, {0.25 * self.side:g}, so that "
-                "pucks have room around home"
+                f"home_radius={self.home_radius:g}: must be at most a quarter of the side, {0.25 * self.side:g}, so "
+                "that pucks have room around home"
             )
         checks.count("period", self.period)
         checks.count("night", self.night, least=0)

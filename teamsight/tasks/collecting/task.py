@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -14,7 +15,7 @@ from teamsight.tasks.objective import Objective
 from teamsight.tasks.task import Task
 
 #: Steps for which a team learns before it counts as skilled.
-LEARNING = 20_000
+LEARNING = 100_000
 
 
 def delivered(world: World) -> float:
@@ -55,9 +56,9 @@ def learned(
     """
     degree = PairwiseAwareness() if awareness is None else awareness
     policy = BasisBehaviours()
-    world = PuckCollecting(**scenario, policy=policy, awareness=degree, rng=rng)
-    world.run(steps, progress=False)
-    return {"policy": policy.frozen(policy.values(world.robots.policy_state)), "awareness": degree}
+    with contextlib.closing(PuckCollecting(**scenario, policy=policy, awareness=degree, rng=rng)) as world:
+        world.run(steps, progress=False)
+        return {"policy": policy.frozen(policy.values(world.robots.policy_state)), "awareness": degree}
 
 
 TASK = Task(

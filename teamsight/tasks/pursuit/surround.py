@@ -9,6 +9,8 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
+from teamsight.tasks.pursuit.grid import check_grid
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _WIDTH, _HEIGHT, _IS_TORUS, _REWARD, _COST = range(5)
@@ -35,24 +37,34 @@ def _is_at(bodies: Any, i: int, others: Any, j: int, x: float, y: float, paramet
 
 
 @inlined
-def _put_back(bodies: Any, i: int) -> None:
+def _put_back(bodies: Any, i: int) -> int:
+    """Put a body back to where it was before this step; return 1 if it was elsewhere, else 0."""
+    moved = bodies.position[i, 0] != bodies.before[i, 0] or bodies.position[i, 1] != bodies.before[i, 1]
     bodies.position[i, 0] = bodies.before[i, 0]
     bodies.position[i, 1] = bodies.before[i, 1]
+    return 1 if moved else 0
+
+
+@inlined
+def _put_back_from(bodies: Any, others: Any, parameters: Any) -> int:
+    """Put bodies back that have entered the cell of one of the others; return how many."""
+    count = 0
+    for i in range(bodies.position.shape[0]):
+        for j in range(others.position.shape[0]):
+            if bodies.active[i] and others.active[j] and _is_at(bodies, i, others, j, 0.0, 0.0, parameters):
+                count += _put_back(bodies, i)
+                break
+    return count
 
 
 @inlined
 def _keep_apart(hunters: Any, prey: Any, parameters: Any) -> None:
-    """Put prey back that have entered a hunter's cell, and then hunters that have entered a prey's."""
-    for j in range(prey.position.shape[0]):
-        for i in range(hunters.position.shape[0]):
-            if hunters.active[i] and _is_at(prey, j, hunters, i, 0.0, 0.0, parameters):
-                _put_back(prey, j)
-                break
-    for i in range(hunters.position.shape[0]):
-        for j in range(prey.position.shape[0]):
-            if prey.active[j] and _is_at(hunters, i, prey, j, 0.0, 0.0, parameters):
-                _put_back(hunters, i)
-                break
+    """Put prey back that have entered a hunter's cell, then hunters that have entered a prey's, until none has."""
+    # A body that is put back may return to a cell that another has entered. Each round puts one back, so it ends.
+    count = 1
+    while count > 0:
+        count = _put_back_from(prey, hunters, parameters)
+        count += _put_back_from(hunters, prey, parameters)
 
 
 @inlined
@@ -77,9 +89,9 @@ def _is_captured(hunters: Any, prey: Any, j: int, parameters: Any) -> bool:
 
 @inlined
 def _place(bodies: Any, noise: Any, parameters: Any) -> None:
-    """Place all bodies of a group at the centres of random cells."""
+    """Place all active bodies of a group at the centres of random cells."""
     for i in range(bodies.position.shape[0]):
-        for axis in range(2):
+        for axis in range(2 if bodies.active[i] else 0):
             side = parameters[_WIDTH + axis]
             bodies.position[i, axis] = float(int(noise[axis, i] * side)) + 0.5 - 0.5 * side
 
@@ -114,7 +126,8 @@ class Surround(Interaction):
     """Hunters on all four sides of a prey capture it; the next step places everybody at random.
 
     All move at once. Hunters may share a cell, a hunter and a prey may not: prey that would enter a hunter's cell
-    stays, and then hunters that would enter a prey's cell stay.
+    stays, and then hunters that would enter a prey's cell stay; those who stay may hinder others. Only where a trial
+    begins a hunter and a prey may be in one cell. Inactive bodies stay where they are, and hinder nobody.
 
     Roles and columns of the history are those of `Capture`; all hunters get the reward.
 
@@ -157,6 +170,9 @@ class Surround(Interaction):
         checks.flag("torus", self.torus)
         checks.number("reward", self.reward)
         checks.number("cost", self.cost)
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        check_grid(self, arena)
 
     def start(self, sizes: Any) -> InteractionState:
         return InteractionState(np.zeros((0, 0)), np.zeros((1, 2), np.int64))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,9 @@ def _spoil(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tu
         robots.reward[1] = parameters[1]
     elif what == 4.0:
         scores[1] = parameters[1]
+    elif what == 5.0:
+        robots.position[0, 0] = 0.0
+        raise ValueError("spoiled")
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,20 @@ def test_what_a_kernel_leaves_wrong_is_named_and_undone(what: float, value: floa
     assert fingerprint(world) == fingerprint(reference)
 
 
+@pytest.mark.parametrize("path", ["run", "step"])
+def test_a_kernel_that_raises_stops_the_run_and_the_step_is_undone(path: str, monkeypatch: Any) -> None:
+    printed: list[Any] = []
+    monkeypatch.setattr(sys, "unraisablehook", printed.append)
+    world, reference = spoiled(Spoil(5.0)), spoiled(Spoil(5.0))
+    reference.run(9)
+    with pytest.raises(ValueError, match=r"Spoil: its kernel raised an exception at tick 9, .*check_interaction\(\)"):
+        for _ in range(20):
+            world.run(20) if path == "run" else world.step()
+    assert str(printed[0].exc_value) == "spoiled"
+    assert world.tick == 9
+    assert fingerprint(world) == fingerprint(reference)
+
+
 def test_an_error_names_the_agent() -> None:
     world = spoiled(Spoil(0.0, 99.0))
     with pytest.raises(ValueError, match=rf"<Robot {world.groups[0][1].unique_id} of 'robots'> at tick 9 at \(99, "):
@@ -145,7 +163,10 @@ DECLARATIONS = [
     (declaring(columns=("load",)), TypeError, "must be tuples of role, name and value"),
     (declaring(columns=(("prey", "load", 0),)), ValueError, "'prey'.*robots"),
     (declaring(columns=(("robots", "speed", 0),)), ValueError, "bodies.robots.speed; take another"),
-    (declaring(columns=(("robots", "load", "x"),)), TypeError, "load='x'; must begin as a finite number"),
+    (declaring(columns=(("robots", "load", "x"),)), TypeError, "load='x': must begin as a finite number"),
+    (declaring(columns=(("robots", "load", np.float32(0.5)),)), TypeError, "float32; columns are float64, .*0.5"),
+    (declaring(columns=(("robots", "load", np.int8(3)),)), TypeError, "int8; columns are float64, int64 or bool.*3"),
+    (declaring(columns=(("robots", "load", 2**70),)), TypeError, "object; columns are float64, int64 or bool"),
     (declaring(columns=(("robots", "remove", 0),)), ValueError, "agents of 'robots' have the attribute 'remove'"),
     (declaring(scores=("observed",)), ValueError, "'observed' is already a column"),
     (declaring(start=lambda self, sizes: None), TypeError, "Odd.start: returned NoneType"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from naive import online as naive
 
+from teamsight.agents.awareness import NearestAwareness
 from teamsight.policies import Policy, PreyQ, check_policy
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.policies.percept_of_one import percept_of_one
@@ -36,8 +37,13 @@ class Watched(Policy):
 
 
 @pytest.mark.parametrize(
-    "policy", [ModularQ(1), ModularQ(1, modules=2, moves=4, values_ends=True), ModularQ(1, temperature=0.0)], ids=str
-)
+    "policy",
+    [
+        ModularQ(1), ModularQ(1, modules=2, moves=4, values_ends=True, temperature=0.4), ModularQ(1, temperature=0.0),
+        ModularQ(1, by="distance", learning_rate=0.8), ModularQ(1, monolithic=True), ModularQ(1, 2, "distance", True),
+    ],
+    ids=str,
+)  # fmt: skip
 def test_it_is_its_slow_twin(policy: ModularQ) -> None:
     world = Pursuit(5, 2, **WORLD, policy=Watched(policy), rng=5)
     with pytest.warns(UserWarning, match="one by one"):
@@ -45,12 +51,15 @@ def test_it_is_its_slow_twin(policy: ModularQ) -> None:
     assert (world.recording.history["captures"] > 0).sum() > 5
 
 
+@pytest.mark.parametrize(
+    "how", [{}, {"by": "distance"}, {"monolithic": True}, {"monolithic": True, "by": "distance"}], ids=str
+)
 @pytest.mark.parametrize("values_ends", [False, True])
-def test_with_one_module_it_is_plain_q_learning_bit_for_bit(values_ends: bool) -> None:
-    common: dict[str, Any] = {"moves": 5, "values_ends": values_ends}
+def test_with_one_module_it_is_plain_q_learning_bit_for_bit(how: dict[str, Any], values_ends: bool) -> None:
+    common: dict[str, Any] = {"moves": 5, "values_ends": values_ends, "learning_rate": 0.8, "temperature": 0.4}
     modular, plain = (
         Pursuit(2, 2, **WORLD, policy=policy, rng=9)
-        for policy in (ModularQ(1, modules=1, **common), PreyQ(1, partner=1, **common))
+        for policy in (ModularQ(1, modules=1, **how, **common), PreyQ(1, partner=1, **common))
     )
     for world in (modular, plain):
         world.run(5000)
@@ -60,8 +69,9 @@ def test_with_one_module_it_is_plain_q_learning_bit_for_bit(values_ends: bool) -
     assert tables.any()
 
 
-def test_both_paths_learn_the_same() -> None:
-    compiled, stepped = (Pursuit(4, 1, **WORLD, policy=ModularQ(1), rng=3) for _ in range(2))
+@pytest.mark.parametrize("how", [{}, {"by": "distance"}, {"monolithic": True}], ids=str)
+def test_both_paths_learn_the_same(how: dict[str, Any]) -> None:
+    compiled, stepped = (Pursuit(4, 1, **WORLD, policy=ModularQ(1, **how), rng=3) for _ in range(2))
     compiled.run(300)
     for _ in range(150):
         stepped.step()
@@ -87,13 +97,63 @@ def test_its_tables_grow_with_the_number_of_partners() -> None:
     assert [ModularQ(3, modules=n).entries for n in (1, 2, 3)] == [2500 * 5, 5000 * 5, 7500 * 5]
 
 
-def test_contract() -> None:
-    check_policy(ModularQ(1, modules=2))
+def test_one_table_over_all_grows_as_a_power() -> None:
+    # Touzet's p^d: 26 places of the prey and of each partner at depth 2, 50 at depth 3.
+    whole = {depth: ModularQ(depth, monolithic=True) for depth in (2, 3)}
+    assert {depth: policy.rows for depth, policy in whole.items()} == {2: 456_976, 3: 6_250_000}
+    assert whole[2].start(2).floats.shape == (2, 456_977, 5)
+    with pytest.raises(ValueError, match=r"depth=4, modules=3.*226,060,880 values.*at most 50,000,000.*100,860"):
+        ModularQ(4, monolithic=True)
 
 
 @pytest.mark.parametrize(
-    ("given", "named"), [({"modules": 0}, "modules=0"), ({"depth": 99}, "depth=99"), ({"discount": 2}, "discount=2")]
+    ("policy", "degree", "cure"),
+    [
+        (ModularQ(1), "nearest", "awareness='pairwise'"),
+        (ModularQ(1), "ring", "awareness='pairwise'"),
+        (ModularQ(1), "none", "awareness='pairwise'"),
+        (ModularQ(1, by="distance"), "none", "awareness='ring'"),
+    ],
 )
+def test_a_degree_that_does_not_show_partners_is_refused(policy: ModularQ, degree: str, cure: str) -> None:
+    with pytest.raises(ValueError, match=f"policy=ModularQ.*needs.*awareness {degree!r} does not deliver; use {cure}"):
+        Pursuit(4, 1, **{**WORLD, "awareness": degree}, policy=policy, rng=1)
+
+
+def test_by_distance_partners_need_no_identity() -> None:
+    world = Pursuit(4, 1, **{**WORLD, "awareness": NearestAwareness(3)}, policy=ModularQ(1, by="distance"), rng=1)
+    world.run(3000)
+    others = np.arange(100) % 10 != 9
+    modules = world.hunters.policy_state.floats[:, :-1].reshape(4, 3, 100, 5)
+    assert (modules[:, :, others] != 0).any(axis=(0, 2, 3)).all(), "a module has never seen a partner"
+
+
+def test_a_frozen_team_begins_again_without_one_that_has_left() -> None:
+    world = Pursuit(4, 1, **WORLD, policy=ModularQ(1), rng=3)
+    world.run(1000)
+    world.hunters.policy = world.hunters.policy.frozen(world.hunters.policy_state)
+    tables, partners = (part.copy() for part in world.hunters.policy_state)
+    world.hunters[1].remove()
+    world.run(10)
+    world.reset()
+    left = [0, 2, 3]
+    assert np.array_equal(world.hunters.policy_state.floats[:, :-1], tables[left, :-1])
+    assert np.array_equal(world.hunters.policy_state.ints[:, :-1, 1], partners[left, :-1, 1])
+    world.run(10)
+
+
+@pytest.mark.parametrize("how", [{}, {"by": "distance"}, {"monolithic": True}], ids=str)
+def test_contract(how: dict[str, Any]) -> None:
+    check_policy(ModularQ(1, modules=2, **how))
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        ({"modules": 0}, "modules=0"), ({"depth": 99}, "depth=99"), ({"discount": 2}, "discount=2"),
+        ({"by": "name"}, "by='name'"),
+    ],
+)  # fmt: skip
 def test_wrong_values_are_named(given: dict[str, Any], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         ModularQ(**given)

@@ -101,6 +101,62 @@ def test_one_table_learns_from_all() -> None:
     assert np.array_equal(tables[0], tables[2])
 
 
+def test_a_robot_that_joins_uses_the_one_table() -> None:
+    world = Pursuit(hunters=2, side=5, depth=1, policy=PreyQ(1, one_table=True), rng=2)
+    world.run(500)
+    learned = world.hunters.policy_state.floats[0].copy()
+    world.hunters.add(1)
+    world.run(1)
+    tables = world.hunters.policy_state.floats
+    assert learned.any()
+    # One step corrects one value of each robot that has decided before.
+    assert ((tables[2] != learned).sum()) <= 2
+    world.run(100)
+    assert (tables == tables[:1]).all()
+
+
+def test_a_frozen_table_of_all_is_one_table() -> None:
+    world = Pursuit(hunters=2, side=5, depth=1, policy=PreyQ(1, one_table=True), rng=2)
+    world.run(500)
+    world.hunters.policy = world.hunters.policy.frozen(world.hunters.policy_state.floats)
+    tables = world.hunters.policy_state.floats[0].copy()
+    world.hunters.add(1)
+    world.run(10)
+    assert np.array_equal(world.hunters.policy_state.floats[2], tables)
+    with pytest.raises(ValueError, match=r"tables: those of 2 robots differ, and one_table=True; give one table"):
+        PreyQ(1, one_table=True, tables=np.arange(80.0).reshape(2, 10, 4))
+
+
+def test_frozen_hunters_keep_their_own_tables_when_one_has_left() -> None:
+    world = Pursuit(hunters=3, side=5, depth=1, policy=PreyQ(1), rng=2)
+    world.run(500)
+    tables = world.hunters.policy_state.floats.copy()
+    world.hunters.policy = world.hunters.policy.frozen(tables)
+    world.hunters[0].remove()
+    world.run(10)
+    state = world.state()
+    world.reset()
+    assert np.array_equal(world.hunters.policy_state.floats, tables[1:])
+    world.run(10)
+    world.restore(state)
+    world.run(10)
+    # There is no table for a fourth.
+    with pytest.raises(ValueError, match="of 3 robots, and the group has 4; give one table for all"):
+        world.hunters.add(1)
+
+
+@pytest.mark.parametrize("how", [{"average_every": 10}, {"one_table": True}], ids=str)
+def test_robots_that_share_tables_must_decide_together(how: dict[str, Any]) -> None:
+    world = Pursuit(hunters=3, side=5, depth=1, policy=PreyQ(1, **how), rng=2)
+    world.run(10)
+    world.hunters.cycle = 5
+    with pytest.raises(ValueError, match=r"PreyQ.*needs the state of all robots .*'hunters'.*leave out cycles"):
+        world.run(10)
+    alone = Pursuit(hunters=3, side=5, depth=1, policy=PreyQ(1), rng=2)
+    alone.hunters.cycle = 5
+    alone.run(10)
+
+
 def test_rows_of_tan() -> None:
     assert PreyQ(2).rows == 26
     assert PreyQ(2, reach=10).rows == 442
@@ -125,6 +181,11 @@ def test_contract(policy: Policy) -> None:
 def test_wrong_values_are_named(given: dict[str, Any], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         PreyQ(**given)
+
+
+def test_a_partner_that_no_degree_shows_is_refused() -> None:
+    with pytest.raises(ValueError, match="PreyQ.*needs 'teammates', which awareness 'none' does not deliver; use"):
+        Pursuit(hunters=2, depth=1, policy=PreyQ(1, partner=1), rng=1)
 
 
 def test_tables_of_another_team_are_refused() -> None:

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from teamsight import TASKS, check_task
-from teamsight.agents.awareness import NoAwareness
+from teamsight.agents.awareness import Awareness, NearestAwareness, NoAwareness, PairwiseAwareness, RingAwareness
+from teamsight.analysis.learning.task_curves import learning_curve
 from teamsight.policies import PreyQ
+from teamsight.policies.online.modular_q import ModularQ
 from teamsight.tasks.pursuit.task import learned, trial_steps
 from teamsight.tasks.pursuit.world import Pursuit
 
@@ -42,6 +44,36 @@ def test_without_awareness_of_teammates_there_is_no_table_of_them() -> None:
     policy = learned(scenario, NoAwareness(), 3)["policy"]
     assert isinstance(policy, PreyQ)
     assert policy.partner == 0
+
+
+@pytest.mark.parametrize("rule", ["pair", "surround"])
+@pytest.mark.parametrize("hunters", [4, 30])
+@pytest.mark.parametrize(
+    "degree", [NoAwareness(), NearestAwareness(1), NearestAwareness(3), RingAwareness(4), PairwiseAwareness()], ids=str
+)
+def test_a_team_learns_with_each_degree_and_size(degree: Awareness, hunters: int, rule: str) -> None:
+    scenario = TASKS["pursuit"].full_scenario({**SMALL, "hunters": hunters, "rule": rule, "torus": True})
+    team = learned(scenario, degree, 3, steps=300)
+    assert team["awareness"] == degree
+    policy = team["policy"]
+    tables = policy.first.floats[:, :-1] if isinstance(policy, ModularQ) else policy.tables
+    # The last of the 26 places in a row is for a teammate that is not seen.
+    is_seen = np.arange(tables.shape[1]) % 26 != 25
+    uses_partners = isinstance(policy, ModularQ) or policy.partner > 0
+    assert uses_partners == (degree != NoAwareness())
+    assert not uses_partners or tables[:, is_seen].any()
+    if isinstance(policy, ModularQ):
+        assert policy.modules == min(3, getattr(degree, "delta", 3))
+    world = Pursuit(**scenario, **team, rng=1)
+    world.run(50)
+    assert world.path == "compiled"
+
+
+def test_a_team_that_learns_for_longer_needs_less() -> None:
+    curve = learning_curve("pursuit", [0, 20_000], awareness=["none"], scenario=SMALL, trainings=1, runs=8, steps=400)
+    means = curve.groupby("learned")["counted"].mean()
+    # Five times as long without learning; the mean of eight runs of 400 steps varies by a third.
+    assert means[0] > 1.5 * means[20_000], means.to_dict()
 
 
 def test_trials_that_do_not_end_are_endless() -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import turned_by
+from teamsight.policies.braitenberg.cues import AGILITY, OBSTACLE_RANGE, SWERVE
 from teamsight.policies.braitenberg.readings import eyes, nearest, obstacle
 
 #: The behaviours, in the order of the fixed priority; a robot's behaviour is an index into them.
@@ -18,8 +19,8 @@ _BIAS = 0.2
 
 
 @inlined
-def roll(i: int, percept: Any, action: Any, left: float, right: float, agility: float) -> None:
-    """Write the action of robot `i` for the speeds of its wheels, in [−1, 1].
+def _roll(i: int, percept: Any, action: Any, left: float, right: float, agility: float) -> None:
+    """Write the action of robot `i` for the speeds of its wheels, cut to [−1, 1].
 
     Their mean is the distance as a share of the speed; half their difference, times the agility [turns], the rotation.
     """
@@ -32,24 +33,28 @@ def roll(i: int, percept: Any, action: Any, left: float, right: float, agility: 
 
 
 @inlined
-def wheels_of(behaviour: int, i: int, percept: Any, parameters: Any, random: float) -> tuple[float, float]:
+def _wheels(behaviour: int, i: int, percept: Any, parameters: Any, random: float) -> tuple[float, float]:
     """Return the speeds of the left and the right wheel of robot `i` in a behaviour; `random` is uniform."""
-    sphere, swerve = parameters[0], parameters[3]
-    left = 0.0
-    right = 0.0
+    swerve = parameters[SWERVE]
+    left = 1.0 - swerve * random
+    right = 1.0 - swerve * (1.0 - random)
     if behaviour == AVOID:
-        # Each eye brakes the wheel on the other side, so the robot turns away.
-        near_left, near_right = obstacle(i, percept, sphere)
-        left, right = 1.0 + _BIAS - _BRAKE * near_right, 1.0 - _BRAKE * near_left
-    elif behaviour in (GOAL, FOLLOW):
-        # Each eye drives the wheel on the other side, so the robot turns to the light.
-        if behaviour == GOAL:
-            distance, x, y = nearest(i, percept.targets)
-        else:
-            distance, x, y = nearest(i, percept.teammates)
+        # Each side brakes the wheel of the other, so the robot turns away.
+        near_left, near_right = obstacle(i, percept, parameters[OBSTACLE_RANGE])
+        left = 1.0 + _BIAS - _BRAKE * near_right
+        right = 1.0 - _BRAKE * near_left
+    elif behaviour == SLOW:
+        left *= 0.5
+        right *= 0.5
+    elif behaviour != FIND:
+        # Each eye drives the wheel of the other side, so the robot turns to the light.
+        distance, x, y = nearest(i, percept.targets) if behaviour == GOAL else nearest(i, percept.teammates)
         right, left = eyes(i, percept, x, y, distance)
-    else:
-        left, right = 1.0 - swerve * random, 1.0 - swerve * (1.0 - random)
-        if behaviour == SLOW:
-            left, right = 0.5 * left, 0.5 * right
     return left, right
+
+
+@inlined
+def behave(behaviour: int, i: int, percept: Any, parameters: Any, random: float, action: Any) -> None:
+    """Write the action of robot `i` in a behaviour."""
+    left, right = _wheels(behaviour, i, percept, parameters, random)
+    _roll(i, percept, action, left, right, parameters[AGILITY])

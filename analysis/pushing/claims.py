@@ -1,0 +1,143 @@
+"""The claims on box pushing as signs and order, with intervals, and how sure we are of each.
+
+Notes
+-----
+Only what was read can hold or fail. What is recalled, and not verified, agrees or differs; none has a number.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from teamsight.analysis.stats.exceedance import bounds
+from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text
+
+Floats = npt.NDArray[np.float64]
+
+#: How sure the source of a claim is: read, recalled, none.
+READ, RECALLED, OURS = "video 199 of the Handbook of Robotics", "recalled, not verified", "ours"
+#: Team sizes at which times are compared: few robots, the number in between, many.
+FEW, SOME, MANY = 2, 10, 20
+#: The difference of times that counts as none, as a share.
+MARGIN = 0.1
+
+# The quantile of the normal distribution for 95 %.
+_QUANTILE = 1.959963984540054
+
+
+def runs_of(table: pd.DataFrame, team: str, robots: int | None = None) -> pd.DataFrame:
+    """Return the runs of a team, of one size or of all from two robots on, in the order of sizes and replicates."""
+    is_size = table["robots"] >= FEW if robots is None else table["robots"] == robots
+    return table[(table["team"] == team) & is_size].sort_values(["robots", "replicate"])
+
+
+def slower(table: pd.DataFrame, team: str, robots: int, than: int) -> Interval:
+    """Return by how many steps a team needs longer with one number of robots than with another: Welch's interval."""
+    one, other = (np.asarray(runs_of(table, team, size)["time"], float) for size in (robots, than))
+    difference = float(one.mean() - other.mean())
+    if min(len(one), len(other)) < 2:
+        return Interval(difference, -math.inf, math.inf)
+    wide = _QUANTILE * math.sqrt(one.var(ddof=1) / len(one) + other.var(ddof=1) / len(other))
+    return Interval(difference, difference - wide, difference + wide)
+
+
+def saved(table: pd.DataFrame, team: str, over: str) -> Interval:
+    """Return by which share the mean time of a team is shorter than that of another, over all sizes.
+
+    The interval is Student's, of the paired differences to first order in the ratio of the means.
+    """
+    with_, without = (np.asarray(runs_of(table, name)["time"], float) for name in (team, over))
+    ratio = with_.mean() / without.mean()
+    return interval_of(1.0 - ratio + (ratio * without - with_) / without.mean())
+
+
+def stagnation(runs: pd.DataFrame) -> Floats:
+    """Return for each run the share of the steps with at least two robots that push in which the box does not move.
+
+    Runs without such steps are left out.
+    """
+    tried = runs[runs["together"] > 0]
+    return np.asarray(tried["stagnating"] / tried["together"], float)
+
+
+def stagnation_slope(table: pd.DataFrame, team: str) -> Interval:
+    """Return by how much stagnation grows with each further robot: the slope of the line through the means of sizes.
+
+    The variance of each mean is that of its runs, so that sizes may differ in it.
+    """
+    runs = runs_of(table, team)
+    shares = {size: stagnation(part) for size, part in runs.groupby("robots")}
+    shares = {size: share for size, share in shares.items() if len(share) > 1}
+    if len(shares) < 2:
+        return Interval(math.nan, -math.inf, math.inf)
+    sizes = np.array(list(shares), float)
+    weight = (sizes - sizes.mean()) / ((sizes - sizes.mean()) ** 2).sum()
+    means = np.array([share.mean() for share in shares.values()])
+    variances = np.array([share.var(ddof=1) / len(share) for share in shares.values()])
+    slope, wide = float(weight @ means), _QUANTILE * math.sqrt(float(weight**2 @ variances))
+    return Interval(slope, slope - wide, slope + wide)
+
+
+def percent(interval: Interval) -> str:
+    """Return a share with its interval, in percent."""
+    return interval_text(Interval(*(100.0 * one for one in interval)), "%")
+
+
+def verdicts(table: pd.DataFrame) -> list[Verdict]:
+    """Return the verdicts on all claims; `table` is that of the runs of `plan.Plan`."""
+    less, more = slower(table, "fixed priority", FEW, SOME), slower(table, "fixed priority", MANY, SOME)
+    grows = stagnation_slope(table, "no recovery")
+    return [
+        _one_never(table), _two_do(table),
+        _recalled(f"K2 {SOME} robots are faster than {FEW}", above(less), interval_text(less, "steps")),
+        _recalled(f"K2 {MANY} robots are slower than {SOME}", above(more), interval_text(more, "steps")),
+        _recalled("K3 Without recovery, stagnation grows with N", above(grows), f"{percent(grows)} for each robot"),
+        _network(table), _awareness(table),
+    ]  # fmt: skip
+
+
+def _recalled(claim: str, verdict: str, measured: str) -> Verdict:
+    return Verdict(claim, RECALLED, measured, {HOLDS: "agrees", FAILS: "differs"}.get(verdict, verdict))
+
+
+def _one_never(table: pd.DataFrame) -> Verdict:
+    """One robot never moves the box, in no step of any run."""
+    alone = table[table["robots"] == 1]
+    moved = int((alone["box_moved"] > 0).sum())
+    verdict = UNDECIDED if alone.empty else HOLDS if moved == 0 else FAILS
+    return Verdict("K1 One robot never moves the box (by construction)", READ, f"{moved} of {len(alone)} runs", verdict)
+
+
+def _two_do(table: pd.DataFrame) -> Verdict:
+    """Two robots move it by the distance in more than half of the runs, by the interval of Clopper and Pearson."""
+    pair = runs_of(table, "fixed priority", FEW)
+    done = int((~pair["censored"]).sum())
+    low, high = (float(one) for one in bounds(done, max(len(pair), 1), 0.975))
+    verdict = HOLDS if low > 0.5 else FAILS if high <= 0.5 else UNDECIDED
+    measured = f"{done} of {len(pair)} runs ({100 * low:.0f} to {100 * high:.0f} %)"
+    return Verdict(f"K1 {FEW} robots move it the whole way in most runs", READ, measured, verdict)
+
+
+def _network(table: pd.DataFrame) -> Verdict:
+    found = saved(table, "network", "fixed priority")
+    inside = found.low >= -MARGIN and found.high <= MARGIN
+    outside = found.high < -MARGIN or found.low > MARGIN
+    claim = f"K4 Network and fixed priority take the same time (up to {100 * MARGIN:g} %)"
+    return _recalled(claim, HOLDS if inside else FAILS if outside else UNDECIDED, percent(found))
+
+
+def _awareness(table: pd.DataFrame) -> Verdict:
+    found = saved(table, "fixed priority", "no awareness")
+    return Verdict("Perceiving the nearest teammate saves time", OURS, percent(found), above(found))
+
+
+def same_runs(table: pd.DataFrame, team: str, other: str) -> tuple[int, int]:
+    """Return in how many runs two teams did the same in all that is measured, and the number of runs."""
+    measured = ["time", "box_moved", "together", "stagnating", "max_neighbours"]
+    one, two = (runs_of(table, name)[measured].to_numpy() for name in (team, other))
+    return int((one == two).all(axis=1).sum()), len(one)

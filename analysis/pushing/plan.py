@@ -1,0 +1,85 @@
+"""The plan: which teams push the box, and how many robots they have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import Any
+
+from teamsight.agents.awareness import NearestAwareness
+from teamsight.analysis.pushing.trials import agreement, lessons, until_moved
+from teamsight.analysis.runs.planned_runs import Planned
+from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
+from teamsight.tasks.pushing.task import TASK
+from teamsight.tasks.pushing.world import FIXED_PRIORITY
+
+# The team sizes and the replicates from which the network learns, and those with which it is tested.
+_LESSON_ROBOTS = (3, 6, 12)
+_LESSON_RUNS = range(-4, 0)
+_TEST_RUNS = range(-8, -4)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to simulate.
+
+    Parameters
+    ----------
+    runs : int
+        Runs of each team of each size. Run r of all teams of a size has the same seed.
+    steps : int
+        Steps after which a run is censored.
+    seed : int
+        Root seed.
+    robots : tuple of int
+        The team sizes.
+    """
+
+    runs: int = 100
+    steps: int = 2000
+    seed: int = root("pushing")
+    robots: tuple[int, ...] = (1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 18, 20)
+
+    def conditions(self) -> dict[str, Any]:
+        """Return the settings, fit for JSON."""
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+
+    def teams(self) -> dict[str, dict[str, Any]]:
+        """Return the parameters of each team, by name."""
+        fixed = {"policy": FIXED_PRIORITY, "recovery": True, "awareness": "pairwise"}
+        return {
+            "fixed priority": fixed,
+            "no recovery": {**fixed, "recovery": False},
+            "network": {"policy": network_of(self.seed), "awareness": "pairwise"},
+            "δ = 1": {**fixed, "awareness": NearestAwareness(1)},
+            "no awareness": {**fixed, "awareness": "none"},
+            "explore": dict(TASK.explore or {}),
+        }
+
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns that identify it: team, robots, replicate and seed."""
+        teams = self.teams()
+        for robots in self.robots:
+            cell = {"robots": robots}
+            for replicate in range(self.runs):
+                seed = task_seed(TASK, self.seed, replicate, cell)
+                for name, team in teams.items():
+                    run = task_run(TASK, TASK.parameters(team, cell), seed, self.steps, until_moved)
+                    yield {"team": name, "robots": robots, "replicate": replicate, "seed": seed}, run
+
+
+@cache
+def network_of(seed: int) -> AdaptiveNetwork:
+    """Return the network that has learned from runs with the fixed priority under a root seed."""
+    cues, behaviours = lessons(seed, _LESSON_RUNS, _LESSON_ROBOTS)
+    return AdaptiveNetwork.trained(cues, behaviours, rng=seed)
+
+
+def agreement_of(seed: int) -> tuple[float, float]:
+    """Return the share of decisions in which network and fixed priority agree: in lessons, and in other runs."""
+    shares = (agreement(network_of(seed), lessons(seed, runs, _LESSON_ROBOTS)) for runs in (_LESSON_RUNS, _TEST_RUNS))
+    learned, tested = shares
+    return learned, tested
