@@ -37,11 +37,14 @@ def runs_of(table: pd.DataFrame, team: str, robots: int | None = None) -> pd.Dat
 
 
 def slower(table: pd.DataFrame, team: str, robots: int, than: int) -> Interval:
-    """Return by how many steps a team needs longer with one number of robots than with another: Welch's interval."""
+    """Return by how many steps a team needs longer with one number of robots than with another.
+
+    The variances may differ; without two runs of both, nothing is known.
+    """
     one, other = (np.asarray(runs_of(table, team, size)["time"], float) for size in (robots, than))
-    difference = float(one.mean() - other.mean())
     if min(len(one), len(other)) < 2:
-        return Interval(difference, -math.inf, math.inf)
+        return Interval(math.nan, -math.inf, math.inf)
+    difference = float(one.mean() - other.mean())
     wide = _QUANTILE * math.sqrt(one.var(ddof=1) / len(one) + other.var(ddof=1) / len(other))
     return Interval(difference, difference - wide, difference + wide)
 
