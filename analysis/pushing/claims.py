@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.analysis.stats.exceedance import bounds
-from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.paired import Interval, half_width, interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text
 
 Floats = npt.NDArray[np.float64]
@@ -25,9 +25,6 @@ READ, RECALLED, OURS = "video 199 of the Handbook of Robotics", "recalled, not v
 FEW, SOME, MANY = 2, 10, 20
 #: The difference of times that counts as none, as a share.
 MARGIN = 0.1
-
-# The quantile of the normal distribution for 95 %.
-_QUANTILE = 1.959963984540054
 
 
 def runs_of(table: pd.DataFrame, team: str, robots: int | None = None) -> pd.DataFrame:
@@ -44,9 +41,8 @@ def slower(table: pd.DataFrame, team: str, robots: int, than: int) -> Interval:
     one, other = (np.asarray(runs_of(table, team, size)["time"], float) for size in (robots, than))
     if min(len(one), len(other)) < 2:
         return Interval(math.nan, -math.inf, math.inf)
-    difference = float(one.mean() - other.mean())
-    wide = _QUANTILE * math.sqrt(one.var(ddof=1) / len(one) + other.var(ddof=1) / len(other))
-    return Interval(difference, difference - wide, difference + wide)
+    variance = one.var(ddof=1) / len(one) + other.var(ddof=1) / len(other)
+    return _around(float(one.mean() - other.mean()), float(variance), min(len(one), len(other)))
 
 
 def saved(table: pd.DataFrame, team: str, over: str) -> Interval:
@@ -82,8 +78,13 @@ def stagnation_slope(table: pd.DataFrame, team: str) -> Interval:
     weight = (sizes - sizes.mean()) / ((sizes - sizes.mean()) ** 2).sum()
     means = np.array([share.mean() for share in shares.values()])
     variances = np.array([share.var(ddof=1) / len(share) for share in shares.values()])
-    slope, wide = float(weight @ means), _QUANTILE * math.sqrt(float(weight**2 @ variances))
-    return Interval(slope, slope - wide, slope + wide)
+    return _around(float(weight @ means), float(weight**2 @ variances), min(len(share) for share in shares.values()))
+
+
+def _around(mean: float, variance: float, fewest: int) -> Interval:
+    """Return Student's interval, with the degrees of freedom of the smallest sample, so that it is not too short."""
+    wide = float(half_width(np.array(math.sqrt(variance)), np.array(fewest)))
+    return Interval(mean, mean - wide, mean + wide)
 
 
 def percent(interval: Interval) -> str:
