@@ -214,7 +214,8 @@ def _flat(one: Cell) -> dict[str, Any]:
     for name, interval in (("ratio", one.ratio), ("gain", one.gain)):
         row |= {name: interval.mean, f"{name}_low": interval.low, f"{name}_high": interval.high}
     enough = {f"enough_at_{team}": one.is_enough(getattr(one, team).delta) for team in ("explore", "skilled")}
-    return row | {"objective": one.objective, "tolerance": one.tolerance, "censored": one.censored, "too_few": one.too_few} | enough
+    further = {name: getattr(one, name) for name in ("objective", "tolerance", "censored", "too_few")}
+    return row | further | enough
 
 
 def is_enough(shortfall: Interval, tolerance: float) -> Answer:
