@@ -71,7 +71,7 @@ class AdaptiveNetwork(Vehicle):
 
     @classmethod
     def trained(
-        cls, cues: npt.ArrayLike, behaviours: npt.ArrayLike, *, rng: int = 0, trees: int = 5, depth: int = 6,
+        cls, cues: npt.ArrayLike, behaviours: npt.ArrayLike, *, rng: int = 0, trees: int = 9, depth: int = 7,
         **options: Any,
     ) -> AdaptiveNetwork:  # fmt: skip
         """Return a policy that has learned by supervision which behaviour belongs to which cues.
@@ -130,10 +130,10 @@ class AdaptiveNetwork(Vehicle):
         return np.asarray(self.trees, np.float32)
 
     def start(self, size: int) -> PolicyState:
-        """Return the state of robots that do not recover: as for others, and room for the values of a tree."""
+        """Return the state of robots that do not recover: as for others, and room for a tree."""
         first, width = super().start(size), self.table.shape[1]
         ints = np.zeros((size, 2, max(width, first.ints.shape[2])), np.int64)
-        return first._replace(ints=ints, floats=np.zeros((size, 2, 1)))
+        return first._replace(ints=ints, floats=np.zeros((size, 2, first.floats.shape[2])))
 
 
 def checked_trees(trees: Any) -> npt.NDArray[np.float32]:

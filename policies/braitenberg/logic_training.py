@@ -15,7 +15,7 @@ _MOST_DEPTH = 10
 
 
 def train_trees(
-    cues: npt.ArrayLike, options: npt.ArrayLike, *, inputs: int, kinds: int, trees: int = 5, depth: int = 6,
+    cues: npt.ArrayLike, options: npt.ArrayLike, *, inputs: int, kinds: int, trees: int = 9, depth: int = 7,
     epochs: int = 60, rng: int = 0,
 ) -> npt.NDArray[np.float32]:  # fmt: skip
     """Return trees that have learned which option belongs to which cues; `logic_trees.most_votes` reads them.

@@ -10,8 +10,8 @@ from teamsight.core import checks
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 
-# The whole numbers that a robot keeps; see `recovery`.
-_COUNTERS = 5
+# The numbers and the whole numbers that a robot keeps; see `recovery`.
+_NUMBERS, _COUNTERS = 3, 5
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,8 @@ class Vehicle(CompiledPolicy):
     swerve : float
         How much a robot without a goal swerves: the largest difference of its wheels, in [0, 1].
     recovery : bool
-        Whether a robot that pushes in vain turns its push, and then goes to another side of the box.
+        Whether a robot that pushes in vain turns its push, and then goes to another side of the box. It notices by
+        odometry whether the box moves.
     patience : int
         Steps of stagnation after which it recovers, and steps that a recovery takes.
     contact : float
@@ -70,5 +71,5 @@ class Vehicle(CompiledPolicy):
         return self.obstacle_range, self.slow_range, self.agility, self.swerve, patience, self.contact
 
     def start(self, size: int) -> PolicyState:
-        """Return the state of robots that do not recover: the turn of a push, and counters."""
-        return PolicyState(np.zeros((size, 1, 1)), np.zeros((size, 1, _COUNTERS), np.int64))
+        """Return the state of robots that do not recover: see `recovery`."""
+        return PolicyState(np.zeros((size, 1, _NUMBERS)), np.zeros((size, 1, _COUNTERS), np.int64))

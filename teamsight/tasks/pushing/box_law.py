@@ -25,7 +25,8 @@ def pushes(robots: Any, i: int, box_x: float, box_y: float, near: float) -> bool
     if not robots.active[i] or dx * dx + dy * dy > near * near:
         return False
     wants = robots.moved[i, 0] != 0.0 or robots.moved[i, 1] != 0.0
-    return wants and robots.heading[i, 0] * dx + robots.heading[i, 1] * dy > 0.0
+    heads_in = robots.heading[i, 0] * dx + robots.heading[i, 1] * dy > 0.0
+    return wants and heads_in
 
 
 @inlined
