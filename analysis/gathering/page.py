@@ -64,7 +64,7 @@ def page(
 def index_table(cells: Sequence[Cell]) -> str:
     """Return a row for each task and team size: δ of both teams, and their ratio."""
     columns = [
-        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "explorations that show too few",
+        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "an exploration shows fewer",
         "saturates at δ",
     ]  # fmt: skip
     rows = (
