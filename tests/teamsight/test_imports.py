@@ -20,7 +20,7 @@ ROOT = Path(teamsight.__file__).resolve().parent.parent
 FOLDERS = ("agents", "policies", "world", "analysis")
 
 # The paper's model imports 171 modules of the package, 16 of them policies and their interface.
-MOST_MODULES, MOST_POLICIES = 181, 20
+MOST_MODULES, MOST_POLICIES = 182, 20
 
 
 def modules() -> dict[str, Path]:
