@@ -19,7 +19,6 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.policies.interface import Action
 from teamsight.world.bodies import Abilities, Bodies
-from teamsight.world.limits import Limits
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.starts import Founders
 
@@ -52,7 +51,7 @@ def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], c
     """
     members, size = group.members_so_far, len(group)
     checks.count("count", count, most=MOST_AGENTS - size)
-    own = _abilities(group, count, given, data.limits)
+    own = _abilities(data, group, count, given)
     places = Places(*(given[name] for name in Places._fields))
     founders = founders_of(data.arena, group.number, members, count, places, own)
     sensing, aware = group.ranges
@@ -137,14 +136,26 @@ def _check_same(group: Group, name: str, values: Floats) -> None:
         )
 
 
-def _abilities(group: Group, count: int, given: dict[str, Any], limits: Limits) -> Abilities:
+def _check_speed(data: WorldData, group: Group) -> None:
+    """Refuse to take the speed of new agents from a group whose speeds an interaction may have written."""
+    present, first = group.bodies.speed, group.first_abilities.speed[group.bodies.member]
+    if (present != first).any() and any(group in one.groups for one in data.interactions):
+        raise ValueError(
+            f"speed: that of {group.name!r} is not the one with which they began, and an interaction may have changed "
+            f"it; give that of the new ones, as in add(…, speed={first[0]:g})"
+        )
+
+
+def _abilities(data: WorldData, group: Group, count: int, given: dict[str, Any]) -> Abilities:
     """Return the abilities of new agents: those given, or those of the group."""
-    bodies, first = group.bodies, group.first_abilities
+    bodies, first, limits = group.bodies, group.first_abilities, data.limits
     known = {
         "speed": (bodies.speed, first.speed),
         "sensing_range": (group.ranges[0], first.sensing_range),
         "awareness_range": (group.ranges[1], first.awareness_range),
     }
+    if given["speed"] is None:
+        _check_speed(data, group)
     values = {name: _usual(group, name, *pair) if given[name] is None else given[name] for name, pair in known.items()}
     if given["turn_limit"] is not None:
         return abilities_of(count, limits, turn_limit=given["turn_limit"], **values)

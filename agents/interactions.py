@@ -24,6 +24,8 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
     check_interaction_declarations(interaction)
     _check_groups(data, interaction, groups)
     _check_new(data, interaction, groups)
+    order = sorted(interaction.roles, key=lambda role: groups[role].number)
+    interaction.check_fit(data.arena, tuple(order))
     for role, name, fill in interaction.columns:
         _check_column(type(interaction).__name__, groups[role], name, fill)
         _check_keeper(data, type(interaction).__name__, groups[role], name)

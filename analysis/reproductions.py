@@ -48,6 +48,7 @@ Reproduce = Callable[[Request, "WorkerPool", "Watch"], Sequence[str]]
 REPRODUCTIONS: Registry[Reproduce] = Registry(
     {
         "pursuit": "teamsight.analysis.pursuit.reproduce:reproduce",
+        "surround": "teamsight.analysis.pursuit.reproduce:reproduce",
         # One study compares all three.
         "forage": "teamsight.analysis.foraging.reproduce:reproduce",
         "consume": "teamsight.analysis.foraging.reproduce:reproduce",

@@ -6,7 +6,7 @@ import statistics
 
 from measure import Row, cpu_seconds
 
-from teamsight.policies import PreyQ
+from teamsight.policies import LatticeWalk, ModularQ, PreyQ
 from teamsight.tasks.pursuit.world import Pursuit
 
 STEPS = 50_000
@@ -15,11 +15,17 @@ LEAST = 1e6
 
 
 def measure_pursuit(rounds: int) -> list[Row]:
-    """Measure Tan's two tasks with learning hunters."""
+    """Measure Tan's two tasks, and that of Ono and Fukumoto, with learning hunters."""
     return [
+        _row("Ono and Fukumoto's pursuit, modules", _surround(), rounds),
         _row("Tan's pursuit, one captures", Pursuit(2, 1, policy=PreyQ(4), rng=1), rounds),
         _row("Tan's pursuit, two capture", _joint(), rounds),
     ]
+
+
+def _surround() -> Pursuit:
+    how = {"rule": "surround", "torus": True, "awareness": "pairwise", "prey_policy": LatticeWalk(5)}
+    return Pursuit(4, 1, 20, depth=3, policy=ModularQ(3), rng=1, **how)  # type: ignore[arg-type]
 
 
 def _joint() -> Pursuit:

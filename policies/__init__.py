@@ -14,6 +14,7 @@ if __name__ != "teamsight.policies":
 if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
+    from teamsight.policies.basis.basis_behaviours import BasisBehaviours
     from teamsight.policies.check import check_policy
     from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
@@ -45,6 +46,7 @@ _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
     "Action": "teamsight.policies.interface",
     "BCmommt": "teamsight.policies.handmade.b_cmommt",
+    "BasisBehaviours": "teamsight.policies.basis.basis_behaviours",
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
@@ -80,10 +82,11 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "BCmommt", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "Floats",
-    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
-    "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger",
-    "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
+    "POLICIES", "ACmommt", "Action", "BCmommt", "BasisBehaviours", "Centroid", "CompiledPolicy", "Evasive",
+    "Evolved", "Floats", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList",
+    "OnlineQ", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState",
+    "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "check_policy",
+    "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

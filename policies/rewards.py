@@ -72,7 +72,18 @@ def keep_reward(memory: LazyMemory) -> Floats:
 
 
 def interaction_reward(memory: LazyMemory) -> Floats:
-    """Return the rewards that interactions gave the robots in each transition, as recorded."""
+    """Return the rewards that interactions gave the robots in each transition, as recorded.
+
+    Raises
+    ------
+    ValueError
+        If none were recorded, since nothing interacted in the worlds that were explored.
+    """
+    if "reward" not in memory.facts:
+        raise ValueError(
+            "reward interaction: nothing interacted in the worlds that were explored, so it was not recorded; give "
+            "another reward, such as keep"
+        )
     return np.asarray(memory.fact("reward"), float)
 
 

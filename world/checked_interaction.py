@@ -57,6 +57,8 @@ def check_interaction(
         is not finite.
     """
     check_interaction_declarations(interaction)
+    if arena is not None:
+        interaction.check_fit(arena, interaction.roles)
     rng = np.random.default_rng(seed)
     for sizes, spread in _SCENES:
         numbers = {role: sizes[at % len(sizes)] for at, role in enumerate(interaction.roles)}

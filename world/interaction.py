@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Annotated, Any, ClassVar, NamedTuple, get_args, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, get_args, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Record, specialise
 from teamsight.core.parameters import parameters_of
+
+if TYPE_CHECKING:
+    from teamsight.world.contract import Arena
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -218,6 +221,22 @@ class Interaction:
             The number of bodies of each role, as ``sizes.hunters``.
         """
         return InteractionState(np.zeros((0, 0)), np.zeros((0, 0), np.int64))
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        """Refuse a world for which the interaction is not made; by default it is made for any.
+
+        Parameters
+        ----------
+        arena : Arena
+            The arena of the world.
+        order : tuple of str
+            The roles, in the order in which their groups move.
+
+        Raises
+        ------
+        ValueError
+            If it is not made for them.
+        """
 
     def entry(self, kinds: Kinds) -> Entry:
         """Return the compiled call of this kind of interaction, for these types of columns."""

@@ -144,9 +144,11 @@ class Arrivals(Coming):
         given = dict(self.abilities)
         if self.position is not None:
             given["position"] = self.position
-        speed, first = self._its_group().bodies.speed, self._its_group().first_abilities.speed
-        if "speed" not in given and len(set(speed.tolist())) > 1 and len(set(first.tolist())) == 1:
-            # Some are stopped or slowed now, as at a charging place; all have begun with the same speed.
+        group = self._its_group()
+        speed, first = group.bodies.speed, group.first_abilities.speed
+        is_changed = len(set(speed.tolist())) > 1 or any(group in one.groups for one in self.world._data.interactions)
+        if "speed" not in given and is_changed and len(set(first.tolist())) == 1:
+            # Some are stopped or slowed now, as at a charging place or by a load; all have begun with the same speed.
             given["speed"] = float(first[0])
         return given
 

@@ -48,6 +48,8 @@ def _draw_curves(axes: Axes, table: pd.DataFrame, plan: Plan) -> None:
             markersize=4, linewidth=1.4, capsize=2, linestyle="--" if condition in _DASHED else "-",
         )  # fmt: skip
     axes.set_xscale("log")
+    axes.set_xticks(plan.times, [f"{time:,}" for time in plan.times])
+    axes.minorticks_off()
     axes.set_ylim(0, 100)
     axes.set_xlabel("steps of learning")
     axes.set_ylabel("share of rows [%]")

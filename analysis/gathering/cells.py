@@ -70,7 +70,8 @@ class Cell(NamedTuple):
     explored : Interval, optional
         The shortfall at δ(explore), with bounds that hold together for all cells of the plan.
     too_few : float
-        The share of the runs of the exploration of which each shows fewer neighbours than δ(skilled).
+        The share of seeds under which the exploration shows a smaller largest number of neighbours than the team with
+        skill has; without a difference between the teams at most a half.
     """
 
     task: str
@@ -156,8 +157,13 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
         gain=interval_of(task.objective.sign * (full - _at(curve, 0))),
         censored=float(np.isinf(own["value"].to_numpy()).mean()),
         explored=explored,
-        too_few=float((_rows(table, task, size, "explore")["max_neighbours"] < skilled.delta).mean()),
+        too_few=_too_few(_rows(table, task, size, "explore"), own),
     )
+
+
+def _too_few(explore: pd.DataFrame, skilled: pd.DataFrame) -> float:
+    both = explore.merge(skilled, on="replicate", validate="1:1")
+    return float((both["max_neighbours_x"] < both["max_neighbours_y"]).mean())
 
 
 def _shortfalls(
@@ -214,7 +220,8 @@ def _flat(one: Cell) -> dict[str, Any]:
     for name, interval in (("ratio", one.ratio), ("gain", one.gain)):
         row |= {name: interval.mean, f"{name}_low": interval.low, f"{name}_high": interval.high}
     enough = {f"enough_at_{team}": one.is_enough(getattr(one, team).delta) for team in ("explore", "skilled")}
-    return row | {"objective": one.objective, "tolerance": one.tolerance, "censored": one.censored, "too_few": one.too_few} | enough
+    further = {name: getattr(one, name) for name in ("objective", "tolerance", "censored", "too_few")}
+    return row | further | enough
 
 
 def is_enough(shortfall: Interval, tolerance: float) -> Answer:

@@ -81,8 +81,10 @@ CLAIMS: dict[str, Claim] = {
     for claim in (
         Claim(
             "G1", "Where success disperses the team, exploration shows at least as many neighbours as skill.",
-            "holds if δ(explore) ≥ δ(skilled) for all values within the bounds, does not hold if for none",
-            lambda cell: cell.gathers is False, lambda cell: _order(cell.skilled, cell.explore, strictly=False),
+            "holds if δ(explore) ≥ δ(skilled) for all values within the bounds, does not hold if for none; where "
+            "exploration shows all N − 1 it would hold whatever happens: not judged",
+            lambda cell: cell.gathers is False and cell.explore.low < cell.size - 1,
+            lambda cell: _order(cell.skilled, cell.explore, strictly=False),
         ),
         Claim(
             "G2", "Where success gathers the team, exploration shows fewer neighbours than skill.",

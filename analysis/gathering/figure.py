@@ -23,10 +23,8 @@ _SERIES = (
     ("skilled", "δ of the team with skill", COLOURS[2], "s"),
     ("saturation", "objective saturates", COLOURS[3], "^"),
 )
-# Inches: a panel with what is beside it, and the head of the figure. Panels of a row.
-_WIDTH, _HEIGHT, _HEAD = 3.3, 3.0, 1.15
-_COLUMNS = 4
-_LEAST = 8.0
+# Inches: a panel with what is beside it, the head of the figure, and its least width.
+_WIDTH, _HEIGHT, _HEAD, _LEAST = 3.3, 3.0, 1.15, 8.0
 _MARKS = "os^Dv*PX"
 _GATHERS = {True: "gathers", False: "disperses", None: "unknown"}
 # By this share the marks of a series stand beside those of the one before, so that both are seen.
@@ -54,8 +52,9 @@ def draw(cells: Sequence[Cell], plan: Plan, kind: str = "png") -> bytes:
 def draw_on_canvas(cells: Sequence[Cell], plan: Plan) -> Canvas:
     """Return the figure; see `draw`."""
     tasks = list(dict.fromkeys(cell.task for cell in cells))
-    columns = min(_COLUMNS, len(tasks) + 1)
-    rows = math.ceil((len(tasks) + 1) / columns)
+    panels = len(tasks) + 1
+    columns = math.ceil(math.sqrt(panels))
+    rows = math.ceil(panels / columns)
     width, height = max(0.4 + _WIDTH * columns, _LEAST), _HEAD + _HEIGHT * rows
     figure = canvas(width, height)
     head(
@@ -69,7 +68,7 @@ def draw_on_canvas(cells: Sequence[Cell], plan: Plan) -> Canvas:
         "hspace": 0.42, "wspace": 0.25,
     }  # fmt: skip
     grid = figure.add_gridspec(rows, columns, **places)
-    for number in range(len(tasks) + 1):
+    for number in range(panels):
         axes = figure.add_subplot(grid[divmod(number, columns)])
         plain(axes)
         axes.tick_params(colors=FAINT)

@@ -42,8 +42,8 @@ def page(
         f"neighbours. Intervals in brackets hold together, for each task and N, with {CONFIDENCE:.0%}.",
         index_table(cells),
         "## Where the objective saturates",
-        "δ from which on the objective falls short of that with N − 1 teammates by at most the tolerance, whether it is "
-        "shown to be enough with the two δ above, and what all N − 1 teammates are worth.",
+        "δ from which on the objective falls short of that with N − 1 teammates by at most the tolerance, whether it "
+        "is shown to be enough with the two δ above, and what all N − 1 teammates are worth.",
         saturation_table(cells),
         "## Claims",
         claims_table(),
@@ -53,8 +53,8 @@ def page(
         "## All verdicts",
         verdicts_table(verdicts),
         "## Explore, act, measure again",
-        "The team with skill gets the δ of the exploration, then the one that it needed with that, until it holds. At "
-        "last it is compared with a team with N − 1.",
+        "The team with skill gets the δ of the exploration, then the one that it needed with that, until it holds. "
+        "At last it is compared with a team with N − 1.",
         rounds_table(iterations),
         "## Conditions",
         _conditions(plan),
@@ -64,7 +64,7 @@ def page(
 def index_table(cells: Sequence[Cell]) -> str:
     """Return a row for each task and team size: δ of both teams, and their ratio."""
     columns = [
-        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "explorations that show too few",
+        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "an exploration shows fewer",
         "saturates at δ",
     ]  # fmt: skip
     rows = (
@@ -169,7 +169,8 @@ def _conditions(plan: Plan) -> str:
     if any(callable(task.skilled) for task in plan.all_tasks):
         lines.append(f"Teams that learn: {plan.trainings} trainings for each degree, which share the runs.")
     if plan.scenario:
-        lines.append("Scenario: " + "; ".join(f"{name}={_listed(value)}" for name, value in plan.scenario.items()) + ".")
+        shown = "; ".join(f"{name}={_listed(value)}" for name, value in plan.scenario.items())
+        lines.append(f"Scenario: {shown}. Several values are for N in order.")
     return "\n".join(f"- {line}" for line in lines)
 
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 DEGREES = ("nearest", "ring")
 #: N of the teams.
 SIZES = (4, 8, 16, 30)
-# δ at which the objective is measured, beside N − 1 and the δ of both teams.
-_DELTAS = (0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 24, 32, 48, 64)
+#: δ at which the objective is measured by default.
+DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,9 @@ class Plan:
         sequence of one for each size.
     seed : int
         Root seed.
+    deltas : sequence of int, optional
+        The δ at which the objective is measured, beside 0, N − 1 and those of both teams; by default `DELTAS`. Fewer
+        save trainings of a team that learns.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class Plan:
     trainings: int = 1
     scenario: Mapping[str, Any] = field(default_factory=dict)
     seed: int = 0
+    deltas: Sequence[int] = DELTAS
 
     def __post_init__(self) -> None:
         if isinstance(self.tasks, (str, Task)):
@@ -82,6 +86,7 @@ class Plan:
         object.__setattr__(self, "sizes", sizes)
         if not names or not sizes:
             raise ValueError(f"{'tasks' if not names else 'sizes'}: there are none; give at least one")
+        object.__setattr__(self, "deltas", tuple(checks.count("deltas", delta) for delta in self.deltas))
         limits.runs(self.runs)
         checks.count("runs", self.runs, least=2, cure="an interval needs two runs")
         if self.steps is not None:
@@ -125,6 +130,7 @@ class Plan:
             "tolerance": self.tolerance,
             "degree": self.degree,
             "trainings": self.trainings,
+            "deltas": list(self.deltas),
             "scenario": {
                 name: list(value) if isinstance(value, (list, tuple)) else value
                 for name, value in self.scenario.items()
@@ -138,14 +144,16 @@ def awareness_of_delta(degree: str, delta: int) -> Awareness:
     return awareness_named("none") if delta == 0 else awareness_named(degree, {"delta": delta})
 
 
-def deltas(size: int, further: Iterable[int] = ()) -> tuple[int, ...]:
+def deltas(plan: Plan, size: int, further: Iterable[int] = ()) -> tuple[int, ...]:
     """Return the δ at which the objective of a team of N robots is measured, in order.
 
     Parameters
     ----------
+    plan : Plan
+        The plan.
     size : int
         N.
     further : iterable of int
         More δ, such as those of both teams.
     """
-    return tuple(sorted({delta for delta in (*_DELTAS, *further, size - 1) if delta < size}))
+    return tuple(sorted({delta for delta in (0, *plan.deltas, *further, size - 1) if delta < size}))

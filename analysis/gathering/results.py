@@ -86,7 +86,7 @@ def gather(
         Team(task, size, "skilled", delta)
         for task in plan.all_tasks
         for size in plan.sizes
-        for delta in deltas(size, _proposed(plan, teams, task, size))
+        for delta in deltas(plan, size, _proposed(plan, teams, task, size))
     ]
     made.of(curves, watch, "against δ")
     iterations = {
@@ -186,7 +186,8 @@ def make_results(
     found = gather(plan, pool, watch, checkpoint)
     pictures = {f"{PICTURE}.{kind}": draw(found.cells, plan, kind) for kind in formats}
     tables = {RUNS: found.runs, INDEX: found.frame, ROUNDS: found.rounds}
-    written = {**tables, **pictures, PAGE: page(found.cells, found.verdicts, found.iterations, plan)}
+    text = page(found.cells, found.verdicts, found.iterations, plan)
+    written: dict[str, results.Content] = {**tables, **pictures, PAGE: text}
     results.write_results(folder, written, {"gathering": plan.conditions()}, force=force)
     checkpoint.forget()
     return found

@@ -31,8 +31,8 @@ def check_scenarios(given: Mapping[str, Any], tasks: Sequence[Task], sizes: Sequ
         prefix, dot, _ = name.rpartition(".")
         if dot and prefix not in names:
             raise ValueError(
-                f"scenario: {name!r} is of the task {prefix!r}, which is not compared; {checks.suggestion(prefix, names)}"
-                f"the tasks are {', '.join(names)}"
+                f"scenario: {name!r} is of the task {prefix!r}, which is not compared; "
+                f"{checks.suggestion(prefix, names)}the tasks are {', '.join(names)}"
             )
         if isinstance(value, (list, tuple)) and len(value) != len(sizes):
             raise ValueError(

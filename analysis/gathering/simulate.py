@@ -12,7 +12,7 @@ from teamsight.analysis.gathering.plan import Plan
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import canonical
-from teamsight.analysis.runs.simulate import Job, Progress, run_all
+from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.task_runs import NEIGHBOURS, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.tasks.task import Task

@@ -23,6 +23,8 @@ from teamsight.world.limits import length
 
 #: Names of the policies that are compared.
 COOPERATIVE, COLLECTIVE, DESIGNED, RANDOM = "cooperative", "collective", "A-CMOMMT", "random walk"
+#: The teams of other tasks.
+SKILLED, RANDOM_TEAM = "skilled team", "team that explores"
 #: The shipped policy whose constants evolution found.
 EVOLVED = "evolved"
 
@@ -93,7 +95,24 @@ def check_team(memory: LazyMemory, robots: int) -> None:
 def contenders(
     name: str, memory: LazyMemory, objective: Objective, progress: Progress = lambda done, total: None
 ) -> Contenders:
-    """Return the policies to compare: what the learner learns, and three others.
+    """Return the policies to compare in CMOMMT: what the learner learns, and three others.
+
+    Parameters
+    ----------
+    name, memory, objective, progress
+        See `learned_policies`.
+    """
+    found = learned_policies(name, memory, objective, progress)
+    found[DESIGNED] = ACmommt(idle="wander"), PairwiseAwareness()
+    found[EVOLVED] = Evolved(), RingAwareness()
+    found[RANDOM] = RandomWalk(), awareness_for(memory, memory.own)
+    return found
+
+
+def learned_policies(
+    name: str, memory: LazyMemory, objective: Objective, progress: Progress = lambda done, total: None
+) -> Contenders:
+    """Return what a learner learns from all inputs, and from the robot's own ones.
 
     Parameters
     ----------
@@ -124,9 +143,6 @@ def contenders(
         found[COOPERATIVE if width > memory.own else COLLECTIVE] = policy, awareness_for(memory, width)
         before += width
         progress(before / work, 1.0)
-    found[DESIGNED] = ACmommt(idle="wander"), PairwiseAwareness()
-    found[EVOLVED] = Evolved(), RingAwareness()
-    found[RANDOM] = RandomWalk(), awareness_for(memory, memory.own)
     return found
 
 

@@ -22,13 +22,15 @@ LEARNERS: Mapping[str, type[Learner]] = Registry(
         "linear": "teamsight.policies.eager.linear:LinearQ",
     }
 )
-#: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones.
+#: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones; the
+#: last is what interactions gave.
 REWARDS: Registry[Reward] = Registry(
     {
         "own": "teamsight.policies.rewards:own_reward",
         "team": "teamsight.policies.rewards:team_reward",
         "alone": "teamsight.policies.rewards:alone_reward",
         "keep": "teamsight.policies.rewards:keep_reward",
+        "interaction": "teamsight.policies.rewards:interaction_reward",
     },
     group="teamsight.rewards",
 )

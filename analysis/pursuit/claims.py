@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,10 +11,10 @@ import pandas as pd
 
 from teamsight.analysis.pursuit.trials import BLOCK
 from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above
 
 Floats = npt.NDArray[np.float64]
 
-HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 #: Trials that count as early, and as late.
 EARLY, LATE = 200, 500
 # Depths whose crossings are compared.
@@ -24,17 +23,8 @@ _DEPTHS = (2, 3, 4)
 _SMOOTH = 5
 
 
-class Verdict(NamedTuple):
-    """A claim, what was measured, and whether it holds by the 95 % interval."""
-
-    claim: str
-    source: str
-    measured: str
-    verdict: str
-
-
 def verdicts(table: pd.DataFrame) -> list[Verdict]:
-    """Return the verdicts on all claims whose conditions are in the table; see `plan.simulate`."""
+    """Return the verdicts on all claims whose conditions are in the table; one row for each run of a `Plan`."""
     have = set(table["condition"])
     return [decide(table) for needs, decide in CLAIMS if have.issuperset(needs)]
 
@@ -68,8 +58,8 @@ def crossing(gain: Floats) -> float:
 
 def _above(interval: Interval, unit: str = "steps") -> tuple[str, str]:
     """Return what was measured, in words, and whether it is above 0."""
-    verdict = HOLDS if interval.low > 0 else FAILS if interval.high < 0 else UNDECIDED
-    return f"{interval.mean:+.1f} ({interval.low:+.1f} to {interval.high:+.1f}) {unit}".replace("-", "−"), verdict
+    mean, low, high = interval
+    return f"{mean:+.1f} ({low:+.1f} to {high:+.1f}) {unit}".replace("-", "−"), above(interval)
 
 
 def _fewer_steps(worse: str, better: str, phase: str, source: str, claim: str) -> tuple[Sequence[str], Decide]:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from teamsight.analysis.plot.style import DEGREE, FAINT, canvas, head, plain, to_png
+from teamsight.analysis.plot.style import DEGREE, FAINT, canvas, head, plain, to_picture
 from teamsight.analysis.pursuit.claims import gains
 from teamsight.analysis.pursuit.paper import VALUES
 from teamsight.analysis.pursuit.plan import Plan
@@ -33,15 +33,17 @@ _POINT = 4
 _TRIALS = 3000
 
 
-def draw(table: pd.DataFrame, plan: Plan) -> bytes:
-    """Return the figure as PNG.
+def draw(table: pd.DataFrame, plan: Plan, kind: str = "png") -> bytes:
+    """Return the figure in a format of `plot.style.FORMATS`.
 
     Parameters
     ----------
     table : DataFrame
-        From `plan.simulate`.
+        One row for each run of the plan.
     plan : Plan
         What was simulated.
+    kind : str
+        The format.
     """
     figure = canvas(11.0, 4.8)
     head(
@@ -57,7 +59,7 @@ def draw(table: pd.DataFrame, plan: Plan) -> bytes:
         axes.set_xlabel("trials")
     _draw_curves(left, table)
     _draw_gains(right, table)
-    return to_png(figure, _TITLE)
+    return to_picture(figure, _TITLE, kind)
 
 
 def _draw_curves(axes: Axes, table: pd.DataFrame) -> None:

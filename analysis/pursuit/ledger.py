@@ -47,7 +47,7 @@ class Row(NamedTuple):
 
 
 def rows(table: pd.DataFrame) -> list[Row]:
-    """Return a row for each value of Tan whose condition is in the table; see `plan.simulate`."""
+    """Return a row for each value of Tan whose condition is in the table; one row for each run of a `Plan`."""
     have = set(table["condition"])
     return [_row(value, table[table["condition"] == value.condition]) for value in VALUES if value.condition in have]
 

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import pandas as pd
 
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.pursuit.claims import HOLDS, Verdict, verdicts
+from teamsight.analysis.plot.verdict_table import counts, verdict_table
+from teamsight.analysis.pursuit.claims import verdicts
 from teamsight.analysis.pursuit.ledger import AGREES, DIFFERS, UNDECIDED, WIDEST, Row, rows
 from teamsight.analysis.pursuit.plan import Plan
 from teamsight.analysis.pursuit.trials import SETTLED
@@ -27,7 +28,7 @@ def page(table: pd.DataFrame, plan: Plan) -> str:
     Parameters
     ----------
     table : DataFrame
-        From `plan.simulate`.
+        One row for each run of the plan.
     plan : Plan
         What was simulated.
     """
@@ -36,7 +37,7 @@ def page(table: pd.DataFrame, plan: Plan) -> str:
         "# Tan's pursuit",
         _conditions(plan), _INFERRED,
         f"## {len(ledger)} values", _counts(ledger), ledger_table(ledger),
-        f"## {len(found)} claims", claims_table(found),
+        f"## {len(found)} claims", by_chance(len(found)), verdict_table(found),
     )  # fmt: skip
 
 
@@ -55,15 +56,18 @@ def _cells(row: Row) -> list[str]:
     ]  # fmt: skip
 
 
-def claims_table(found: Sequence[Verdict]) -> str:
-    """Return a table with a row for each claim."""
-    return markdown.table(["claim", "source", "measured", "verdict"], [list(one) for one in found])
-
-
 def summary(table: pd.DataFrame) -> list[str]:
-    """Return the result in two sentences."""
+    """Return the result in three sentences."""
     found = verdicts(table)
-    return [_counts(rows(table)), f"{sum(one.verdict == HOLDS for one in found)} of {len(found)} claims hold."]
+    return [_counts(rows(table)), counts(found), by_chance(len(found))]
+
+
+def by_chance(claims: int) -> str:
+    """Return how many claims would hold by chance."""
+    return (
+        "Each claim is judged by its own 95 % interval: if nothing made a difference, at most one in 40 would hold by "
+        f"chance, {claims / 40:.1f} of {claims}."
+    )
 
 
 def _counts(ledger: Sequence[Row]) -> str:

@@ -1,4 +1,4 @@
-"""The plan: which conditions are run how often, and the table of their results."""
+"""The plan: which conditions are run how often."""
 
 from __future__ import annotations
 
@@ -6,15 +6,11 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import pandas as pd
-
 from teamsight.analysis.pursuit.conditions import CONDITIONS
 from teamsight.analysis.pursuit.trials import BLOCK, Learning
-from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
-from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 
 # Steps of a trial, roughly, from which the work of a run is estimated.
 _STEPS = {False: 40, True: 110}
@@ -48,8 +44,8 @@ class Plan:
         """Return the settings, fit for JSON."""
         return {**asdict(self), "names": list(self.names)}
 
-    def planned(self) -> Iterator[tuple[dict[str, Any], Run]]:
-        """Yield each run with the columns of the table that identify it."""
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns that identify it: condition, replicate, seed and trials."""
         from teamsight.tasks.pursuit.world import Pursuit
 
         for name in self.names:
@@ -60,30 +56,3 @@ class Plan:
                 seed = run_seed(self.seed, replicate)
                 named = {"condition": name, "replicate": replicate, "seed": seed, "trials": trials}
                 yield named, Run(condition.parameters, seed, steps, Learning(trials, self.tests), Pursuit)
-
-
-def simulate(
-    plan: Plan,
-    pool: WorkerPool | None = None,
-    *,
-    progress: Progress = lambda done, total: None,
-    checkpoint: Checkpoint | None = None,
-) -> pd.DataFrame:
-    """Run all worlds of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-        What to simulate.
-    pool, progress, checkpoint
-        See `run_all`.
-
-    Returns
-    -------
-    DataFrame
-        One row a run: condition, replicate, seed, trials, curve (mean steps of each block of trials), training (mean
-        steps at the end of training), test (those of the test) and neighbours (the largest number of teammates).
-    """
-    planned = list(plan.planned())
-    measured = run_all([run for _, run in planned], pool, progress=progress, checkpoint=checkpoint)
-    return pd.DataFrame([named | one for (named, _), one in zip(planned, measured, strict=True)])

@@ -1,22 +1,18 @@
-"""``teamsight reproduce --task pursuit``."""
+"""``teamsight reproduce --task pursuit``: Tan's tables, then Ono and Fukumoto's modules."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from teamsight.analysis.pursuit.page import summary
-from teamsight.analysis.pursuit.plan import Plan
-from teamsight.analysis.pursuit.results import make_results
+from teamsight.analysis.pursuit import results as tan
+from teamsight.analysis.pursuit.ono import results as ono
 from teamsight.analysis.reproductions import Request
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
-# Of a coarse reproduction: the runs of each condition, and the share of its trials.
-_QUICK_RUNS, _QUICK_SHARE = 3, 0.05
-
 
 def reproduce(request: Request, pool: WorkerPool, watch: Watch) -> Sequence[str]:
-    """Simulate Tan's conditions, write tables, figure and page, and return the result in sentences.
+    """Simulate all conditions of both, write tables, pictures and pages, and return the result in sentences.
 
     Raises
     ------
@@ -25,8 +21,8 @@ def reproduce(request: Request, pool: WorkerPool, watch: Watch) -> Sequence[str]
     """
     if request.steps is not None:
         raise ValueError(f"steps={request.steps}: trials end with a capture; give the number of runs instead")
-    plan = Plan()
-    runs = request.runs or (_QUICK_RUNS if request.quick else plan.runs)
-    share = _QUICK_SHARE if request.quick else plan.share
-    plan = Plan(runs, share, seed=plan.seed if request.seed is None else request.seed)
-    return summary(make_results(plan, request.folder, pool, watch, force=request.force))
+    plan, modules = tan.plan_of(request), ono.plan_of(request)
+    # Before the first of both is simulated.
+    tan.check(plan, request)
+    ono.check(modules, request)
+    return [*tan.make_results(plan, request, pool, watch), *ono.make_results(modules, request, pool, watch)]

@@ -1,93 +1,77 @@
-"""Tan's pursuit from runs to files: two tables, a picture and a page."""
+"""Tan's part of ``teamsight reproduce --task pursuit``: two tables, a picture and a page."""
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
+from typing import Any
 
-import pandas as pd
-
-from teamsight import __version__
 from teamsight.analysis.pursuit.figure import draw
 from teamsight.analysis.pursuit.ledger import frame, rows
-from teamsight.analysis.pursuit.page import page
-from teamsight.analysis.pursuit.plan import Plan, simulate
-from teamsight.analysis.runs import files
+from teamsight.analysis.pursuit.page import page, summary
+from teamsight.analysis.pursuit.plan import Plan
+from teamsight.analysis.reproductions import Request
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.planned_runs import run_rows
+from teamsight.analysis.runs.results import Content, check_results, write_results
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
-RUNS, LEDGER, PAGE, PICTURE = "pursuit.parquet", "pursuit-ledger.parquet", "pursuit.md", "pursuit.png"
+RUNS, LEDGER, PAGE, PICTURE = "pursuit.parquet", "pursuit-ledger.parquet", "pursuit.md", "pursuit"
+# Of a coarse reproduction: the runs of each condition, and the share of its trials.
+_QUICK_RUNS, _QUICK_SHARE = 3, 0.05
 
 
-def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
-    """Raise an error if a file in the folder must not be replaced by a result or by the checkpoint.
+def plan_of(request: Request) -> Plan:
+    """Return the plan that a request asks for."""
+    default = Plan()
+    return Plan(
+        request.runs or (_QUICK_RUNS if request.quick else default.runs),
+        _QUICK_SHARE if request.quick else default.share,
+        seed=default.seed if request.seed is None else request.seed,
+    )
 
-    Parameters
-    ----------
-    plan : Plan
-        What to simulate.
-    folder : Path
-        Where to write.
-    force : bool
-        Replace any regular file by a result.
+
+def check(plan: Plan, request: Request) -> None:
+    """Raise an error if a file must not be replaced by a result or by the checkpoint.
 
     Raises
     ------
     ValueError
         If there is such a file.
     """
-    for name in (RUNS, LEDGER):
-        files.check_replaceable(folder / name, {"pursuit": plan.conditions()}, force=force)
-    for name in (PAGE, PICTURE):
-        files.check_replaceable(folder / name, force=force)
-    checkpoint_in(folder).check()
+    names = (RUNS, LEDGER, PAGE, *_pictures(request))
+    check_results(request.folder, names, _about(plan), checkpoint=_checkpoint(request), force=request.force)
 
 
-def make_results(
-    plan: Plan,
-    folder: Path,
-    pool: WorkerPool | None = None,
-    watch: Watch = lambda phase, done, total: None,
-    *,
-    force: bool = False,
-) -> pd.DataFrame:
-    """Simulate, draw and write all results to a folder. After an interruption, the same call resumes.
+def make_results(plan: Plan, request: Request, pool: WorkerPool | None, watch: Watch) -> Sequence[str]:
+    """Simulate all conditions, write tables, picture and page, and return the result in sentences.
 
-    Parameters
-    ----------
-    plan : Plan
-        What to simulate.
-    folder : Path
-        An existing folder.
-    pool : WorkerPool, optional
-        Processes that do the work. Results do not depend on it.
-    watch : callable
-        Called with the phase, the work done in it and its work in all.
-    force : bool
-        Replace any regular file by a result.
-
-    Returns
-    -------
-    DataFrame
-        See `simulate`.
+    After an interruption, the same call resumes.
 
     Raises
     ------
     ValueError
-        If a file must not be replaced; see `check_results`.
+        If a file must not be replaced; see `check`.
     """
-    check_results(plan, folder, force=force)
-    checkpoint = checkpoint_in(folder)
-    table = simulate(plan, pool, progress=lambda done, total: watch("simulating", done, total), checkpoint=checkpoint)
-    about = {"pursuit": plan.conditions(), "version": __version__}
-    files.write_table(folder / RUNS, table, about, force=force)
-    files.write_table(folder / LEDGER, frame(rows(table)), about, force=force)
-    files.write_bytes(folder / PICTURE, draw(table, plan), force=force)
-    files.write_page(folder / PAGE, page(table, plan), force=force)
+    check(plan, request)
+    checkpoint = _checkpoint(request)
+    table = run_rows(
+        plan.planned(), pool, progress=lambda done, total: watch("simulating", done, total), checkpoint=checkpoint
+    )
+    drawn = {name: draw(table, plan, kind) for name, kind in _pictures(request).items()}
+    contents: dict[str, Content] = {RUNS: table, LEDGER: frame(rows(table)), **drawn, PAGE: page(table, plan)}
+    write_results(request.folder, contents, _about(plan), force=request.force)
     checkpoint.forget()
-    return table
+    return summary(table)
 
 
-def checkpoint_in(folder: Path) -> Checkpoint:
-    """Return the runs that an interrupted command left in a folder of results."""
-    return Checkpoint(folder / "pursuit.checkpoint")
+def _pictures(request: Request) -> dict[str, str]:
+    return {f"{PICTURE}.{kind}": kind for kind in request.formats}
+
+
+def _about(plan: Plan) -> dict[str, Any]:
+    return {"pursuit": plan.conditions()}
+
+
+def _checkpoint(request: Request) -> Checkpoint:
+    return Checkpoint(request.folder / "pursuit.checkpoint")

@@ -20,6 +20,7 @@ Key = tuple[str, ...]
 # Packages and modules of the code that decides results. Figures, claims and commands are not among them.
 _DECIDING = (
     "core", "world", "policies", "agents", "tasks", "analysis.pursuit.conditions", "analysis.pursuit.trials",
+    "analysis.pursuit.ono.conditions", "analysis.pursuit.ono.measure",
     "analysis.pushing.trials",
     "analysis.collecting.learning",
     "analysis.runs", "analysis.learning", "analysis.evolution", "analysis.search_space",

@@ -142,6 +142,24 @@ class Run:
         return f"the run {named}steps={self.steps}, rng={self.seed}"
 
 
+@dataclass(frozen=True)
+class LabelledRun(Run):
+    """A run that is known by a label: what a team has learned has no text of its own that would tell it apart.
+
+    Parameters
+    ----------
+    label : tuple of str
+        Texts that, with steps and seed, determine the result.
+    """
+
+    label: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """The label, the steps and the seed."""
+        return (*self.label, f"steps={self.steps}", f"seed={self.seed}")
+
+
 def _size(value: object) -> int:
     """Return a number of agents for `Run.cost`: a wrong one is refused where the world is built, not before."""
     if type(value) is int:

@@ -19,6 +19,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "learning curves": (9000,),
         "unreliable": (2100,),
         "pursuit": (1993,),
+        "surround": (1996,),
         "foraging": (1994,),
         "pushing": (1992,),
         "collecting": (1997,),

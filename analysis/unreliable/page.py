@@ -10,8 +10,9 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.unreliable.plan import TARGETS, TEAMS, Plan
+from teamsight.analysis.unreliable.plan import Plan
 from teamsight.analysis.unreliable.points import RISK, changes
+from teamsight.analysis.unreliable.subject import CmommtSubject, Subject
 
 _HEADINGS = {
     "failures": ("Failures", "availability"),
@@ -25,7 +26,7 @@ def page(table: pd.DataFrame, points: pd.DataFrame, plan: Plan) -> str:
     Parameters
     ----------
     table : DataFrame
-        From `plan.simulate`.
+        The runs of the plan.
     points : DataFrame
         From `points.points`.
     plan : Plan
@@ -33,12 +34,12 @@ def page(table: pd.DataFrame, points: pd.DataFrame, plan: Plan) -> str:
     """
     parts = ["# Unreliable teams", _conditions(plan)]
     for sweep, (title, _) in _HEADINGS.items():
-        said = "\n".join(f"- {line}" for line in sentences(table, points, sweep))
-        parts += [f"## {title}", said, sweep_table(points, sweep)]
+        said = "\n".join(f"- {line}" for line in sentences(table, points, sweep, plan))
+        parts += [f"## {title}", said, sweep_table(points, sweep, plan)]
     return markdown.page(*parts)
 
 
-def sweep_table(points: pd.DataFrame, sweep: str) -> str:
+def sweep_table(points: pd.DataFrame, sweep: str, plan: Plan) -> str:
     """Return a table with a row for each quantity and scenario, and a column for each value of the sweep.
 
     Parameters
@@ -47,57 +48,74 @@ def sweep_table(points: pd.DataFrame, sweep: str) -> str:
         From `points.points`.
     sweep : str
         "failures" or "periods".
+    plan : Plan
+        What was simulated.
     """
+    columns = plan.subject.columns
     of = points[points["sweep"] == sweep]
     values = of["value"].unique().tolist()
     rows = []
-    for name, policy, write in _quantities(of["policy"].unique().tolist()):
-        for (robots, radius), scenario in of[of["policy"] == policy].groupby(["robots", "radius"], sort=False):
-            found = {point["value"]: write(point) for point in scenario.to_dict("records")}
-            rows.append([name, f"{robots}", f"{radius:g}", *(found[value] for value in values)])
-    columns = [f"quantity, against the {_HEADINGS[sweep][1]}", "N", "R", *(f"{value:g}" for value in values)]
-    return markdown.table(columns, rows, align="l" + "r" * (len(columns) - 1))
+    for name, policy, write in _quantities(of["policy"].unique().tolist(), plan.subject):
+        for scenario, part in of[of["policy"] == policy].groupby([*columns], sort=False):
+            found = {point["value"]: write(point) for point in part.to_dict("records")}
+            rows.append([name, *map(_number, scenario), *(found[value] for value in values)])
+    names = [{"robots": "N", "radius": "R"}.get(name, name) for name in columns]
+    titles = [f"quantity, against the {_HEADINGS[sweep][1]}", *names, *(f"{value:g}" for value in values)]
+    return markdown.table(titles, rows, align="l" + "r" * (len(titles) - 1))
 
 
-def _quantities(policies: Sequence[str]) -> Iterator[tuple[str, str, Callable[[dict[Any, Any]], str]]]:
+def _number(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else f"{value}"
+
+
+def _quantities(
+    policies: Sequence[str], subject: Subject
+) -> Iterator[tuple[str, str, Callable[[dict[Any, Any]], str]]]:
     """Yield the name of each quantity, a policy whose points have it, and how it is written."""
-    missing = {TEAMS[policy][1]: policy for policy in reversed(policies)}
+    teams = {policy: subject.name(policy, True) for policy in policies}
+    missing = {subject.name(policy, False): policy for policy in reversed(policies)}
     for policy in policies:
-        yield f"gain [points], {TEAMS[policy][0]}", policy, partial(_plus_minus, "gain", signed=True)
+        yield f"{subject.gained}, {teams[policy]}", policy, partial(_plus_minus, "gain", signed=True)
     for policy in policies:
-        yield f"observed [%], {TEAMS[policy][0]}", policy, partial(_plus_minus, "aware")
+        yield f"{subject.observed}, {teams[policy]}", policy, partial(_plus_minus, "aware")
     for team, policy in missing.items():
-        yield f"observed [%], {team}", policy, partial(_plus_minus, "unaware")
+        yield f"{subject.observed}, {team}", policy, partial(_plus_minus, "unaware")
     for policy in policies:
-        yield f"δ (its bounds), {TEAMS[policy][0]}", policy, _range
+        yield f"δ (its bounds), {teams[policy]}", policy, _range
     for policy in policies:
-        yield f"neighbours, {TEAMS[policy][0]}", policy, lambda point: f"{point['neighbours']:.2f}"
+        yield f"neighbours, {teams[policy]}", policy, lambda point: f"{point['neighbours']:.2f}"
     for team, policy in missing.items():
         yield f"neighbours, {team}", policy, lambda point: f"{point['unaware_neighbours']:.2f}"
 
 
 def _conditions(plan: Plan) -> str:
     return (
-        f"{plan.runs} runs of {plan.steps} steps in each condition, {TARGETS} targets, ranges 1, default speeds, root "
+        f"{plan.runs} runs of {plan.steps} steps in each condition, {plan.subject.about}, root "
         f"seed {plan.seed}. Failures and repairs take exponential times; the mean time to repair is {plan.repair:g} "
         f"ticks. Robots that sense rarely have random phases. δ is for a risk of {RISK:g}, from the runs with "
         "awareness; its bounds have 95 % confidence each. Intervals are those of Student's t, 95 %; all differences "
-        "are paired. A gain is over A-CMOMMT without awareness. Neighbours are means over active robots and steps."
+        "are paired. A gain is over {_without(plan)}. Neighbours are means over active robots and steps."
     )
 
 
-def sentences(table: pd.DataFrame, points: pd.DataFrame, sweep: str) -> list[str]:
+def _without(plan: Plan) -> str:
+    """Return the team over which others gain, in words."""
+    if isinstance(plan.subject, CmommtSubject):
+        return "A-CMOMMT without awareness"
+    return "the same team without awareness, positive where awareness is better"
+
+
+def sentences(table: pd.DataFrame, points: pd.DataFrame, sweep: str, plan: Plan) -> list[str]:
     """Return what the sweep shows, a sentence for each policy and scenario."""
-    change = changes(table, sweep)
+    by = ["policy", *plan.subject.columns]
+    change = dict(list(changes(table, sweep, plan).groupby(by, sort=False)))
     said = []
-    for (policy, robots, radius), rows in points[points["sweep"] == sweep].groupby(
-        ["policy", "robots", "radius"], sort=False
-    ):
+    for key, rows in points[points["sweep"] == sweep].groupby(by, sort=False):
         first, last = rows.iloc[0], rows.iloc[-1]
-        of = change[(change["policy"] == policy) & (change["robots"] == robots) & (change["radius"] == radius)]
-        text = f"{policy}, N = {robots}, R = {radius:g}: gain {_interval(first, 'gain')} at {first['value']:g}"
+        who = f"{first['policy']}, {plan.subject.title(first.to_dict())}"
+        text = f"{who}: gain {_interval(first, 'gain')} at {first['value']:g}"
         if len(rows) > 1:
-            end = of.iloc[-1]
+            end = change[key].iloc[-1]
             text += (
                 f", {_interval(last, 'gain')} at {last['value']:g}; change {_signed(end['change'])}"
                 f"{_ends(end['low'], end['high'])}. δ {_range(first)} and {_range(last)}"
@@ -130,6 +148,6 @@ def _signed(value: float) -> str:
     return f"{round(value, 1) + 0.0:+.1f}".replace("-", "−")
 
 
-def summary(table: pd.DataFrame, points: pd.DataFrame) -> Sequence[str]:
+def summary(table: pd.DataFrame, points: pd.DataFrame, plan: Plan) -> Sequence[str]:
     """Return the sentences of both sweeps, each with the name of its sweep."""
-    return [f"{sweep}: {line}" for sweep in _HEADINGS for line in sentences(table, points, sweep)]
+    return [f"{sweep}: {line}" for sweep in _HEADINGS for line in sentences(table, points, sweep, plan)]

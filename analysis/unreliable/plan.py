@@ -4,76 +4,68 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import pandas as pd
-
-from teamsight.analysis.runs.checkpoint import JSON, Checkpoint, Codec
-from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.agents.teammates import of_team
+from teamsight.analysis.runs.planned_runs import Planned
+from teamsight.analysis.runs.run import LabelledRun, Run
+from teamsight.analysis.runs.seeds import canonical, root
+from teamsight.analysis.runs.task_runs import TaskMeasure, task_run, task_seed
+from teamsight.analysis.unreliable.subject import CMOMMT, SCENARIOS, SKILLED, TEAMS, Subject, TaskSubject, subject_of
+from teamsight.tasks.named import task_of
+from teamsight.tasks.task import Task
 
 if TYPE_CHECKING:
+    from teamsight.agents.components import Failures
+    from teamsight.agents.decisions.cycle import Cycle
     from teamsight.agents.model import World
 
-#: Numbers of robots and arena radii: crowded, medium and sparse. They were chosen before any result.
-SCENARIOS: tuple[tuple[int, float], ...] = ((10, 3.0), (10, 5.0), (20, 5.0))
-TARGETS = 15
 #: Shares of the time in which a robot works, MTTF / (MTTF + MTTR).
 AVAILABILITIES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
 #: Sensing periods [ticks].
 PERIODS = (1, 2, 5, 10, 20, 50)
-
-
-class Team(NamedTuple):
-    """A policy and its degree of awareness."""
-
-    policy: str
-    awareness: str
-
-    def __str__(self) -> str:
-        return f"{self.policy} ({self.awareness})"
-
-
-#: For each policy the teams that are compared: with information about teammates, and without. The evolved policy needs
-#: it, so it is compared with A-CMOMMT without.
-TEAMS: Mapping[str, tuple[Team, Team]] = MappingProxyType(
-    {
-        "a-cmommt": (Team("a-cmommt", "pairwise"), Team("a-cmommt", "none")),
-        "evolved": (Team("evolved", "ring"), Team("a-cmommt", "none")),
-    }
-)
 #: The sweeps, and the column with their values.
 SWEEPS: Mapping[str, str] = MappingProxyType({"failures": "availability", "periods": "period"})
 
 
-class Measured(NamedTuple):
-    """Result of a run."""
+class _Condition(NamedTuple):
+    """One value of a sweep, and what it does to a team."""
 
-    observed_fraction: float
-    max_neighbours: int
-    mean_neighbours: float
-
-
-def _measured_of(content: bytes) -> Measured:
-    fraction, largest, mean = json.loads(content)
-    if (type(fraction), type(largest), type(mean)) != (float, int, float):
-        raise TypeError("not a result")
-    return Measured(fraction, largest, mean)
+    sweep: str
+    value: float
+    failures: Failures | None
+    cycle: Cycle | None
 
 
-#: Conversion of results for a checkpoint.
-MEASURED = Codec(JSON.encode, _measured_of)
+@dataclass(frozen=True)
+class UnreliableMeasure:
+    """Lets a team fail or sense rarely, runs the world, and measures the task.
 
+    Parameters
+    ----------
+    task : Task
+        The task.
+    failures : Failures or None
+        Failures of its team.
+    cycle : Cycle or None
+        When its robots sense and decide.
+    """
 
-def measure(world: World, steps: int) -> Measured:
-    """Run a world and return what was observed, and the largest and the mean number of neighbours."""
-    world.run(steps)
-    recording = world.recording
-    return Measured(float(world.observed_fraction), int(world.max_neighbours), float(recording.mean_neighbours))
+    task: Task
+    failures: Failures | None
+    cycle: Cycle | None
+
+    def __call__(self, world: World, steps: int) -> dict[str, Any]:
+        """Run the world and return the columns; see `TaskMeasure`."""
+        for group in of_team(world.groups, self.task.team):
+            if self.cycle is not None:
+                world.adjust(group, cycle=self.cycle)
+            if self.failures is not None:
+                world.attach(self.failures, group)
+        return TaskMeasure(self.task)(world, steps)
 
 
 @dataclass(frozen=True)
@@ -84,93 +76,106 @@ class Plan:
     ----------
     runs : int
         Runs of each condition. Run r of every condition of a scenario has the same seed, so all differences are paired.
-    steps : int
-        Steps of each run.
+    steps : int, optional
+        Steps of each run; by default those of the task.
     seed : int
         Root seed.
     repair : float
         Mean time to repair [ticks].
     policies : tuple of str
-        Names in `TEAMS`.
+        Of CMOMMT, names in `TEAMS`; of another task, its one team with skill.
     availabilities, periods : tuple of float
         The values of the two sweeps.
     scenarios : tuple of (int, float)
-        Numbers of robots and radii.
+        Of CMOMMT, numbers of robots and radii.
+    task : Task or str
+        The task.
+    setting : mapping
+        Of another task than CMOMMT, values of its scenario.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If there is no such task, or a value has no meaning for it.
     """
 
     runs: int = 60
-    steps: int = 600
+    steps: int | None = None
     seed: int = root("unreliable")
     repair: float = 50.0
-    policies: tuple[str, ...] = tuple(TEAMS)
+    policies: tuple[str, ...] | None = None
     availabilities: tuple[float, ...] = AVAILABILITIES
     periods: tuple[float, ...] = PERIODS
     scenarios: tuple[tuple[int, float], ...] = SCENARIOS
+    task: Task | str = CMOMMT
+    setting: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        task = task_of(self.task)
+        object.__setattr__(self, "task", task)
+        usual = tuple(TEAMS) if task.name == CMOMMT else (SKILLED,)
+        object.__setattr__(self, "policies", self.policies or usual)
+        object.__setattr__(self, "steps", self.steps or task.steps)
+
+    @cached_property
+    def subject(self) -> Subject:
+        """The teams and scenarios."""
+        return subject_of(task_of(self.task), self.setting, self.scenarios, self.seed)
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
-        found: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        names = ("runs", "steps", "seed", "repair", "policies", "availabilities", "periods")
+        named = {name: getattr(self, name) for name in names}
+        named |= self.subject.conditions()
+        found: dict[str, Any] = json.loads(json.dumps(named))
         return found
 
-    def planned(self) -> Iterator[tuple[dict[str, Any], Run]]:
-        """Yield each run with the columns of the table that identify it.
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns that identify it.
 
-        The conditions without failures and with period 1 are the same runs, which are made once; so are those of one
-        team that several are compared with.
+        These are sweep, value (the availability, or the period [ticks]), policy, aware (whether it has information
+        about teammates), the scenario, replicate and seed. The conditions without failures and with period 1 are the
+        same runs, which are made once; so are those of one team that several are compared with.
         """
-        for sweep, value, changed in self._treatments():
-            for policy in self.policies:
-                for aware, team in zip((True, False), TEAMS[policy], strict=True):
-                    for robots, radius in self.scenarios:
-                        world = {"robots": robots, "targets": TARGETS, "radius": radius}
-                        parameters = {**world, **team._asdict(), **changed}
+        subject = self.subject
+        for condition in self._treatments():
+            for policy in self.policies or ():
+                for aware in (True, False):
+                    for scenario in subject.scenarios:
+                        parameters = subject.parameters(policy, aware, scenario)
                         for replicate in range(self.runs):
-                            seed = model_seed(self.seed, replicate, robots, TARGETS, radius)
-                            named = {"sweep": sweep, "value": value, "policy": policy, "aware": aware}
-                            named |= {**world, "replicate": replicate, "seed": seed}
-                            yield named, Run(parameters, seed, self.steps, measure)
+                            seed = task_seed(subject.task, self.seed, replicate, scenario)
+                            named = {"sweep": condition.sweep, "value": condition.value, "policy": policy}
+                            named |= {"aware": aware, **scenario, "replicate": replicate, "seed": seed}
+                            yield named, self._run(condition, parameters, seed, subject.name(policy, aware))
 
-    def _treatments(self) -> Iterator[tuple[str, float, dict[str, Any]]]:
-        """Yield the sweep, its value and the parameters of CMOMMT that it changes."""
+    def _run(self, condition: _Condition, parameters: Mapping[str, Any], seed: int, team: str) -> Run:
+        task, failures, cycle = self.subject.task, condition.failures, condition.cycle
+        steps = self.steps or task.steps
+        if not isinstance(self.subject, TaskSubject):
+            # As parameters, with which runs share a world.
+            changed = {"events": failures, "cycle": cycle}
+            given = {name: value for name, value in changed.items() if value is not None}
+            return task_run(task, {**parameters, **given}, seed, steps)
+        label = (task.name, canonical(task.full_scenario(self.setting)), team, repr(failures), repr(cycle))
+        measure = UnreliableMeasure(task, failures, cycle)
+        return LabelledRun(parameters, seed, steps, measure, task.world, (*label, f"learned {self.seed}"))
+
+    def _treatments(self) -> Iterator[_Condition]:
+        """Yield the conditions of both sweeps."""
         from teamsight import Cycle
         from teamsight.agents.components import Failures
 
         for value in self.availabilities:
             # One object for all runs, by which they recognise that they can share a world.
             failures = Failures(time_to_failure(value, self.repair), self.repair) if value < 1.0 else None
-            yield "failures", value, {} if failures is None else {"events": failures}
+            yield _Condition("failures", value, failures, None)
         for period in self.periods:
             # Robots are not in step, as in a team without a common clock.
-            yield "periods", float(period), {} if period == 1 else {"cycle": Cycle(period, phase="random")}
+            cycle = None if period == 1 else Cycle(period, phase="random")
+            yield _Condition("periods", float(period), None, cycle)
 
 
 def time_to_failure(availability: float, repair: float) -> float:
     """Return the mean time to failure [ticks] that gives an availability below 1 with a mean time to repair."""
     return repair * availability / (1.0 - availability)
-
-
-def simulate(
-    plan: Plan,
-    pool: WorkerPool | None = None,
-    *,
-    progress: Progress = lambda done, total: None,
-    checkpoint: Checkpoint | None = None,
-) -> pd.DataFrame:
-    """Run all worlds of a plan.
-
-    Parameters
-    ----------
-    plan : Plan
-        What to simulate.
-    pool, progress, checkpoint
-        See `run_all`.
-
-    Returns
-    -------
-    DataFrame
-        One row a run: sweep, value (the availability, or the period [ticks]), policy, aware (whether it is the first of
-        the policy's `TEAMS`), robots, targets, radius, replicate, seed, and the fields of `Measured`.
-    """
-    planned = list(plan.planned())
-    measured = run_all([run for _, run in planned], pool, progress=progress, checkpoint=checkpoint)
-    return pd.DataFrame([named | one._asdict() for (named, _), one in zip(planned, measured, strict=True)])

@@ -6,17 +6,18 @@ from pathlib import Path
 
 import pandas as pd
 
-from teamsight import __version__
-from teamsight.analysis.runs import files
+from teamsight.analysis.runs import results
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.unreliable.figure import draw
 from teamsight.analysis.unreliable.page import page
-from teamsight.analysis.unreliable.plan import MEASURED, SWEEPS, Plan, simulate
+from teamsight.analysis.unreliable.plan import SWEEPS, Plan
 from teamsight.analysis.unreliable.points import points
 
 RUNS, POINTS, PAGE = "unreliable.parquet", "unreliable-points.parquet", "unreliable.md"
+_PICTURES = {f"unreliable-{sweep}.png": sweep for sweep in SWEEPS}
 
 
 def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
@@ -36,11 +37,9 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
     ValueError
         If there is such a file.
     """
-    for name in (RUNS, POINTS):
-        files.check_replaceable(folder / name, {"unreliable": plan.conditions()}, force=force)
-    for name in (PAGE, *(f"unreliable-{sweep}.png" for sweep in SWEEPS)):
-        files.check_replaceable(folder / name, force=force)
-    checkpoint_in(folder).check()
+    names = (RUNS, POINTS, PAGE, *_PICTURES)
+    about = {"unreliable": plan.conditions()}
+    results.check_results(folder, names, about, checkpoint=checkpoint_in(folder), force=force)
 
 
 def make_results(
@@ -69,7 +68,7 @@ def make_results(
     Returns
     -------
     table, points : DataFrame
-        See `simulate` and `points`.
+        One row for each run, see `Plan.planned`; and `points`.
 
     Raises
     ------
@@ -78,18 +77,17 @@ def make_results(
     """
     check_results(plan, folder, force=force)
     checkpoint = checkpoint_in(folder)
-    table = simulate(plan, pool, progress=lambda done, total: watch("simulating", done, total), checkpoint=checkpoint)
-    found = points(table)
-    about = {"unreliable": plan.conditions(), "version": __version__}
-    files.write_table(folder / RUNS, table, about, force=force)
-    files.write_table(folder / POINTS, found, about, force=force)
-    for sweep in SWEEPS:
-        files.write_bytes(folder / f"unreliable-{sweep}.png", draw(found, sweep, plan), force=force)
-    files.write_page(folder / PAGE, page(table, found, plan), force=force)
+    table = run_rows(
+        plan.planned(), pool, progress=lambda done, total: watch("simulating", done, total), checkpoint=checkpoint
+    )
+    found = points(table, plan)
+    pictures = {name: draw(found, sweep, plan) for name, sweep in _PICTURES.items()}
+    contents: dict[str, results.Content] = {RUNS: table, POINTS: found, **pictures, PAGE: page(table, found, plan)}
+    results.write_results(folder, contents, {"unreliable": plan.conditions()}, force=force)
     checkpoint.forget()
     return table, found
 
 
 def checkpoint_in(folder: Path) -> Checkpoint:
     """Return the runs that an interrupted command left in a folder of results."""
-    return Checkpoint(folder / "unreliable.checkpoint", MEASURED)
+    return Checkpoint(folder / "unreliable.checkpoint")

@@ -132,7 +132,7 @@ class ModularQ(CompiledPolicy):
         α, in [0, 1]; 0 keeps the tables as they are.
     discount : float, default 0.9
         Discount factor γ, in [0, 1].
-    temperature : float, default 0.003
+    temperature : float, default 0.001
         Temperature of the choice by the merged values; 0 for the greatest.
     moves : {4, 5}, default 5
         North, east, south, west, and to stay.
@@ -160,7 +160,7 @@ class ModularQ(CompiledPolicy):
     monolithic: bool = False
     learning_rate: float = 0.1
     discount: float = 0.9
-    temperature: float = 0.003
+    temperature: float = 0.001
     moves: int = 5
     values_ends: bool = False
     first: PolicyState | None = None

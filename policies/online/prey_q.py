@@ -78,6 +78,11 @@ class PreyQ(OnlineQ):
         super().__post_init__()
 
     @property
+    def needs(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Teammates, if there is a partner."""
+        return ("teammates",) if self.partner else ()
+
+    @property
     def rows(self) -> int:
         return cells(self.reach or self.depth) * (cells(self.partner) if self.partner else 1)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 # Team sizes of one command.
 _MOST_SIZES = 20
-_MOST_TRAININGS = 1_000
+_MOST_TRAININGS, _MOST_DELTAS = 1_000, 100
 _DEGREES = values.registry("teamsight.analysis.gathering.plan", "DEGREES")
 
 
@@ -44,6 +44,11 @@ class GatheringSettings(Settings):
         0.02, "By which share of the objective a δ may fall short and be enough.", least=1e-9, most=1.0
     )
     degree: str = values.choice("nearest", "Degree of awareness with δ: {names}.", _DEGREES)
+    deltas: tuple[int, ...] = values.counts(
+        (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64),
+        "δ at which the objective is measured, beside 0, N − 1 and those of both teams.",
+        most=_MOST_DELTAS,
+    )
     trainings: int = values.count(1, "How often a team that learns does so anew for each δ.", most=_MOST_TRAININGS)
     seed: int = values.seed(0, "Seed of all runs.")
     out: Path = values.folder(Path("results"), "Folder for the results.")
@@ -88,7 +93,7 @@ def plan_of(settings: GatheringSettings) -> Plan:
     """Return the plan that the settings describe."""
     from teamsight.analysis.gathering.plan import Plan
 
-    names = ("sizes", "runs", "steps", "risk", "tolerance", "degree", "trainings", "seed")
+    names = ("sizes", "runs", "steps", "risk", "tolerance", "degree", "deltas", "trainings", "seed")
     listed = {name: task_options.listed(value) for name, value in settings.set.items()}
     scenario = {name: value[0] if len(value) == 1 else tuple(value) for name, value in listed.items()}
     return Plan(tasks=settings.task, scenario=scenario, **settings.values(names))

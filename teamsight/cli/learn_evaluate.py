@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 import warnings
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teamsight.cli import limits, values
+from teamsight.cli import learn_evaluate_task, limits, task_options, values
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Settings
 from teamsight.cli.paths import check_apart
@@ -17,12 +19,15 @@ from teamsight.cli.paths import check_apart
 if TYPE_CHECKING:
     import pandas as pd
 
-    from teamsight.analysis.learning.evaluation import Contenders, Scenario
-    from teamsight.cli.show import Watch
+    from teamsight.analysis.learning.evaluation import Scenario
+    from teamsight.analysis.learning.learners import Objective, Progress
     from teamsight.policies.memory import LazyMemory
+    from teamsight.tasks.task import Task
 
 # Searches of the nearest situations that take longer are announced [s].
 _LONG = 30
+# Steps in each world of CMOMMT.
+_STEPS = 600
 
 
 class EvaluateSettings(Settings):
@@ -30,14 +35,23 @@ class EvaluateSettings(Settings):
 
     memory: Path = values.file("Memory to learn from.", metavar="MEMORY", kind="argument", required=True)
     learner: str = values.choice("regression", "Learner: {names}.", values.LEARNERS)
-    reward: str | None = values.reward(None, "keep for regression, own for others")
+    reward: str | None = values.reward(
+        None, "keep for regression, own for others; interaction with a task other than cmommt"
+    )
     k: int | None = values.matches()
     discount: float | None = values.discount(None, "0.7; regression uses none")
+    task: str | None = values.choice(
+        None, "Task in whose worlds robots are evaluated: {names}.", task_options.TASKS, shown="that of the exploration"
+    )
+    set: dict[str, Any] = task_options.scenario(
+        "A value of the scenario of a task other than cmommt; by default that of the exploration. May be given several "
+        "times."
+    )
     robots: int | None = values.agents(None, "Number of robots.", shown="as many as explored")
     targets: int = values.agents(15, "Number of targets.")
     radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
     runs: int = values.runs(30, "Number of worlds.")
-    steps: int = values.steps(600, "Number of steps in each world.")
+    steps: int | None = values.steps(None, "Number of steps in each world.", shown="600, or that of the task")
     seed: int = values.seed(0, "Seed of the worlds, which always differ from the explored ones.")
     workers: int | None = values.workers()
     sample: int | None = values.count(
@@ -48,7 +62,12 @@ class EvaluateSettings(Settings):
 
     def check(self) -> None:
         """Refuse worlds that are too large."""
-        limits.check_worlds(self.robots or 1, self.targets, self.radius, self.steps, self.runs)
+        limits.check_worlds(self.robots or 1, self.targets, self.radius, self.length, self.runs)
+
+    @property
+    def length(self) -> int:
+        """Number of steps in each world of CMOMMT."""
+        return _STEPS if self.steps is None else self.steps
 
 
 def evaluate(settings: EvaluateSettings) -> None:
@@ -56,7 +75,8 @@ def evaluate(settings: EvaluateSettings) -> None:
 
     Compares on the same worlds: the cooperative learner, which uses all inputs; the collective learner, which uses the
     robot's own inputs of the same transitions; A-CMOMMT; the policy 'evolved'; and a random walk. Speeds and sensing
-    ranges are those of the exploration.
+    ranges are those of the exploration. Robots that explored another task are evaluated in its worlds, by its
+    objective, beside its team with skill and the one that explores.
 
     \b
     Examples:
@@ -64,12 +84,13 @@ def evaluate(settings: EvaluateSettings) -> None:
       teamsight learn evaluate memory.safetensors --learner tabular --reward team --robots 10 --radius 4
       teamsight learn evaluate many.safetensors --learner lazy --sample 30000
       teamsight learn evaluate memory.safetensors --learner lazy --k 20 --discount 0.9 --runs 100 --save runs.parquet
+      teamsight learn evaluate pursuit.safetensors --task pursuit --set prey=1 --runs 100
     """
     from teamsight import __version__
     from teamsight.analysis.learning import evaluation
     from teamsight.analysis.learning.learners import check_objective
     from teamsight.analysis.runs import files
-    from teamsight.cli.show import Watch, working
+    from teamsight.cli.show import working
 
     if settings.save:
         check_apart("save", settings.save, "memory", settings.memory)
@@ -77,17 +98,22 @@ def evaluate(settings: EvaluateSettings) -> None:
     check()
     memory = _memory(settings)
     check(len(memory))
-    scenario = _scenario(settings, memory)
-    about = settings.values(without=("save", "memory", "workers", "force"))
-    about |= {"reward": _reward(settings), "robots": scenario.robots}
+    task = learn_evaluate_task.task_given(settings, memory)
+    about = settings.values(without=("save", "memory", "workers", "force", "task", "set"))
     about |= {"memory": memory.digest, "explored": dict(memory.settings)}
+    if task is not None:
+        _evaluate_task(settings, memory, task, about)
+        return
+    scenario = _scenario(settings, memory)
+    about |= {"reward": _reward(settings), "robots": scenario.robots, "steps": scenario.steps}
     if settings.save:
         files.check_replaceable(settings.save, about, force=settings.force)
         files.prepare_folder(settings.save.parent)
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"):
-        with Watch() as watch:
-            policies = _learned(settings, memory, watch)
+        objective = _objective(settings)
+        with learning(settings, memory, objective) as progress:
+            policies = evaluation.contenders(settings.learner, memory, objective, progress)
         agent_steps = (scenario.robots + scenario.targets) * scenario.steps * scenario.runs * len(policies)
         with working(settings.workers, agent_steps) as (watch, pool):
             table = evaluation.evaluate(policies, scenario, pool, partial(watch, "simulating"))
@@ -96,10 +122,47 @@ def evaluate(settings: EvaluateSettings) -> None:
     _print(table, settings, memory, scenario, time.perf_counter() - began)
 
 
-def _reward(settings: EvaluateSettings) -> str:
+def _evaluate_task(settings: EvaluateSettings, memory: LazyMemory, task: Task, about: dict[str, Any]) -> None:
+    """Evaluate in the worlds of another task."""
+    from teamsight.analysis.runs import files
+    from teamsight.analysis.runs.results import check_results, write_results
+    from teamsight.cli.show import say
+
+    reward = settings.reward or (default_reward_of(settings) if settings.learner == "sheppard" else "interaction")
+    scenario = learn_evaluate_task.scenario_of(settings, memory, task)
+    unused = dict.fromkeys(learn_evaluate_task.OF_CMOMMT)
+    about |= unused | {"task": task.name, "set": scenario, "reward": reward, "steps": settings.steps or task.steps}
+    if settings.save:
+        files.prepare_folder(settings.save.parent)
+        check_results(settings.save.parent, [settings.save.name], about, force=settings.force)
+    began = time.perf_counter()
+    with when_stopped(lambda: "nothing was kept"):
+        table = learn_evaluate_task.evaluated(settings, memory, task, scenario, _objective(settings, reward))
+    if settings.save:
+        write_results(settings.save.parent, {settings.save.name: table}, about, force=settings.force)
+    say(f"{settings.learner} on {len(memory)} transitions, reward {reward}")
+    learn_evaluate_task.print_result(table, settings, memory, task, scenario)
+    say(f"{time.perf_counter() - began:.1f} s")
+    if settings.save:
+        say(f"every run in {settings.save}")
+
+
+def default_reward_of(settings: EvaluateSettings) -> str:
+    """Return the name of the default reward of the learner."""
     from teamsight.analysis.learning.learners import default_reward
 
-    return settings.reward or default_reward(settings.learner)
+    return default_reward(settings.learner)
+
+
+def _reward(settings: EvaluateSettings) -> str:
+    return settings.reward or default_reward_of(settings)
+
+
+def _objective(settings: EvaluateSettings, reward: str | None = None) -> Objective:
+    from teamsight.analysis.learning.learners import Objective
+    from teamsight.analysis.learning.registry import REWARDS
+
+    return Objective(REWARDS[reward or _reward(settings)], settings.k, settings.discount)
 
 
 def _memory(settings: EvaluateSettings) -> LazyMemory:
@@ -125,35 +188,34 @@ def _scenario(settings: EvaluateSettings, memory: LazyMemory) -> Scenario:
     robots = settings.robots
     if robots is None:
         robots = checks.count("memory: robots", explored, most=limits.MOST_AGENTS)
-    limits.check_worlds(robots, settings.targets, settings.radius, settings.steps, settings.runs)
+    limits.check_worlds(robots, settings.targets, settings.radius, settings.length, settings.runs)
     evaluation.check_team(memory, robots)
     bodies = evaluation.bodies_of(memory)
     return evaluation.Scenario(
-        robots, settings.targets, settings.radius, settings.runs, settings.steps, settings.seed, bodies
+        robots, settings.targets, settings.radius, settings.runs, settings.length, settings.seed, bodies
     )
 
 
-def _learned(settings: EvaluateSettings, memory: LazyMemory, watch: Watch) -> Contenders:
-    from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.learners import Objective, search_seconds
-    from teamsight.analysis.learning.registry import REWARDS
+@contextlib.contextmanager
+def learning(settings: EvaluateSettings, memory: LazyMemory, objective: Objective) -> Iterator[Progress]:
+    """Show the progress of the learning in this context, and its warnings at the end; name what is too large."""
+    from teamsight.analysis.learning.learners import search_seconds
+    from teamsight.cli.show import Watch
     from teamsight.policies.eager.state_grid import TooManyStatesError
 
-    objective = Objective(REWARDS[_reward(settings)], settings.k, settings.discount)
     expected = search_seconds(settings.learner, memory, objective)
-    if expected > _LONG:
-        watch.emit(
-            f"learning from {len(memory)} transitions takes about {expected / 60:.0f} min, since each is compared with "
-            "all others; --sample 30000 takes seconds, and --discount 0 needs no comparison"
-        )
-    watch("learning", 0, 1)
     try:
-        with warnings.catch_warnings(record=True) as caught:
+        with Watch() as watch, warnings.catch_warnings(record=True) as caught:
+            if expected > _LONG:
+                watch.emit(
+                    f"learning from {len(memory)} transitions takes about {expected / 60:.0f} min, since each is "
+                    "compared with all others; --sample 30000 takes seconds, and --discount 0 needs no comparison"
+                )
+            watch("learning", 0, 1)
             warnings.simplefilter("always")
-            found = evaluation.contenders(settings.learner, memory, objective, partial(watch, "learning"))
-        for note in dict.fromkeys(str(warning.message) for warning in caught):
-            watch.emit(f"note: {note}")
-        return found
+            yield partial(watch, "learning")
+            for note in dict.fromkeys(str(warning.message) for warning in caught):
+                watch.emit(f"note: {note}")
     except TooManyStatesError as error:
         wrong = str(error).partition(";")[0]
         raise ValueError(

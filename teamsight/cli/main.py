@@ -14,6 +14,7 @@ from teamsight.cli import (
     demo,
     evolve,
     gathering,
+    learn_curve,
     learn_diagnose,
     learn_evaluate,
     learn_explore,
@@ -78,6 +79,7 @@ def learn() -> None:
       teamsight learn evaluate memory.safetensors         how much robots observe that learned from them
       teamsight learn figure --out curves                 from how many transitions awareness pays
       teamsight learn diagnose --out diagnosis            what a learner makes of a single target, and why
+      teamsight learn curve --task pursuit                what awareness adds to teams that learn while they act
     """
 
 
@@ -116,6 +118,7 @@ add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)
 add_command(learn, learn_evaluate.evaluate, learn_evaluate.EvaluateSettings)
 add_command(learn, learn_figure.figure, learn_figure.FigureSettings)
 add_command(learn, learn_diagnose.diagnose, learn_diagnose.DiagnoseSettings)
+add_command(learn, learn_curve.curve, learn_curve.CurveSettings)
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

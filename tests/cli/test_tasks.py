@@ -85,10 +85,17 @@ def test_gathering_writes_its_results(capsys: pytest.CaptureFixture[str], tmp_pa
     assert status == 0
     assert "gathering index in" in out
     assert {path.name for path in tmp_path.iterdir()} == {
-        "gathering.md", "gathering.svg", "gathering.parquet", "gathering-index.parquet",
+        "gathering.md", "gathering.svg", "gathering.parquet", "gathering-index.parquet", "gathering-rounds.parquet",
     }  # fmt: skip
     assert "radius=2" in (tmp_path / "gathering.md").read_text(encoding="utf-8")
     assert call(capsys, "gathering", "--seed", "3", *arguments)[0] == 2
+
+
+def test_gathering_takes_values_for_one_task_and_for_each_size() -> None:
+    from teamsight.cli.gathering import GatheringSettings, plan_of
+
+    settings = GatheringSettings(task="cmommt,graze", sizes="4,8", set=("cmommt.radius=3,4.5", "graze.side=40"))
+    assert plan_of(settings).scenario == {"cmommt.radius": (3, 4.5), "graze.side": 40}
 
 
 def test_reproduce_of_a_task_calls_its_reproduction(
@@ -129,6 +136,8 @@ WRONG = [
     (("sweep", "s.toml", "--replicates", "3", "--out", "x"), "--replicates: is for a task"),
     (("learn", "explore", "--out", "m", "--task", "cmommt", "--policy", "centroid"), "--policy=centroid: is an option of CMOMMT"),
     (("gathering", "--sizes", "1,4"), "sizes=1: must be at least 2"),
+    (("gathering", "--set", "graze.side=3"), "'graze.side' is of the task 'graze', which is not compared"),
+    (("run", "--task", "cmommt", "--set", "cmommt.radius=3"), "must be NAME=VALUE"),
     (("gathering", "--set", "robots=3"), "robots is N, the size of the team; give it as sizes"),
     (("reproduce", "--task", "forage2"), "task='forage2': unknown"),
 ]  # fmt: skip

@@ -38,6 +38,18 @@ def test_what_is_written_and_what_is_refused(
     assert pd.read_parquet(tmp_path / "unreliable.parquet").equals(stored)
 
 
+def test_the_team_of_a_task(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(results, "draw", lambda *given: b"\x89PNG")
+    line = ["--task", "graze", "--set", "robots=3", "--steps", "50", "--runs", "1", "--workers", "1"]
+    status, out, _ = call(capsys, *line, "--out", str(tmp_path))
+    assert (status, out.count("skilled, robots = 3: gain")) == (0, 2)
+    stored = pd.read_parquet(tmp_path / "unreliable.parquet")
+    assert stored.attrs["unreliable"]["scenario"]["robots"] == 3
+    assert {"completion_time", "max_neighbours"} <= set(stored)
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -45,6 +57,9 @@ def test_what_is_written_and_what_is_refused(
         (["--policies", "a-cmomt"], "policy='a-cmomt': unknown; did you mean 'a-cmommt'?"),
         (["--steps", "49"], "steps=49: must be at least 50, the longest sensing period; give more steps"),
         (["--runs", "0"], "runs=0: must be at least 1"),
+        (["--set", "robots=3"], "--set: is for another task than cmommt, whose scenarios are fixed; leave it out"),
+        (["--task", "graze", "--policies", "evolved"], "--policies=evolved: is for cmommt; a task has one team"),
+        (["--task", "grase"], "task='grase': unknown; did you mean 'graze'?"),
     ],
 )
 def test_wrong_options_are_named(capsys: pytest.CaptureFixture[str], line: list[str], message: str) -> None:

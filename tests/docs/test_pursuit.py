@@ -7,15 +7,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from teamsight.analysis.plot.verdict_table import verdict_table
 from teamsight.analysis.pursuit.claims import CLAIMS, crossings, verdicts
 from teamsight.analysis.pursuit.ledger import rows
-from teamsight.analysis.pursuit.page import claims_table, ledger_table, summary
+from teamsight.analysis.pursuit.ono.claims import CLAIMS as OF_MODULES
+from teamsight.analysis.pursuit.ono.claims import verdicts as judge
+from teamsight.analysis.pursuit.ono.page import learners_table, random_table, sizes_table
+from teamsight.analysis.pursuit.ono.plan import Plan as ModulesPlan
+from teamsight.analysis.pursuit.page import by_chance, ledger_table, summary
 from teamsight.analysis.pursuit.plan import Plan
 from teamsight.analysis.pursuit.trials import BLOCK
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "tasks"
 PAGE = (DOCS / "pursuit.md").read_text(encoding="utf-8")
 TABLE = pd.read_parquet(DOCS / "pursuit.parquet")
+MODULES = pd.read_parquet(DOCS / "pursuit-modules.parquet")
 LEDGER = {(row.value.where, row.value.condition, row.value.phase): row for row in rows(TABLE)}
 
 
@@ -23,7 +29,8 @@ def test_the_tables_are_those_of_the_file() -> None:
     assert len(LEDGER) == 37
     assert ledger_table(list(LEDGER.values())) in PAGE
     assert len(verdicts(TABLE)) == len(CLAIMS)
-    assert claims_table(verdicts(TABLE)) in PAGE
+    assert verdict_table(verdicts(TABLE)) in PAGE
+    assert by_chance(len(CLAIMS)).split(": ")[1] in " ".join(PAGE.split())
     assert summary(TABLE)[0] in PAGE
 
 
@@ -49,6 +56,13 @@ def test_what_the_page_says_is_in_the_file() -> None:
     assert _share("Table 2", "1/1 depth 2", "test") > 0
     assert all(_share("Fig. 7", f"2/2 joint {how}", "test") < 0 for how in ("passive", "mutual"))
     assert all(_share("Table 2", f"1/1 scout {depth}") < 0 for depth in (2, 3, 4))
+
+
+def test_the_tables_on_modules_are_those_of_the_file() -> None:
+    for shown in (sizes_table(), learners_table(MODULES), random_table(MODULES), verdict_table(judge(MODULES))):
+        assert shown in PAGE
+    assert len(judge(MODULES)) == len(OF_MODULES)
+    assert MODULES.attrs["pursuit modules"] == ModulesPlan().conditions()
 
 
 def _curve(condition: str) -> np.ndarray:

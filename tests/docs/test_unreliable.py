@@ -17,7 +17,7 @@ POINTS = pd.read_parquet(DOCS / "unreliable.parquet")
 
 @pytest.mark.parametrize("sweep", SWEEPS)
 def test_the_tables_are_those_of_the_file(sweep: str) -> None:
-    assert sweep_table(POINTS, sweep) in PAGE
+    assert sweep_table(POINTS, sweep, Plan()) in PAGE
 
 
 def test_the_settings_are_the_defaults_of_the_command() -> None:

@@ -5,9 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.core.kernel import kernel
+from teamsight.core import checks
+from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, is_held, release, slow_down
+from teamsight.tasks.foraging.layout import refuse_torus
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction
+
+
+@inlined
+def _is_at_home(attractors: Any, j: int, home: Any, radius: float) -> bool:
+    """Whether an attractor is within a radius of a home that is active."""
+    for h in range(home.position.shape[0]):
+        x = attractors.position[j, 0] - home.position[h, 0]
+        y = attractors.position[j, 1] - home.position[h, 1]
+        if home.active[h] and x * x + y * y <= radius * radius:
+            return True
+    return False
 
 
 @kernel
@@ -28,11 +42,7 @@ def _carry(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tu
             slow_down(robots, i, robots.free_speed[i] / (1.0 + attractors.mass[j] / (parameters[2] * carriers)))
         for axis in range(2):
             attractors.position[j, axis] = robots.position[leader, axis]
-        if home.position.shape[0] == 0:
-            continue
-        x = attractors.position[j, 0] - home.position[0, 0]
-        y = attractors.position[j, 1] - home.position[0, 1]
-        if x * x + y * y > parameters[1] * parameters[1]:
+        if not _is_at_home(attractors, j, home, parameters[1]):
             continue
         scores[0] += 1.0
         scores[1] += attractors.mass[j]
@@ -56,12 +66,19 @@ class Carrying(Interaction):
     reach : float
         Distance within which a robot is attached [length].
     home_radius : float
-        Distance from home within which an attractor is delivered [length].
+        Distance from home, or from one of several, within which an attractor is delivered [length].
     strength : float
         The mass that halves the speed of a single carrier.
 
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is not a positive number; in a world whose arena repeats.
+
     Notes
     -----
+    A speed that a robot is given while it carries is that without the load, to which it returns.
+
     *Source:* Balch and Arkin (1994) for carrying together; how speed depends on mass is unknown.
     """
 
@@ -72,3 +89,10 @@ class Carrying(Interaction):
     home_radius: float = 3.0
     strength: float = 5.0
     kernel = _carry
+
+    def __post_init__(self) -> None:
+        for name in ("reach", "home_radius", "strength"):
+            checks.number(name, getattr(self, name), above=0)
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        refuse_torus("Carrying", arena)

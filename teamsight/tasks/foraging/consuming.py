@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from teamsight.core import checks
 from teamsight.core.kernel import kernel
 from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, is_held, release, slow_down
+from teamsight.tasks.foraging.layout import refuse_torus
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction
 
 # Mass that is left by rounding only.
@@ -50,6 +53,15 @@ class Consuming(Interaction):
         Distance within which a robot is attached [length].
     rate : float
         The mass that one robot consumes in a step; it gets as much reward.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is not a positive number; in a world whose arena repeats.
+
+    Notes
+    -----
+    A speed that a robot is given while it consumes is the one that it has afterwards.
     """
 
     roles = ("robots", "attractors")
@@ -58,3 +70,10 @@ class Consuming(Interaction):
     reach: float = 1.0
     rate: float = 0.05
     kernel = _consume
+
+    def __post_init__(self) -> None:
+        for name in ("reach", "rate"):
+            checks.number(name, getattr(self, name), above=0)
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        refuse_torus("Consuming", arena)

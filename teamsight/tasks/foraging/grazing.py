@@ -7,9 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+from teamsight.core import checks
 from teamsight.core.kernel import inlined, kernel
+from teamsight.tasks.foraging.layout import check_circles, refuse_torus
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState
+
+# The largest raster, along a side.
+_MOST_CELLS = 4000
 
 
 @inlined
@@ -81,6 +88,11 @@ class Grazing(Interaction):
         Distance within which it senses fresh ground [length].
     obstacles : tuple of (float, float, float)
         Round obstacles, under which there is no ground: x, y and radius [length].
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is outside its limits, or no ground is left; in a world whose arena repeats or is larger.
     """
 
     roles = ("robots",)
@@ -93,16 +105,47 @@ class Grazing(Interaction):
     obstacles: tuple[tuple[float, float, float], ...] = ()
     kernel = _graze
 
+    def __post_init__(self) -> None:
+        for name in ("side", "cell", "reach"):
+            checks.number(name, getattr(self, name), above=0)
+        checks.number("probe", self.probe, least=0)
+        if self.side > _MOST_CELLS * self.cell:
+            raise ValueError(
+                f"side={self.side:g}: has more than {_MOST_CELLS} cells of {self.cell:g}; take a smaller side, "
+                "or larger cells"
+            )
+        check_circles(self.obstacles)
+        if not self._ground.any():
+            raise ValueError(
+                f"obstacles={checks.shown(self.obstacles)}: leave no ground in a square of side {self.side:g}; take "
+                "fewer, or smaller cells"
+            )
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        refuse_torus("Grazing", arena)
+        extent = float(np.abs(arena.bounds).max())
+        # Rounding decides nothing.
+        if extent > 0.5 * self.side * (1.0 + 1e-9):
+            raise ValueError(
+                f"side={self.side:g}: {arena} reaches {extent:g} from its middle; give Grazing at least the side "
+                f"{2.0 * extent:g}"
+            )
+
     @property
     def parameters(self) -> tuple[float, ...]:
         return self.side, self.cell, self.reach, self.probe
 
     def start(self, sizes: Any) -> InteractionState:
         """Return the raster, with 1 for fresh ground, and the number of its cells with ground."""
+        ground = self._ground
+        return InteractionState(np.full((1, 1), float(ground.sum())), ground)
+
+    @property
+    def _ground(self) -> npt.NDArray[np.int64]:
         cells = math.ceil(self.side / self.cell)
         centre = (np.arange(cells) + 0.5) * self.cell - 0.5 * self.side
         x, y = np.meshgrid(centre, centre)
         ground = np.ones((cells, cells), np.int64)
         for at_x, at_y, radius in self.obstacles:
             ground[(x - at_x) ** 2 + (y - at_y) ** 2 < radius**2] = 0
-        return InteractionState(np.full((1, 1), float(ground.sum())), ground)
+        return ground

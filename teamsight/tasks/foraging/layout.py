@@ -58,6 +58,35 @@ def scattered(side: float, share: float, layout: int, clear: float) -> tuple[Rou
     )
 
 
+def check_circles(obstacles: tuple[Round, ...]) -> None:
+    """Refuse what are no round obstacles.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the first that is none.
+    """
+    if not isinstance(obstacles, tuple) or not all(isinstance(one, tuple) and len(one) == 3 for one in obstacles):
+        shown = checks.shown(obstacles)
+        raise TypeError(f"obstacles={shown}: must be a tuple of (x, y, radius), such as ((0.0, 2.0, 1.0),)")
+    for x, y, radius in obstacles:
+        checks.number("obstacles: x", x)
+        checks.number("obstacles: y", y)
+        checks.number("obstacles: radius", radius, above=0)
+
+
+def refuse_torus(name: str, arena: Arena) -> None:
+    """Refuse an arena that repeats.
+
+    Raises
+    ------
+    ValueError
+        Naming the interaction and the arena.
+    """
+    if any(side > 0.0 for side in arena.period):
+        raise ValueError(f"{name}: measures distances in a plane, and {arena} repeats; take one that does not: Box")
+
+
 def area(side: float, obstacles: tuple[Round, ...]) -> Arena:
     """Return the arena of these obstacles."""
     box = Box(side, side)

@@ -7,11 +7,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from teamsight.agents.body import Body
+from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.model import World
 from teamsight.agents.robot import Robot
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.target import Target
+from teamsight.core import checks
 from teamsight.policies.schemas import ForageSchemas, GrazeSchemas
+from teamsight.policies.schemas.automaton import COMMUNICATION, Schemas
 from teamsight.tasks.foraging.carrying import Carrying
 from teamsight.tasks.foraging.consuming import Consuming
 from teamsight.tasks.foraging.grazing import Grazing
@@ -32,8 +35,8 @@ class Home(Body):
     """The place where robots deliver."""
 
 
-class _Foraging(World):
-    """Robots in a square area with obstacles, whose home is in the middle.
+class ForagingWorld(World):
+    """Robots in a square area with obstacles, whose home is in the middle: the base class.
 
     Parameters
     ----------
@@ -42,7 +45,7 @@ class _Foraging(World):
     side : float
         The side of the area [length].
     obstacles : float
-        The share of the area under round obstacles.
+        The share of the area under round obstacles, in [0, 0.3].
     layout : int
         The seed of the places of obstacles, which are the same under all seeds of the world.
     speed, sensing_range, communication_range : float
@@ -55,26 +58,37 @@ class _Foraging(World):
         What they perceive of teammates.
     rng : int, optional
         The seed.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits, or the obstacles find no room.
     """
 
     def __init__(
         self,
-        robots: int,
-        side: float,
-        obstacles: float,
-        layout: int,
-        speed: float,
-        sensing_range: float,
-        communication_range: float,
-        policy: Any,
-        communication: str,
-        awareness: Any,
-        rng: int | None,
+        robots: int = 5,
+        *,
+        side: float = 64.0,
+        obstacles: float = 0.15,
+        layout: int = 1,
+        speed: float = 2.0,
+        sensing_range: float = 20.0,
+        communication_range: float = 100.0,
+        policy: Any = SCHEMAS,
+        communication: str = "goal",
+        awareness: Any = "pairwise",
+        rng: int | None = None,
     ) -> None:
+        checks.count("robots", robots, most=MOST_AGENTS)
+        checks.number("side", side, above=0)
+        checks.count("layout", layout, least=0)
+        checks.choice("communication", communication, COMMUNICATION)
         circles = scattered(side, obstacles, layout, _CLEAR)
         super().__init__(area(side, circles), rng=rng)
-        self._circles = circles
-        if policy == SCHEMAS:
+        self._data.limits.range("communication_range", communication_range)
+        self._circles, self._side = circles, side
+        if isinstance(policy, str) and policy == SCHEMAS:
             policy = self._schemas(communication)
         # Home is the first group, so that numbers of robots do not change the noise of others.
         self._home = self.add(Home, 1, policy="stationary", position=(0.0, 0.0), speed=0.0, name="home")
@@ -83,71 +97,85 @@ class _Foraging(World):
             awareness_range=communication_range,
         )  # fmt: skip
         self.senses(self.robots, self._home, as_="home", sensor=Sensor(range=2.0 * side, occluded=False), counts=False)
+        self.robots.sensors["teammates"] = Sensor(occluded=False)
+        self._furnish()
 
-    def _schemas(self, communication: str) -> Any:
+    def _furnish(self) -> None:
+        """Add what there is besides robots and home."""
+
+    def _schemas(self, communication: str) -> Schemas:
+        """Return the motor schemas of its robots."""
         return ForageSchemas(communication, self._circles)
 
-    def _add_attractors(self, count: int, mass: float) -> None:
-        self.attractors = self.add(Attractor, count, policy="stationary", speed=0.0, name="attractors")
-        self.attractors.add_column("mass", float(mass))
-        self.senses(self.robots, self.attractors, sensor=Sensor(occluded=False))
-        self.robots.sensors["teammates"] = Sensor(occluded=False)
 
+class AttractorWorld(ForagingWorld):
+    """Robots that look for attractors: the base class.
 
-class Forage(_Foraging):
-    """Robots search for attractors and carry them home."""
+    Parameters
+    ----------
+    robots : int
+        Number of robots.
+    attractors : int
+        Number of attractors.
+    mass : float
+        The mass of each.
+    side, obstacles, layout, speed, sensing_range, communication_range, policy, communication, awareness, rng
+        As for `ForagingWorld`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As for `ForagingWorld`.
+    """
 
     def __init__(
-        self, robots: int = 5, attractors: int = 7, mass: float = 5.0, side: float = 64.0, obstacles: float = 0.15,
-        layout: int = 1, speed: float = 2.0, sensing_range: float = 20.0, communication_range: float = 100.0, *,
+        self, robots: int = 5, *, attractors: int = 7, mass: float = 5.0, side: float = 64.0, obstacles: float = 0.15,
+        layout: int = 1, speed: float = 2.0, sensing_range: float = 20.0, communication_range: float = 100.0,
         policy: Any = SCHEMAS, communication: str = "goal", awareness: Any = "pairwise", rng: int | None = None,
     ) -> None:  # fmt: skip
+        checks.count("attractors", attractors, most=MOST_AGENTS)
+        self._attractors, self._mass = attractors, checks.number("mass", mass, above=0)
         super().__init__(
-            robots, side, obstacles, layout, speed, sensing_range, communication_range, policy, communication,
-            awareness, rng,
+            robots, side=side, obstacles=obstacles, layout=layout, speed=speed, sensing_range=sensing_range,
+            communication_range=communication_range, policy=policy, communication=communication, awareness=awareness,
+            rng=rng,
         )  # fmt: skip
-        self._add_attractors(attractors, mass)
+
+    def _furnish(self) -> None:
+        self.attractors = self.add(Attractor, self._attractors, policy="stationary", speed=0.0, name="attractors")
+        self.attractors.add_column("mass", self._mass)
+        self.senses(self.robots, self.attractors, sensor=Sensor(occluded=False))
+
+
+class Forage(AttractorWorld):
+    """Robots search for attractors and carry them home; see `AttractorWorld` and `Carrying`."""
+
+    def _furnish(self) -> None:
+        super()._furnish()
         self.interact(Carrying(), robots=self.robots, attractors=self.attractors, home=self._home)
 
 
-class Consume(_Foraging):
-    """Robots search for attractors and consume them in place."""
+class Consume(AttractorWorld):
+    """Robots search for attractors and consume them in place; see `AttractorWorld` and `Consuming`."""
 
-    def __init__(
-        self, robots: int = 5, attractors: int = 7, mass: float = 5.0, side: float = 64.0, obstacles: float = 0.15,
-        layout: int = 1, speed: float = 2.0, sensing_range: float = 20.0, communication_range: float = 100.0, *,
-        policy: Any = SCHEMAS, communication: str = "goal", awareness: Any = "pairwise", rng: int | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(
-            robots, side, obstacles, layout, speed, sensing_range, communication_range, policy, communication,
-            awareness, rng,
-        )  # fmt: skip
-        self._add_attractors(attractors, mass)
+    def _furnish(self) -> None:
+        super()._furnish()
         self.interact(Consuming(), robots=self.robots, attractors=self.attractors)
 
-    def _schemas(self, communication: str) -> Any:
+    def _schemas(self, communication: str) -> Schemas:
         return ForageSchemas(communication, self._circles, delivers=False)
 
 
-class Graze(_Foraging):
-    """Robots cover the area."""
+class Graze(ForagingWorld):
+    """Robots cover the area; see `ForagingWorld` and `Grazing`."""
 
     #: The share of the ground with which the task is done.
     DONE: ClassVar[float] = 0.95
 
-    def __init__(
-        self, robots: int = 5, side: float = 64.0, obstacles: float = 0.15, layout: int = 1, speed: float = 2.0,
-        sensing_range: float = 20.0, communication_range: float = 100.0, *, policy: Any = SCHEMAS,
-        communication: str = "goal", awareness: Any = "pairwise", rng: int | None = None,
-    ) -> None:  # fmt: skip
-        super().__init__(
-            robots, side, obstacles, layout, speed, sensing_range, communication_range, policy, communication,
-            awareness, rng,
-        )  # fmt: skip
-        self.robots.sensors["teammates"] = Sensor(occluded=False)
-        self.interact(Grazing(side, obstacles=self._circles), robots=self.robots)
+    def _furnish(self) -> None:
+        self.interact(Grazing(self._side, obstacles=self._circles), robots=self.robots)
 
-    def _schemas(self, communication: str) -> Any:
+    def _schemas(self, communication: str) -> Schemas:
         return GrazeSchemas(communication, self._circles)
 
 

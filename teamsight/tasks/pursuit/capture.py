@@ -9,6 +9,8 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
+from teamsight.tasks.pursuit.grid import check_grid, check_order
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _WIDTH, _HEIGHT, _IS_TORUS, _REACH, _HUNTERS, _REWARD, _COST, _CALLS = range(8)
@@ -132,7 +134,7 @@ class Capture(Interaction):
 
     With the rule "alone" hunters move, and those in a prey's cell capture it; if there are none, prey move, and hunters
     whose cell a prey has entered capture it. With "pair" all move at once, and then two hunters in or next to the cell
-    of a prey, diagonals included, capture it. The world must have the hunters before the prey.
+    of a prey, diagonals included, capture it. With "alone" the world must have the hunters before the prey.
 
     A capture ends the trial of all hunters. The next step begins another: hunters that captured are placed at random,
     nobody else moves, and no action counts. So robots perceive how a trial ended, as with Gymnasium's next-step
@@ -198,6 +200,11 @@ class Capture(Interaction):
         calls = 2 if rule.in_turn else 1
         numbers = (self.width, self.height, self.torus, rule.reach, rule.hunters, self.reward, self.cost, calls)
         return tuple(map(float, numbers))
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        check_grid(self, arena)
+        if self.in_turn:
+            check_order(self, order)
 
     def start(self, sizes: Any) -> InteractionState:
         return InteractionState(np.zeros((0, 0)), np.zeros((1, 4), np.int64))

@@ -9,6 +9,8 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
+from teamsight.tasks.pursuit.grid import check_grid
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _WIDTH, _HEIGHT, _IS_TORUS, _REWARD, _COST = range(5)
@@ -168,6 +170,9 @@ class Surround(Interaction):
         checks.flag("torus", self.torus)
         checks.number("reward", self.reward)
         checks.number("cost", self.cost)
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        check_grid(self, arena)
 
     def start(self, sizes: Any) -> InteractionState:
         return InteractionState(np.zeros((0, 0)), np.zeros((1, 2), np.int64))

@@ -20,7 +20,7 @@ from teamsight.tasks.task import Task
 #: Steps for which a team learns before it counts as skilled.
 LEARNING = 500_000
 # How it learns: α, T where two capture and where all sides must be held, and the most partners of a hunter.
-_RATE, _TEMPERATURE, _SURROUNDING, _PARTNERS = 0.1, 0.03, 0.003, 3
+_RATE, _TEMPERATURE, _SURROUNDING, _PARTNERS = 0.1, 0.03, 0.001, 3
 
 
 def trial_steps(world: World) -> float:
@@ -55,8 +55,8 @@ def learned(
     -----
     Two capture a prey, so a hunter uses the closest teammate of those that its degree shows, however many these are.
     Where hunters must stand on all sides of a prey ("surround") it uses the three closest, each in a module.
-    The rate and the temperature are ours: with Tan's, greedy hunters need up to twice as long. The team that has
-    learned keeps the temperature: greedy hunters that sense nothing would repeat one move.
+    The rate and the temperature are ours: with Tan's, greedy hunters need longer. The team that has learned keeps the
+    temperature, since greedy hunters that sense nothing would repeat one move.
     """
     degree = PairwiseAwareness() if awareness is None else awareness
     policy = _learner(scenario, degree)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from teamsight.agents.body import Body
+from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
@@ -101,10 +102,12 @@ class Pursuit(World):
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
+        checks.count("hunters", hunters, most=MOST_AGENTS)
+        checks.count("prey", prey, most=MOST_AGENTS)
         checks.count("side", side, least=2, most=MOST_SIDE)
         checks.flag("torus", torus)
         checks.choice("rule", rule, (*RULES, _SURROUND))
-        checks.count("scouts", scouts, least=0)
+        checks.count("scouts", scouts, least=0, most=MOST_AGENTS)
         super().__init__(Torus(side, side) if torus else Box(side, side), rng=rng, seed=seed)
         near = _range("teammate_depth", depth if teammate_depth is None else teammate_depth, side)
         common: dict[str, Any] = {

@@ -17,7 +17,7 @@ from teamsight import TASKS
 from teamsight.agents.awareness import NoAwareness
 from teamsight.analysis.gathering import Plan, gather, iterate_delta
 from teamsight.analysis.gathering.cells import Cell, DeltaInterval, delta_interval, ratio, saturation
-from teamsight.analysis.gathering.claims import UNRELIABLE, Verdict, judge
+from teamsight.analysis.gathering.claims import UNRELIABLE, Verdict, by_chance, judge
 from teamsight.analysis.gathering.plan import deltas
 from teamsight.analysis.gathering.results import make_results
 from teamsight.analysis.stats.paired import Interval
@@ -109,7 +109,7 @@ def test_results_do_not_depend_on_workers_and_are_resumed(tmp_path: Path) -> Non
         one, two = make_results(plan, tmp_path), gather(plan, pool)
     pd.testing.assert_frame_equal(one.runs, two.runs)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "gathering-index.parquet", "gathering.md", "gathering.parquet", "gathering.png",
+        "gathering-index.parquet", "gathering-rounds.parquet", "gathering.md", "gathering.parquet", "gathering.png",
     ]  # fmt: skip
     text = (tmp_path / "gathering.md").read_text(encoding="utf-8")
     assert "| learn | yes | 3 |" in text
@@ -132,9 +132,10 @@ def test_several_trainings_are_the_units_of_the_intervals() -> None:
 
     task = replace(GATHER, skilled=train, world=Trained)
     result = gather(Plan([task], (3,), 5, steps=20, trainings=3))
-    assert result.runs.query("delta == 0")["training"].nunique() == 3
-    assert len(result.runs.query("treatment == 'explore'")) == 5
-    # Of three trainings, not of fifteen runs, by Student's t with two degrees of freedom.
+    assert result.runs.query("delta == 0")["training"].tolist() == [0, 0, 1, 1, 2]
+    assert sorted(result.runs.query("delta == 0")["replicate"]) == [0, 1, 2, 3, 4]
+    assert set(result.runs.query("treatment == 'explore'")["training"]) == {0}
+    # Of three trainings, not of five runs, by Student's t with two degrees of freedom.
     means = result.runs.query("delta >= 0").pivot_table("value", "training", "delta")
     gains = (means[2] - means[0]).to_numpy()
     assert result.cells[0].gain.high - result.cells[0].gain.mean == pytest.approx(4.3027 * gains.std(ddof=1) / 3**0.5, rel=1e-4)
@@ -146,14 +147,92 @@ def test_iterating_finds_the_neighbours_that_skill_brings() -> None:
     assert result.rounds["treatment"].tolist() == ["explore", "skilled", "skilled"]
     assert result.rounds["used"].tolist() == [-1, result.rounds["high"][0], 5]
     assert result.rounds["high"][0] < 5
-    assert (result.cost, result.trainings) == (3.0, 0)
-    assert iterate_delta(LEARN, runs=90, steps=60).trainings == 2
+    assert result.used == result.rounds["used"].tolist()[1:]
+    assert (result.cost, result.runs, result.trainings) == (3.0, 180, 0)
+    assert (result.shortfall, result.enough) == (EXACT, "yes")
+    learned = iterate_delta(LEARN, runs=90, steps=60, trainings=3)
+    assert (learned.trainings, learned.runs) == (6, 180)
 
 
 def test_iterating_ends_where_exploration_suffices() -> None:
     result = iterate_delta("cmommt", scenario={"robots": 8}, runs=90, steps=60)
-    assert len(result.rounds) == 2
+    assert result.used == [result.delta]
     assert result.rounds["high"][1] <= result.delta == result.rounds["high"][0]
+    # The last round is the check with all teammates.
+    assert result.rounds["used"].tolist() == [-1, result.delta, 7]
+    best, own = result.rounds["objective"][2], result.rounds["objective"][1]
+    assert result.shortfall.mean == pytest.approx(best - own)
+
+
+class Shy(GATHER.world):  # type: ignore[misc, name-defined]
+    """Walkers that go to the beacon only with all teammates in view of their degree, and else stay."""
+
+    def __init__(self, walkers: int = 6, side: float = 6.0, *, awareness: Any = "none", **further: Any) -> None:
+        super().__init__(walkers, side, awareness=awareness, **further)
+        if further["policy"] == "centroid" and getattr(awareness, "delta", 0) < walkers - 1:
+            self.groups[0].speed = 1e-9
+
+
+def test_skill_that_needs_more_than_it_perceives_ends_the_rounds_too_early_and_is_found_out() -> None:
+    result = iterate_delta(replace(GATHER, world=Shy, name="shy"), scenario={"walkers": 6}, runs=90, steps=60)
+    assert result.delta < 5
+    assert result.used == [result.delta]
+    assert result.enough == "no"
+    assert result.shortfall.low > 0
+
+
+def test_a_team_of_the_same_policy_has_no_index_above_1() -> None:
+    null = replace(GATHER, name="null", skilled=GATHER.explore)
+    found = gather(Plan([null], (4, 8), 100, steps=60))
+    for one in found.cells:
+        assert one.explore == one.skilled
+        assert one.ratio.low <= 1 <= one.ratio.high
+    assert "holds" not in of(found.verdicts, "G2", "null")
+
+
+def test_pure_noise_is_a_verdict_as_rarely_as_the_bounds_say() -> None:
+    rng = np.random.default_rng(12)
+    outcomes = []
+    for _ in range(2000):
+        # Both teams have the same distribution, and δ = 4 is exceeded with almost the accepted risk, the hardest case.
+        one, other = (delta_interval(np.clip(rng.poisson(1.9, 100), 0, 7), 8, 0.05) for _ in range(2))
+        outcomes.append(judge([cell(one, other, gathers=True)])[0].outcome)
+    # The true δ are equal, so G2 is false: at most 5 % may hold, and 1.5 % is three standard errors of that.
+    assert outcomes.count("holds") <= 2000 * 0.065
+
+
+def test_a_claim_on_all_cells_allows_for_chance() -> None:
+    more, fewer = cell((2, 2, 3), (5, 4, 5), gathers=True), cell((5, 4, 5), (2, 2, 3), gathers=True)
+    open_ = cell((3, 3, 4), (3, 3, 4), gathers=True)
+
+    def overall(*cells: Cell) -> str:
+        return next(one.outcome for one in judge(cells) if (one.claim, one.task) == ("G2", ""))
+
+    assert overall(more, more) == "holds"
+    assert overall(more, open_) == "undecided"
+    assert overall(fewer) == "does not hold"
+    assert overall(*[more] * 9, fewer) == "undecided"
+    assert overall(*[more] * 9, *[fewer] * 3) == "does not hold"
+    # By the binomial distribution: of 10, more than 1 are against it with 8.6 %, more than 2 with 1.2 %.
+    assert [by_chance(cells) for cells in (1, 10, 28)] == [0, 2, 3]
+
+
+def test_runs_that_were_made_before_are_not_made_again() -> None:
+    plan = Plan([GATHER], (3,), 6, steps=20)
+    first = gather(plan)
+    phases: list[str] = []
+    again = gather(plan, watch=lambda phase, done, total: phases.append(phase), runs=first.runs)
+    assert not phases
+    pd.testing.assert_frame_equal(again.frame, first.frame)
+    assert set(first.rounds["task"]) == {"gather"}
+
+
+def test_scenarios_of_one_task_and_of_each_size() -> None:
+    plan = Plan([GATHER, "cmommt"], (4, 8), 10, scenario={"gather.side": [5.0, 7.0], "cmommt.radius": 3.0})
+    assert plan.scenario_of(GATHER, 4) == {"walkers": 4, "side": 5.0}
+    assert plan.scenario_of(GATHER, 8) == {"walkers": 8, "side": 7.0}
+    assert plan.scenario_of(TASKS["cmommt"], 8)["radius"] == 3.0
+    assert json.loads(json.dumps(plan.conditions()))["scenario"]["gather.side"] == [5.0, 7.0]
 
 
 EXACT = Interval(0.0, 0.0, 0.0)
@@ -260,9 +339,10 @@ def test_a_ratio_of_zeros_is_1_and_of_one_zero_infinite() -> None:
 
 
 def test_deltas_end_at_all_teammates() -> None:
-    assert deltas(2) == (0, 1)
-    assert deltas(10, (7, 12)) == (0, 1, 2, 3, 4, 5, 6, 7, 8, 9)
-    assert deltas(30, (7, 11))[-3:] == (20, 24, 29)
+    assert deltas(Plan(), 2) == (0, 1)
+    assert deltas(Plan(), 10, (7, 12)) == (0, 1, 2, 3, 4, 6, 7, 8, 9)
+    assert deltas(Plan(), 30, (7, 11))[-4:] == (12, 16, 24, 29)
+    assert deltas(Plan(deltas=(3, 1)), 10, (7,)) == (0, 1, 3, 7, 9)
 
 
 WRONG = [
@@ -273,6 +353,10 @@ WRONG = [
     ({"sizes": (1,)}, "sizes=1: must be at least 2"),
     ({"scenario": {"robots": 4}}, "robots is N, the size of the team; give it as sizes"),
     ({"scenario": {"robts": 4}}, "robts: is no parameter of the scenario of cmommt; did you mean 'robots'"),
+    ({"scenario": {"gather.side": 4}}, "'gather.side' is of the task 'gather', which is not compared; the tasks are cmommt"),
+    ({"scenario": {"radius": [3, 4]}}, "radius=[3, 4] has 2 values; give one, or one for each of the 4 sizes"),
+    ({"scenario": {"cmommt.robots": 4}}, "robots is N, the size of the team; give it as sizes"),
+    ({"trainings": 300}, "trainings=300: must be at most 200; trainings share the runs, at least one each"),
     ({"degree": "pairwise"}, "degree='pairwise': unknown"),
     ({"runs": 1}, "runs=1: must be at least 2; an interval needs two runs"),
 ]

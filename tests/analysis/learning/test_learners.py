@@ -38,6 +38,7 @@ from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.policies import RandomWalk, check_policy
 from teamsight.policies.memory import LazyMemory
+from teamsight.tasks.pursuit.world import Pursuit
 
 SMALL = Scenario(robots=3, targets=5, radius=2.0, runs=3, steps=20, seed=1)
 
@@ -50,7 +51,7 @@ def memory(awareness: Any = "ring", robots: int = 3) -> LazyMemory:
 @pytest.mark.parametrize("name", LEARNERS)
 @pytest.mark.parametrize("reward", REWARDS)
 def test_every_learner_learns_every_reward(name: str, reward: str) -> None:
-    pairs = memory()
+    pairs = memory() if reward != "interaction" else explore(Pursuit(awareness="ring", rng=4), 20)
     if name == "sheppard" and reward != "own":
         with pytest.raises(ValueError, match="must depend only on the facts gained and lost"):
             learn(name, pairs, Objective(REWARDS[reward]))
@@ -59,6 +60,11 @@ def test_every_learner_learns_every_reward(name: str, reward: str) -> None:
     assert (policy.inputs, getattr(policy, "discount", None)) == (32, None if name == "regression" else 0.5)
     assert learn(name, pairs, Objective(REWARDS[reward]), inputs=16).inputs == 16
     check_policy(policy)
+
+
+def test_a_reward_of_interactions_needs_some() -> None:
+    with pytest.raises(ValueError, match="nothing interacted.*give another reward"):
+        learn("linear", memory(), Objective(REWARDS["interaction"]))
 
 
 def test_without_an_objective_each_learner_has_its_own_defaults() -> None:

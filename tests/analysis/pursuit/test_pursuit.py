@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,15 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from teamsight.analysis.pursuit import results
+from teamsight.analysis.pursuit import reproduce, results
 from teamsight.analysis.pursuit.claims import FAILS, HOLDS, UNDECIDED, crossing, crossings, gains, verdicts
 from teamsight.analysis.pursuit.conditions import CONDITIONS
 from teamsight.analysis.pursuit.ledger import AGREES, DIFFERS, rows
 from teamsight.analysis.pursuit.paper import VALUES
-from teamsight.analysis.pursuit.plan import Plan, simulate
+from teamsight.analysis.pursuit.plan import Plan
 from teamsight.analysis.pursuit.trials import BLOCK, next_trials, trials_of
+from teamsight.analysis.reproductions import Request
+from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.tasks.pursuit.world import Pursuit
 
 SMALL = Plan(runs=2, share=0.02, tests=20, seed=5, names=("1/1 random", "1/1 depth 2", "1/2 one table"))
@@ -37,9 +40,9 @@ def test_all_values_of_tan_have_a_condition() -> None:
 
 
 def test_every_run_can_be_repeated_from_its_row() -> None:
-    table = simulate(SMALL)
+    table = run_rows(SMALL.planned())
     assert len(table) == 6
-    again = simulate(SMALL)
+    again = run_rows(SMALL.planned())
     assert table.equals(again)
     row = table[(table["condition"] == "1/1 depth 2") & (table["replicate"] == 1)].iloc[0]
     world = Pursuit(**CONDITIONS["1/1 depth 2"].parameters, rng=int(row["seed"]))
@@ -114,12 +117,26 @@ def test_gains_are_paired_by_run() -> None:
 
 
 def test_files_are_made_and_not_replaced_by_other_settings(tmp_path: Path) -> None:
-    results.make_results(SMALL, tmp_path)
+    request = Request(tmp_path, formats=("png", "svg"))
+    said = results.make_results(SMALL, request, None, lambda phase, done, total: None)
+    assert (
+        said[-1] == "Each claim is judged by its own 95 % interval: if nothing made a difference, at most one in 40 "
+        "would hold by chance, 0.0 of 0."
+    )
     made = {file.name for file in tmp_path.iterdir()}
-    assert made == {results.RUNS, results.LEDGER, results.PAGE, results.PICTURE}
+    assert made == {results.RUNS, results.LEDGER, results.PAGE, "pursuit.png", "pursuit.svg"}
     text = (tmp_path / results.PAGE).read_text(encoding="utf-8")
     assert "47.14 ± 1.28" in text
     assert "123.08" in text
     (tmp_path / results.PAGE).write_text("mine", encoding="utf-8")
     with pytest.raises(ValueError, match=r"pursuit\.md"):
-        results.check_results(SMALL, tmp_path)
+        results.check(SMALL, request)
+
+
+def test_nothing_is_simulated_if_a_file_of_the_second_part_must_not_be_replaced(tmp_path: Path) -> None:
+    (tmp_path / "pursuit-modules.md").write_text("mine", encoding="utf-8")
+    request = Request(tmp_path, quick=True)
+    with pytest.raises(ValueError, match=r"pursuit-modules\.md"):
+        reproduce.reproduce(request, None, lambda phase, done, total: None)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="steps=10: trials end with a capture; give the number of runs"):
+        reproduce.reproduce(replace(request, steps=10), None, lambda phase, done, total: None)  # type: ignore[arg-type]

@@ -183,6 +183,11 @@ def test_wrong_values_are_named(given: dict[str, Any], named: str) -> None:
         PreyQ(**given)
 
 
+def test_a_partner_that_no_degree_shows_is_refused() -> None:
+    with pytest.raises(ValueError, match="PreyQ.*needs 'teammates', which awareness 'none' does not deliver; use"):
+        Pursuit(hunters=2, depth=1, policy=PreyQ(1, partner=1), rng=1)
+
+
 def test_tables_of_another_team_are_refused() -> None:
     with pytest.raises(ValueError, match="of 3 robots, and the group has 2"):
         Pursuit(hunters=2, depth=1, policy=PreyQ(1, tables=np.zeros((3, 10, 4))), rng=1)

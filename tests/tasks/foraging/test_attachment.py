@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from teamsight import Box, Robot, Target, World
+from teamsight import Arrivals, Box, Robot, Target, Times, World
 from teamsight.tasks.foraging.carrying import Carrying
 from teamsight.tasks.foraging.consuming import Consuming
 from teamsight.tasks.foraging.worlds import Attractor, Home
@@ -136,6 +136,23 @@ def test_a_robot_that_consumes_stays_whatever_speed_it_is_given() -> None:
     while robots[0].attached:
         world.step()
     assert robots[0].speed == 3.0
+
+
+def test_new_robots_do_not_get_the_speed_of_carriers() -> None:
+    world = carried(loads=1)
+    robots = world.groups[0]
+    _steps(world, 2)
+    with pytest.raises(ValueError, match=r"speed: .*'robots'.*an interaction.*add\(…, speed=2\)"):
+        robots.add(1)
+    assert robots.add(1, speed=2.0)[0].speed == 2.0
+
+
+def test_robots_that_arrive_while_all_carry_have_the_speed_of_the_others_without_a_load() -> None:
+    world = carried(loads=1)
+    robots = world.groups[0]
+    world.attach(Arrivals(Times([3.0]), position=(0.0, -90.0)), robots)
+    _steps(world, 5)
+    assert robots.speed.tolist() == [1.0, 2.0]
 
 
 def test_robots_cannot_carry_and_consume() -> None:
