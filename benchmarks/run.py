@@ -37,11 +37,12 @@ from sensors import measure_sensors
 from speed import measure_speed
 from studies import measure_engines
 from study_speed import measure_study_speed
+from tasks import measure_tasks
 from view import measure_view
 
 PARTS = (
     "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "interactions", "components", "processes", "foraging", "pursuit", "studies", "view",
+    "interactions", "components", "processes", "foraging", "pursuit", "studies", "tasks", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -76,6 +77,7 @@ def main() -> int:
         "studies": lambda: [
             *measure_study_speed(rounds, options.quick), *measure_engines(min(rounds, 5), options.quick)
         ],
+        "tasks": lambda: measure_tasks(min(rounds, 7)),
         "view": lambda: measure_view(rounds, options.quick),
     }
     agrees = check(c, console)

@@ -22,7 +22,7 @@ _GOLDEN = 0.6180339887498949
 _MOST_KEPT = 64
 
 
-class Region(Protocol):
+class WalledArena(Protocol):
     """An arena whose walls are segments and discs; arenas import this file."""
 
     @property
@@ -76,35 +76,35 @@ def _draw_again(address: int) -> int:
 _DRAW_AGAIN = Entry(_draw_again)
 
 
-def is_free(region: Region, position: Points, margin: float) -> npt.NDArray[np.bool_]:
+def is_free(arena: WalledArena, position: Points, margin: float) -> npt.NDArray[np.bool_]:
     """Return for each position, shape (..., 2), whether it is inside and at least `margin` from the walls."""
-    inside = np.asarray(region.contains(position))
-    return inside & (clearance(region.near_walls, position) >= margin) if margin > 0 else inside
+    inside = np.asarray(arena.contains(position))
+    return inside & (clearance(arena.near_walls, position) >= margin) if margin > 0 else inside
 
 
-def _free_samples(region: Region, margin: float) -> Points:
-    found = region.kept.get(("samples", margin))
+def _free_samples(arena: WalledArena, margin: float) -> Points:
+    found = arena.kept.get(("samples", margin))
     if found is None:
         step = np.arange(float(_SAMPLES))
-        samples = region.draw((step + 0.5) / _SAMPLES, (step * _GOLDEN) % 1.0)
-        found = samples[is_free(region, samples, margin)]
-        keep(region, "samples", margin, found)
+        samples = arena.draw((step + 0.5) / _SAMPLES, (step * _GOLDEN) % 1.0)
+        found = samples[is_free(arena, samples, margin)]
+        keep(arena, "samples", margin, found)
     return found
 
 
-def keep(region: Region, name: str, margin: float, found: Points) -> None:
+def keep(arena: WalledArena, name: str, margin: float, found: Points) -> None:
     """Keep what a search has found, but not for very many margins."""
-    if len(region.kept) >= _MOST_KEPT:
-        region.kept.clear()
-    region.kept[name, margin] = found
+    if len(arena.kept) >= _MOST_KEPT:
+        arena.kept.clear()
+    arena.kept[name, margin] = found
 
 
-def fits(region: Region, margin: float) -> bool:
+def fits(arena: WalledArena, margin: float) -> bool:
     """Return whether there is room so far from the walls: whether any of 4096 even places is."""
-    return len(_free_samples(region, margin)) > 0
+    return len(_free_samples(arena, margin)) > 0
 
 
-def place_freely(region: Region, u: npt.ArrayLike, v: npt.ArrayLike, margin: float) -> Points:
+def place_freely(arena: WalledArena, u: npt.ArrayLike, v: npt.ArrayLike, margin: float) -> Points:
     """Return what `Arena.place` returns: exactly uniform over the free area, a pure function of `u` and `v`.
 
     A place that is not free is drawn again, with numbers that are Philox of the bits of `u` and `v`. A margin that does
@@ -113,9 +113,9 @@ def place_freely(region: Region, u: npt.ArrayLike, v: npt.ArrayLike, margin: flo
     u, v = np.broadcast_arrays(np.asarray(u, float), np.asarray(v, float))
     shape = u.shape
     u, v = np.ravel(u), np.ravel(v)
-    margin = margin if margin > 0 and fits(region, margin) else 0.0
-    places = region.draw(u, v)
-    missing = np.flatnonzero(~is_free(region, places, margin))
+    margin = margin if margin > 0 and fits(arena, margin) else 0.0
+    places = arena.draw(u, v)
+    missing = np.flatnonzero(~is_free(arena, places, margin))
     words = np.stack([u[missing], v[missing]], axis=-1).view(np.uint64)
     words = np.concatenate([words & np.uint64(0xFFFFFFFF), words >> np.uint64(32)], axis=1)
     first = 0
@@ -124,12 +124,12 @@ def place_freely(region: Region, u: npt.ArrayLike, v: npt.ArrayLike, margin: flo
             break
         numbers = np.empty((2, len(missing), count))
         _DRAW_AGAIN(ATTEMPT.pack(Attempt(words, first, numbers)))
-        drawn = region.draw(*numbers)
-        free = is_free(region, drawn, margin)
+        drawn = arena.draw(*numbers)
+        free = is_free(arena, drawn, margin)
         found = free.any(axis=1)
         places[missing[found]] = drawn[found, np.argmax(free[found], axis=1)]
         missing, words, first = missing[~found], words[~found], first + count
     if len(missing):
-        samples = _free_samples(region, margin)
+        samples = _free_samples(arena, margin)
         places[missing] = samples[(u[missing] * len(samples)).astype(int)]
     return np.asarray(places.reshape(*shape, 2))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.world.free_places import Region, fits, is_free, keep
+from teamsight.world.free_places import WalledArena, fits, is_free, keep
 from teamsight.world.polygons import nearest_on_walls
 from teamsight.world.wall_contacts import Walls
 
@@ -17,34 +17,34 @@ _NEAR = 1e-10
 _ROWS = 256
 
 
-def nearest_free(region: Region, points: Points, margin: float) -> Points:
+def nearest_free(arena: WalledArena, points: Points, margin: float) -> Points:
     """Return for each point, shape (n, 2), itself if it is free, else the nearest place that is.
 
     Places at least `margin` from the walls end at lines beside segments, and at circles around their ends and around
     discs. The nearest one is the foot of a point on one of these, or a place where two of them meet. A margin that does
     not fit is left out.
     """
-    margin = margin if fits(region, margin) else 0.0
-    points = np.array(region.displacement(np.zeros(2), points))
-    stuck = np.flatnonzero(~is_free(region, points, margin))
-    lines, circles = _limits(region.near_walls, margin)
-    meetings = _meetings(region, margin, lines, circles)
+    margin = margin if fits(arena, margin) else 0.0
+    points = np.array(arena.displacement(np.zeros(2), points))
+    stuck = np.flatnonzero(~is_free(arena, points, margin))
+    lines, circles = _limits(arena.near_walls, margin)
+    meetings = _meetings(arena, margin, lines, circles)
     for rows in np.array_split(stuck, len(stuck) // _ROWS + 1):
         moving = points[rows]
         shared = np.broadcast_to(meetings, (len(rows), *meetings.shape))
         feet = np.concatenate([nearest_on_walls(moving, lines), _feet_on_circles(moving, circles), shared], axis=1)
-        feet = region.displacement(np.zeros(2), feet)
-        distance = np.sum(region.displacement(moving[:, None], feet) ** 2, axis=2)
-        distance[~is_free(region, feet, _rounded(region, margin))] = np.inf
+        feet = arena.displacement(np.zeros(2), feet)
+        distance = np.sum(arena.displacement(moving[:, None], feet) ** 2, axis=2)
+        distance[~is_free(arena, feet, _rounded(arena, margin))] = np.inf
         best = np.argmin(distance, axis=1)
         found = np.isfinite(distance[np.arange(len(rows)), best])
         points[rows[found]] = feet[found, best[found]]
     return points
 
 
-def _rounded(region: Region, margin: float) -> float:
+def _rounded(arena: WalledArena, margin: float) -> float:
     """Return a margin that rounding cannot miss."""
-    low, high = region.bounds
+    low, high = arena.bounds
     return max(margin - _NEAR * float(np.max(high - low)), 0.0)
 
 
@@ -69,13 +69,13 @@ def _feet_on_circles(points: Points, circles: Points) -> Points:
     return np.asarray(circles[:, :2] + circles[:, 2:] * way)
 
 
-def _meetings(region: Region, margin: float, lines: Points, circles: Points) -> Points:
+def _meetings(arena: WalledArena, margin: float, lines: Points, circles: Points) -> Points:
     """Return the free places where two of the limits meet, shape (k, 2)."""
-    found = region.kept.get(("meetings", margin))
+    found = arena.kept.get(("meetings", margin))
     if found is None:
         places = crossings(lines, circles)
-        found = places[is_free(region, places, _rounded(region, margin))]
-        keep(region, "meetings", margin, found)
+        found = places[is_free(arena, places, _rounded(arena, margin))]
+        keep(arena, "meetings", margin, found)
     return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from teamsight.agents.engine.interaction_records import interaction_at, partaker_at, role_at
 from teamsight.agents.engine.keeping import keep
 from teamsight.agents.engine.records import BAD_INTERACTION, DONE, OUTSIDE, group_at, world_at
-from teamsight.core.kernel import Entry, call, kernel
+from teamsight.core.kernel import Entry, call, inlined, kernel
 from teamsight.core.kernel.window import move as show
 from teamsight.world.interaction import COMPLETED
 from teamsight.world.motion import move_at
@@ -60,11 +60,9 @@ def _draw(address: int, tick: int) -> None:
     show(here.words, here.moves, tick % TICKS_A_BLOCK)
 
 
-@kernel
-def _fault(address: int, i: int, region: Any, found: Any) -> int:
-    """Return what is wrong with a body of a role after a call; 0 for nothing. What is wrong is written to `found`."""
-    role = role_at(address)
-    move = move_at(group_at(partaker_at(role.partaker).group).move)
+@inlined
+def _fault(move: Any, reward: float, i: int, region: Any, found: Any) -> int:
+    """Return what is wrong with a body after a call; 0 for nothing. What is wrong is written to `found`."""
     found[0] = move.position[i, 0]
     found[1] = move.position[i, 1]
     if not is_in_region(region, found[0], found[1]):
@@ -78,10 +76,30 @@ def _fault(address: int, i: int, region: Any, found: Any) -> int:
     if not 0.0 <= move.speed[i] < math.inf:
         found[0] = move.speed[i]
         return BAD_SPEED
-    if not abs(role.reward[i]) < math.inf:
-        found[0] = role.reward[i]
+    if not abs(reward) < math.inf:
+        found[0] = reward
         return BAD_REWARD
     return 0
+
+
+@kernel
+def _accept(address: int, region: Any, found: Any, progress: Any) -> int:
+    """Add what the bodies of a role got in a call; return `BAD_INTERACTION` if something is wrong with one of them."""
+    role = role_at(address)
+    partaker = partaker_at(role.partaker)
+    move = move_at(group_at(partaker.group).move)
+    for i in range(role.reward.shape[0]):
+        what = _fault(move, role.reward[i], i, region, found)
+        if what != 0:
+            progress.what = what
+            progress.body = i
+            return BAD_INTERACTION
+        partaker.reward[i] += role.reward[i]
+        partaker.last_rewards[0, i] += role.reward[i]
+        if role.ended[i]:
+            partaker.ended[i] = True
+            partaker.last_rewards[1, i] = 1.0
+    return DONE
 
 
 @kernel
@@ -125,21 +143,10 @@ def _interact(address: int, number: int, turn: int) -> int:
             progress.need = s
             return BAD_INTERACTION
     for r in range(here.roles.shape[0]):
-        role = role_at(here.roles[r])
-        partaker = partaker_at(role.partaker)
-        for i in range(role.reward.shape[0]):
-            what = _fault(here.roles[r], i, here.region, here.found)
-            if what != 0:
-                progress.what = what
-                progress.need = r
-                progress.body = i
-                return BAD_INTERACTION
-            partaker.reward[i] += role.reward[i]
-            partaker.last_rewards[0, i] += role.reward[i]
-            if role.ended[i]:
-                partaker.ended[i] = True
-                partaker.last_rewards[1, i] = 1.0
-        _set_moved(role.partaker)
+        if _accept(here.roles[r], here.region, here.found, progress) != DONE:
+            progress.need = r
+            return BAD_INTERACTION
+        _set_moved(role_at(here.roles[r]).partaker)
     return DONE
 
 

@@ -41,12 +41,14 @@ class BoundInteractions:
         known = {number: _partaker(group, group_records[number]) for number, group in groups.items()}
         self.partakers = list(known.values())
         first = 0
-        for one in data.interactions:
+        if data.interactions:
             # Only worlds with an interaction need it.
             from teamsight.world.region_of import region_of
 
-            self.records.append(one.bind(known, region_of(data.arena), first))
-            first += len(one.scores)
+            region = region_of(data.arena)
+            for one in data.interactions:
+                self.records.append(one.bind(known, region, first))
+                first += len(one.scores)
         written = [array for one in data.interactions for array in one.arrays]
         for group in groups.values():
             written += [group.bodies.speed, group.bodies.reward, group.bodies.ended, group.last_rewards]

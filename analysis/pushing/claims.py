@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.analysis.stats.exceedance import bounds
-from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.paired import Interval, half_width, interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text
 
 Floats = npt.NDArray[np.float64]
@@ -26,9 +26,6 @@ FEW, SOME, MANY = 2, 10, 20
 #: The difference of times that counts as none, as a share.
 MARGIN = 0.1
 
-# The quantile of the normal distribution for 95 %.
-_QUANTILE = 1.959963984540054
-
 
 def runs_of(table: pd.DataFrame, team: str, robots: int | None = None) -> pd.DataFrame:
     """Return the runs of a team, of one size or of all from two robots on, in the order of sizes and replicates."""
@@ -37,13 +34,15 @@ def runs_of(table: pd.DataFrame, team: str, robots: int | None = None) -> pd.Dat
 
 
 def slower(table: pd.DataFrame, team: str, robots: int, than: int) -> Interval:
-    """Return by how many steps a team needs longer with one number of robots than with another: Welch's interval."""
+    """Return by how many steps a team needs longer with one number of robots than with another.
+
+    The variances may differ; without two runs of both, nothing is known.
+    """
     one, other = (np.asarray(runs_of(table, team, size)["time"], float) for size in (robots, than))
-    difference = float(one.mean() - other.mean())
     if min(len(one), len(other)) < 2:
-        return Interval(difference, -math.inf, math.inf)
-    wide = _QUANTILE * math.sqrt(one.var(ddof=1) / len(one) + other.var(ddof=1) / len(other))
-    return Interval(difference, difference - wide, difference + wide)
+        return Interval(math.nan, -math.inf, math.inf)
+    variance = one.var(ddof=1) / len(one) + other.var(ddof=1) / len(other)
+    return _around(float(one.mean() - other.mean()), float(variance), min(len(one), len(other)))
 
 
 def saved(table: pd.DataFrame, team: str, over: str) -> Interval:
@@ -79,8 +78,13 @@ def stagnation_slope(table: pd.DataFrame, team: str) -> Interval:
     weight = (sizes - sizes.mean()) / ((sizes - sizes.mean()) ** 2).sum()
     means = np.array([share.mean() for share in shares.values()])
     variances = np.array([share.var(ddof=1) / len(share) for share in shares.values()])
-    slope, wide = float(weight @ means), _QUANTILE * math.sqrt(float(weight**2 @ variances))
-    return Interval(slope, slope - wide, slope + wide)
+    return _around(float(weight @ means), float(weight**2 @ variances), min(len(share) for share in shares.values()))
+
+
+def _around(mean: float, variance: float, fewest: int) -> Interval:
+    """Return Student's interval, with the degrees of freedom of the smallest sample, so that it is not too short."""
+    wide = float(half_width(np.array(math.sqrt(variance)), np.array(fewest)))
+    return Interval(mean, mean - wide, mean + wide)
 
 
 def percent(interval: Interval) -> str:

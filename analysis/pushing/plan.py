@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from teamsight.agents.awareness import NearestAwareness
-from teamsight.analysis.pushing.trials import agreement, lessons, until_moved
+from teamsight.analysis.pushing.trials import agreement, examples_of, until_moved
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.task_runs import task_run, task_seed
@@ -17,8 +17,8 @@ from teamsight.tasks.pushing.task import TASK
 from teamsight.tasks.pushing.world import FIXED_PRIORITY
 
 # The team sizes and the replicates from which the network learns, and those with which it is tested.
-_LESSON_ROBOTS = (3, 6, 12)
-_LESSON_RUNS = range(-4, 0)
+_EXAMPLE_ROBOTS = (3, 6, 12)
+_EXAMPLE_RUNS = range(-4, 0)
 _TEST_RUNS = range(-8, -4)
 
 
@@ -74,12 +74,12 @@ class Plan:
 @cache
 def network_of(seed: int) -> AdaptiveNetwork:
     """Return the network that has learned from runs with the fixed priority under a root seed."""
-    cues, behaviours = lessons(seed, _LESSON_RUNS, _LESSON_ROBOTS)
+    cues, behaviours = examples_of(seed, _EXAMPLE_RUNS, _EXAMPLE_ROBOTS)
     return AdaptiveNetwork.trained(cues, behaviours, rng=seed)
 
 
 def agreement_of(seed: int) -> tuple[float, float]:
-    """Return the share of decisions in which network and fixed priority agree: in lessons, and in other runs."""
-    shares = (agreement(network_of(seed), lessons(seed, runs, _LESSON_ROBOTS)) for runs in (_LESSON_RUNS, _TEST_RUNS))
-    learned, tested = shares
+    """Return the share of decisions in which network and fixed priority agree: in examples, and in other runs."""
+    examples = [examples_of(seed, runs, _EXAMPLE_ROBOTS) for runs in (_EXAMPLE_RUNS, _TEST_RUNS)]
+    learned, tested = (agreement(network_of(seed), one) for one in examples)
     return learned, tested

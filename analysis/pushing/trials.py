@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # A run stops at the first multiple of these steps at which the box has been moved far enough.
 _PART = 100
 # Steps of a run from which the network learns.
-_LESSON = 300
+_STEPS = 300
 
 
 def until_moved(world: World, steps: int) -> dict[str, Any]:
@@ -51,7 +51,7 @@ def until_moved(world: World, steps: int) -> dict[str, Any]:
     }
 
 
-def lessons(root: int, replicates: Iterable[int], robots: Iterable[int]) -> npt.NDArray[np.int64]:
+def examples_of(root: int, replicates: Iterable[int], robots: Iterable[int]) -> npt.NDArray[np.int64]:
     """Return what robots with the fixed priority perceive and do: cues and behaviours, shape (2, examples).
 
     Parameters
@@ -59,7 +59,7 @@ def lessons(root: int, replicates: Iterable[int], robots: Iterable[int]) -> npt.
     root : int
         The root seed.
     replicates : iterable of int
-        Numbers of the runs; those of lessons are below 0, so that no other run meets these worlds.
+        Numbers of the runs; those for training are below 0, so that no other run meets these worlds.
     robots : iterable of int
         Team sizes; each has a run for each replicate.
     """
@@ -67,7 +67,7 @@ def lessons(root: int, replicates: Iterable[int], robots: Iterable[int]) -> npt.
     for size in robots:
         for replicate in replicates:
             world: Any = TASK.build(rng=task_seed(TASK, root, replicate, {"robots": size}), robots=size)
-            for _ in range(_LESSON):
+            for _ in range(_STEPS):
                 world.step()
                 kept = world.robots.policy_state.ints[:, 0]
                 found.append(kept[kept[:, BEHAVIOUR] >= 0][:, [CUES, BEHAVIOUR]].T)

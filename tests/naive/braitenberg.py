@@ -44,7 +44,11 @@ def cues(policy: Any, heading: Any, others: Sequence[np.ndarray], box: Any, mate
         found |= {"teammate": True, "teammate left": bearing(heading, mate) >= 0}
         if abs(bearing(heading, mate)) <= math.pi / 3:
             near = float(np.hypot(*mate)) / policy.slow_range
-            found |= {"teammate ahead": True, "teammate ahead in slow range": near <= 1, "teammate ahead near": near <= 0.5}
+            found |= {
+                "teammate ahead": True,
+                "teammate ahead in slow range": near <= 1,
+                "teammate ahead near": near <= 0.5,
+            }
     return {name for name, is_set in found.items() if is_set}
 
 

@@ -41,7 +41,8 @@ def _times(factors: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Interv
 
 
 def _factor(interval: Interval) -> str:
-    return f"{interval.mean:,.3g} times ({interval.low:,.3g} to {interval.high:,.3g})"
+    mean, low, high = (f"{one:,.0f}" if one >= 100 else f"{one:.3g}" for one in interval)
+    return f"{mean} times ({low} to {high})"
 
 
 def _learns(condition: str) -> tuple[Sequence[str], Decide]:

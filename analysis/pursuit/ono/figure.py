@@ -75,4 +75,4 @@ def _draw(axes: Axes, table: pd.DataFrame, curves: Mapping[str, tuple[str, str]]
             axes.plot(middle, one, color=colour, linewidth=0.5, alpha=0.35)
         axes.plot(middle, np.exp(np.log(steps).mean(axis=0)), color=colour, linewidth=2.0, label=label)
     if axes.get_legend_handles_labels()[1]:
-        axes.legend(frameon=False, fontsize=8, loc="best")
+        axes.legend(frameon=False, fontsize=8, loc="upper right", bbox_to_anchor=(1.0, 0.93))

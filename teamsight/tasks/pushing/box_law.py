@@ -26,7 +26,7 @@ def pushes(robots: Any, i: int, box_x: float, box_y: float, near: float) -> bool
         return False
     wants = robots.moved[i, 0] != 0.0 or robots.moved[i, 1] != 0.0
     heads_in = robots.heading[i, 0] * dx + robots.heading[i, 1] * dy > 0.0
-    return wants and heads_in
+    return wants and heads_in  # type: ignore[no-any-return]
 
 
 @inlined

@@ -1,0 +1,68 @@
+"""Box pushing as a task, and its world."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from teamsight import check_task
+from teamsight.policies.braitenberg import FixedPriority
+from teamsight.tasks import TASKS
+from teamsight.tasks.pushing.task import completion_time
+from teamsight.tasks.pushing.world import BoxPushing
+
+
+def test_it_keeps_its_contract() -> None:
+    check_task("push", steps=30)
+
+
+def test_a_team_moves_the_box_and_is_measured() -> None:
+    task = TASKS["push"]
+    # The distance is short, so that any six robots that find the box cover it.
+    world: Any = task.build("skilled", rng=3, robots=6, side=20.0, distance=0.5)
+    world.run(1500, progress=False)
+    history, found = world.recording.history, task.measure(world)
+    moved = history["box_moved"].cumsum()
+    time = int(found["completion_time"])
+    assert moved.iloc[time - 1] >= 0.5 > (moved.iloc[time - 2] if time > 1 else 0.0)
+    assert found["box_moved"] == pytest.approx(moved.iloc[-1])
+    assert found["together"] == (history["pushing"] >= 2).mean()
+    assert found["stagnation"] == ((history["pushing"] >= 2) & (history["box_moved"] == 0)).mean()
+
+
+def test_a_box_that_is_not_moved_takes_for_ever() -> None:
+    world = BoxPushing(1, rng=1)
+    world.run(400, progress=False)
+    assert world.recording.history["pushing"].sum() > 0
+    assert TASKS["push"].measure(world) == {
+        "completion_time": math.inf, "box_moved": 0.0, "together": 0.0, "stagnation": 0.0,
+    }  # fmt: skip
+    assert completion_time(world) == math.inf
+
+
+def test_the_world_fits_its_robots_to_their_size() -> None:
+    world = BoxPushing(2, robot_radius=1.0, box_radius=3.0, recovery=False, rng=1)
+    policy: Any = world.robots.policy
+    assert isinstance(policy, FixedPriority)
+    assert (policy.obstacle_range, policy.contact, policy.recovery) == (3.0, pytest.approx(4.1), False)
+    assert world.interactions[0].robot_radius == 1.0
+    assert np.array_equal(world.box.bodies.position, [[0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"distance": 0.0}, ValueError, r"distance=0.*above 0"),
+        ({"recovery": "yes"}, TypeError, r"recovery='yes': must be True or False"),
+        ({"threshold": 2.5}, ValueError, r"threshold=2\.5: must be below 2"),
+        ({"side": 5.0}, ValueError, r"side=5: must be above 6"),
+        ({"robots": 0}, ValueError, r"0.*at least 1"),
+        ({"policy": "fixed"}, ValueError, r"policy='fixed'"),
+    ],
+)
+def test_bad_values_are_named(options: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        BoxPushing(**options)
