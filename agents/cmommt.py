@@ -12,8 +12,10 @@ from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
+from teamsight.agents.cmommt_defaults import DEFAULT, Default
+from teamsight.agents.cmommt_defaults import DEFAULTS as DEFAULTS
 from teamsight.agents.cmommt_numbers import checked_numbers
-from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
+from teamsight.agents.decisions.cycle import Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape
@@ -36,40 +38,6 @@ if TYPE_CHECKING:
     from teamsight.agents.events.source import EventSource
 
 Floats = npt.NDArray[np.float64]
-
-DEFAULTS: dict[str, Any] = {
-    "robots": 10,
-    "targets": 15,
-    "radius": 5.0,
-    "policy": "a-cmommt",
-    "awareness": "pairwise",
-    "delta": 16,
-    "sensing_range": 1.0,
-    "awareness_range": 1.0,
-    "range_shape": "disc",
-    "sensor": None,
-    "robot_speed": 0.1,
-    "target_speed": 0.075,
-    "cycle": EVERY_STEP,
-    "uniform_target_speed": False,
-    "target_policy": "random-walk",
-    "policy_options": {},
-    "target_policy_options": {},
-    "events": None,
-}
-
-
-class _Default:
-    """A default value, told apart from the same value given by a user: a preset replaces what is not given."""
-
-    def __init__(self, value: Any) -> None:
-        self.value = value
-
-    def __repr__(self) -> str:
-        return repr(self.value)
-
-
-_DEFAULT: dict[str, Any] = {name: _Default(value) for name, value in DEFAULTS.items()}
 
 # Options of policies by name whose defaults are for robots.
 _TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
@@ -140,25 +108,25 @@ class CMOMMT(World):
 
     def __init__(
         self,
-        robots: int = _DEFAULT["robots"],
-        targets: int = _DEFAULT["targets"],
-        radius: float = _DEFAULT["radius"],
+        robots: int = DEFAULT["robots"],
+        targets: int = DEFAULT["targets"],
+        radius: float = DEFAULT["radius"],
         *,
-        policy: PolicyLike = _DEFAULT["policy"],
-        awareness: AwarenessLike = _DEFAULT["awareness"],
-        delta: int = _DEFAULT["delta"],
-        sensing_range: float = _DEFAULT["sensing_range"],
-        awareness_range: float = _DEFAULT["awareness_range"],
-        range_shape: RangeShape = _DEFAULT["range_shape"],
-        sensor: Sensor | None = _DEFAULT["sensor"],
-        robot_speed: float = _DEFAULT["robot_speed"],
-        target_speed: float = _DEFAULT["target_speed"],
-        uniform_target_speed: bool = _DEFAULT["uniform_target_speed"],
-        cycle: CycleLike = _DEFAULT["cycle"],
-        target_policy: PolicyLike = _DEFAULT["target_policy"],
-        policy_options: Mapping[str, Any] = _DEFAULT["policy_options"],
-        target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
-        events: EventSource | Sequence[EventSource] | None = _DEFAULT["events"],
+        policy: PolicyLike = DEFAULT["policy"],
+        awareness: AwarenessLike = DEFAULT["awareness"],
+        delta: int = DEFAULT["delta"],
+        sensing_range: float = DEFAULT["sensing_range"],
+        awareness_range: float = DEFAULT["awareness_range"],
+        range_shape: RangeShape = DEFAULT["range_shape"],
+        sensor: Sensor | None = DEFAULT["sensor"],
+        robot_speed: float = DEFAULT["robot_speed"],
+        target_speed: float = DEFAULT["target_speed"],
+        uniform_target_speed: bool = DEFAULT["uniform_target_speed"],
+        cycle: CycleLike = DEFAULT["cycle"],
+        target_policy: PolicyLike = DEFAULT["target_policy"],
+        policy_options: Mapping[str, Any] = DEFAULT["policy_options"],
+        target_policy_options: Mapping[str, Any] = DEFAULT["target_policy_options"],
+        events: EventSource | Sequence[EventSource] | None = DEFAULT["events"],
         preset: PresetName | None = None,
         rng: int | None = None,
         seed: int | None = None,
@@ -172,7 +140,7 @@ class CMOMMT(World):
             "target_policy": target_policy, "policy_options": policy_options,
             "target_policy_options": target_policy_options, "events": events,
         }  # fmt: skip
-        given = {name: value for name, value in values.items() if not isinstance(value, _Default)}
+        given = {name: value for name, value in values.items() if not isinstance(value, Default)}
         chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
         options = checked_options(given.pop("policy_options", None))
         target_options = checked_options(given.pop("target_policy_options", None), "target_policy")

@@ -11,25 +11,21 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.perception import Perception
-from teamsight.agents.channel import TARGETS, TEAMMATES, Channel
+from teamsight.agents.channel import TEAMMATES, Channel
 from teamsight.agents.column_attributes import new_column
 from teamsight.agents.columns import Column, Columns
 from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.decisions.cycle import CycleLike
-from teamsight.agents.decisions.deciding import Deciding
 from teamsight.agents.engine.readings import Readings
-from teamsight.agents.engine.relation import Relation
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import Numbers, PlacementName, Points, Rows
 from teamsight.agents.host_protocol import Host
+from teamsight.agents.perceiving import Perceiving
 from teamsight.agents.policy_state import first_state as first_state
 from teamsight.agents.selection import rows_of
 from teamsight.agents.settings import readonly as readonly
 from teamsight.core.card import shown
-from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.policies.channels import OWN_FIELDS, channels_of
-from teamsight.policies.columns import columns_of
-from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.interface import Action, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
@@ -57,13 +53,15 @@ Floats = npt.NDArray[np.float64]
     active="set that of one agent, as in robots[0].active = False",
     identity="identities are given by the world; add_column makes numbers of your own",
 )
-class Group(Deciding, Generic[A]):
+class Group(Perceiving, Generic[A]):
     """Agents of one class that share a policy and a degree of awareness: ``Group[Scout]`` is a group of scouts.
 
     Attributes
     ----------
     decided_at, policies, timetable, …
         How its agents decide; see `Deciding`.
+    channels, neighbours, percept, …
+        What they perceive; see `Perceiving`.
     name : str
         The group's name in its world.
     number : int
@@ -84,24 +82,16 @@ class Group(Deciding, Generic[A]):
         Agents that have left, by member, as long as somebody refers to them; restoring a state brings them back.
     first_abilities : Abilities
         The abilities at the start of a run, by member.
-    channels : dict of str to Channel
-        What the group senses, by name; `World.senses` declares it.
     readings : dict of str to Readings
         What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
-    perceived_columns : dict of str to ndarray, shape (identities,), float64
-        The columns that its policies read, by identity; empty for a function of one robot in a world without any.
     has_conditions : bool
         Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
     action : Action
         The last decision.
     last_rewards : ndarray, shape (2, n), float64
         What interactions gave each agent in the last step, and 1 if one ended a trial for it, else 0.
-    numbers : ndarray, shape (4, draws, lanes), float64
-        The policy's random numbers of four ticks.
-    members : ndarray, shape (lanes,), int64
-        The members whose random numbers these are: `Bodies.member`, and 0 after the last agent.
     """
 
     def __init__(
@@ -134,7 +124,7 @@ class Group(Deciding, Generic[A]):
             self.channels[TEAMMATES] = Channel(TEAMMATES, np.ones(len(bodies), bool))
         self.arrived_at = np.zeros(len(bodies), np.int64)
         self.readings: dict[str, Readings] = {}
-        self.relations: dict[str, Relation] = {}
+        self.relations = {}
         self.host = host
         self.time = np.zeros(1)
         self.perceived_columns: dict[str, Floats] = {}
@@ -302,42 +292,6 @@ class Group(Deciding, Generic[A]):
             If the name is not a string, or the name of a column or another attribute; or if `fill` has another length.
         """
         return new_column(self, name, fill)
-
-    def neighbours(self, channel: str) -> NeighbourList:
-        """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
-        return filled(self.room(channel))
-
-    def room(self, channel: str) -> NeighbourList:
-        """Return the arrays behind `neighbours`, including the unused room."""
-        return self.relations[channel].room if channel in self.relations else self.perception.nothing
-
-    @property
-    def percept(self) -> Percept:
-        """The present percept, as views that the next step overwrites."""
-        teammates = self.neighbours(TEAMMATES) if self.awareness.shows_teammates else filled(self.perception.shown)
-        names = tuple(name for name in self.channels if name not in OWN_FIELDS)
-        percept = self.percept_of(self.room(TARGETS), teammates, filled(self.perception.relayed), names)
-        return percept._replace(
-            targets=filled(percept.targets), channels=channels_of(names, map(filled, percept.channels))
-        )
-
-    def percept_of(
-        self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList, channels: tuple[str, ...]
-    ) -> Percept:
-        """Return a percept that shows these neighbours, and the arrays of further channels."""
-        bodies = self.bodies
-        moved = bodies.moved if self.timetable is None else self.timetable.travelled
-        body = (bodies.heading, moved, bodies.speed, self.sensing_range, self.awareness_range)
-        others = channels_of(channels, map(self.room, channels))
-        return Percept(
-            *body, targets, teammates, relayed, self.perception.situation, others, self.time,
-            bodies.reward, bodies.ended, bodies.identity,
-            columns_of(tuple(self.perceived_columns), self.perceived_columns.values()),
-        )  # fmt: skip
-
-    def noise(self, tick: int) -> Floats:
-        """Return the policy's random numbers for a tick, shape (draws, n)."""
-        return self.numbers[tick % TICKS_A_BLOCK, :, : len(self)]
 
 
 def team_of(groups: list[Group], group: Group) -> list[Group]:

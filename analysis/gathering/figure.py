@@ -10,7 +10,7 @@ import numpy as np
 
 from teamsight.analysis.gathering.cells import Cell
 from teamsight.analysis.gathering.plan import Plan
-from teamsight.analysis.plot.style import COLOURS, FAINT, canvas, head, plain, to_picture
+from teamsight.analysis.plot.style import COLOURS, FAINT, INK, canvas, head, plain, to_picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ _SERIES = (
 )
 # Inches: a panel with what is beside it, the head of the figure, and its least width.
 _WIDTH, _HEIGHT, _HEAD, _LEAST = 3.3, 3.0, 1.15, 8.0
-_MARKS = "os^Dv*PX"
+_MARKS, _COLOURS = "os^Dv*PX", (*COLOURS, INK)
 _GATHERS = {True: "gathers", False: "disperses", None: "unknown"}
 # By this share the marks of a series stand beside those of the one before, so that both are seen.
 _BESIDE = 0.04
@@ -93,7 +93,7 @@ def _draw_task(axes: Axes, cells: Sequence[Cell]) -> None:
         axes.errorbar(x, values[:, 0], np.maximum(bars, 0), color=colour, marker=mark, capsize=2, label=label)
     _scale(axes, size)
     axes.set_ylabel("δ")
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(bottom=-0.5)
     axes.set_title(f"{cells[0].task} ({_GATHERS[cells[0].gathers]})", loc="left", size=11)
 
 
@@ -106,7 +106,7 @@ def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None
         ratio = np.clip(np.array([cell.ratio for cell in own], np.float64), least, most)
         x = np.array([cell.size for cell in own]) * (1 + number * _BESIDE)
         bars = np.stack([ratio[:, 0] - ratio[:, 1], ratio[:, 2] - ratio[:, 0]])
-        colour, mark = COLOURS[number % len(COLOURS)], _MARKS[number % len(_MARKS)]
+        colour, mark = _COLOURS[number % len(_COLOURS)], _MARKS[number % len(_MARKS)]
         axes.errorbar(x, ratio[:, 0], np.maximum(bars, 0), color=colour, marker=mark, capsize=2, label=task)
     axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle=":")
     axes.set_yscale("log")

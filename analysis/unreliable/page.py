@@ -94,7 +94,7 @@ def _conditions(plan: Plan) -> str:
         f"seed {plan.seed}. Failures and repairs take exponential times; the mean time to repair is {plan.repair:g} "
         f"ticks. Robots that sense rarely have random phases. δ is for a risk of {RISK:g}, from the runs with "
         "awareness; its bounds have 95 % confidence each. Intervals are those of Student's t, 95 %; all differences "
-        "are paired. A gain is over {_without(plan)}. Neighbours are means over active robots and steps."
+        f"are paired. A gain is over {_without(plan)}. Neighbours are means over active robots and steps."
     )
 
 

@@ -18,7 +18,7 @@ from teamsight.core.card import card, shown
 from teamsight.policies.memory import batch, combine, file
 from teamsight.policies.memory.about import check_about, from_json, json_of
 from teamsight.policies.memory.order import Table
-from teamsight.policies.memory.transitions import ACTION, check_table, queries_of, table_of
+from teamsight.policies.memory.transitions import ACTION, check_layout, check_table, queries_of, table_of
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,16 +50,8 @@ class LazyMemory:
 
     def __post_init__(self) -> None:
         check_about(self.own, self.added, self.facts, self.settings)
-        table = self.table
-        columns = 2 * self.inputs + len(ACTION) + len(self.facts)
-        if table.dtype != np.float32 or table.ndim != 2 or len(table) != columns or not table.flags.c_contiguous:
-            raise ValueError(
-                f"table: is {table.dtype} of shape {table.shape}; for {self.inputs} inputs and {len(self.facts)} facts "
-                f"it must be C-contiguous float32 of shape ({columns}, transitions); use LazyMemory.of"
-            )
-        if not table.shape[1]:
-            raise ValueError("table: has 0 transitions; a memory needs at least 1: explore first")
-        frozen = table.view(np.ndarray)
+        check_layout(self.table, self.inputs, len(self.facts))
+        frozen = self.table.view(np.ndarray)
         frozen.flags.writeable = False
         object.__setattr__(self, "table", frozen)
 

@@ -55,6 +55,24 @@ def table_of(situation: Any, action: Any, next_situation: Any, facts: Mapping[st
     return table
 
 
+def check_layout(table: Table, inputs: int, facts: int) -> None:
+    """Raise an error if a table has not the type, the order or the shape of `table_of`.
+
+    Raises
+    ------
+    ValueError
+        If it has not, or contains no transition.
+    """
+    columns = 2 * inputs + len(ACTION) + facts
+    if table.dtype != np.float32 or table.ndim != 2 or len(table) != columns or not table.flags.c_contiguous:
+        raise ValueError(
+            f"table: is {table.dtype} of shape {table.shape}; for {inputs} inputs and {facts} facts it must be "
+            f"C-contiguous float32 of shape ({columns}, transitions); use LazyMemory.of"
+        )
+    if not table.shape[1]:
+        raise ValueError("table: has 0 transitions; a memory needs at least 1: explore first")
+
+
 def check_table(table: Table, inputs: int) -> None:
     """Raise an error if `table_of` could not have made this table of situations of `inputs` components.
 

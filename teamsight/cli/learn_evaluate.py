@@ -137,7 +137,9 @@ def _evaluate_task(settings: EvaluateSettings, memory: LazyMemory, task: Task, a
         check_results(settings.save.parent, [settings.save.name], about, force=settings.force)
     began = time.perf_counter()
     with when_stopped(lambda: "nothing was kept"):
-        table = learn_evaluate_task.evaluated(settings, memory, task, scenario, _objective(settings, reward))
+        objective = _objective(settings, reward)
+        progress = learning(settings, memory, objective)
+        table = learn_evaluate_task.evaluated(settings, memory, task, scenario, objective, progress)
     if settings.save:
         write_results(settings.save.parent, {settings.save.name: table}, about, force=settings.force)
     say(f"{settings.learner} on {len(memory)} transitions, reward {reward}")

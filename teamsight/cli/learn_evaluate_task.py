@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from contextlib import AbstractContextManager
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from teamsight.cli import limits
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from teamsight.cli.learn_evaluate import EvaluateSettings
+    from teamsight.analysis.learning.learners import Objective, Progress
     from teamsight.policies.memory import LazyMemory
     from teamsight.tasks.task import Task
 
@@ -20,7 +21,20 @@ CMOMMT = "cmommt"
 OF_CMOMMT = ("robots", "targets", "radius")
 
 
-def task_given(settings: EvaluateSettings, memory: LazyMemory) -> Task | None:
+class InTask(Protocol):
+    """The settings of ``teamsight learn evaluate`` that matter here."""
+
+    given: frozenset[str]
+    task: str | None
+    set: dict[str, Any]
+    learner: str
+    runs: int
+    steps: int | None
+    seed: int
+    workers: int | None
+
+
+def task_given(settings: InTask, memory: LazyMemory) -> Task | None:
     """Return the task in whose worlds robots are evaluated: the one given, or that of the exploration; None for CMOMMT.
 
     Raises
@@ -45,7 +59,7 @@ def task_given(settings: EvaluateSettings, memory: LazyMemory) -> Task | None:
     return task_of(name)
 
 
-def scenario_of(settings: EvaluateSettings, memory: LazyMemory, task: Task) -> dict[str, Any]:
+def scenario_of(settings: InTask, memory: LazyMemory, task: Task) -> dict[str, Any]:
     """Return the scenario: that of the exploration if it was of this task, with the values that are given.
 
     Raises
@@ -59,14 +73,18 @@ def scenario_of(settings: EvaluateSettings, memory: LazyMemory, task: Task) -> d
 
 
 def evaluated(
-    settings: EvaluateSettings, memory: LazyMemory, task: Task, scenario: dict[str, Any], objective: Any
+    settings: InTask,
+    memory: LazyMemory,
+    task: Task,
+    scenario: dict[str, Any],
+    objective: Objective,
+    learning: AbstractContextManager[Progress],
 ) -> pd.DataFrame:
-    """Learn, and run all teams."""
+    """Learn while `learning` shows the progress, and run all teams."""
     from teamsight.analysis.learning.task_evaluation import evaluate_in_task, task_contenders
-    from teamsight.cli.learn_evaluate import learning
     from teamsight.cli.show import working
 
-    with learning(settings, memory, objective) as progress:
+    with learning as progress:
         teams = task_contenders(settings.learner, memory, objective, task, scenario, progress, rng=settings.seed)
     steps = settings.steps or task.steps
     size = scenario[task.size]
@@ -79,7 +97,7 @@ def evaluated(
 
 
 def print_result(
-    table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, task: Task, scenario: dict[str, Any]
+    table: pd.DataFrame, settings: InTask, memory: LazyMemory, task: Task, scenario: dict[str, Any]
 ) -> None:
     """Print what was measured, and by how much the first team is better."""
     from rich import box

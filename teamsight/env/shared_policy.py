@@ -12,7 +12,8 @@ from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from teamsight.env.actions import as_array
-from teamsight.env.vector import Step, TeamVectorEnv, vector_env
+from teamsight.env.vector import TeamVectorEnv, vector_env
+from teamsight.env.vector_step import Step
 
 Array = npt.NDArray[Any]
 

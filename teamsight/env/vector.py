@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -19,41 +19,13 @@ from teamsight.env.observations import LayoutLike
 from teamsight.env.rewards import RewardLike
 from teamsight.env.settings import Settings, settings_of
 from teamsight.env.states import StateView
+from teamsight.env.vector_step import Flags, Observations, Step
 from teamsight.env.views import Views
 from teamsight.tasks.task import Task
-
-Floats: TypeAlias = npt.NDArray[np.float64]
-Flags: TypeAlias = npt.NDArray[np.bool_]
-Observations: TypeAlias = npt.NDArray[np.float32]
 
 #: What happens after the end of an episode: the next begins in the same step, in the next step, or by `reset` only.
 AUTORESETS = ("same-step", "next-step", "disabled")
 _MOST_WORLDS = 1_000_000
-
-
-class Step(NamedTuple):
-    """What a step of `TeamVectorEnv` returns.
-
-    Attributes
-    ----------
-    observations : ndarray, shape (worlds, robots, width), float32
-        What the robots perceive after the step.
-    rewards : ndarray, shape (worlds, robots), float64
-        Their rewards.
-    terminated, truncated : ndarray, shape (worlds,), bool
-        Whether something has stopped a world; whether its episode has lasted for `max_cycles` steps.
-    info : dict of str to ndarray
-        Of each world the ``observed`` share of targets, ``mean_neighbours`` and ``max_neighbours``, shape (worlds,); of
-        each robot the targets ``sensed``, the ``neighbours`` and whether it is ``active``, shape (worlds, robots). With
-        "same-step", if episodes have ended: ``final_observations``, shape (worlds, robots, width), whose rows of other
-        worlds are as in `observations`; the rest of `info` is of the last step of the episode.
-    """
-
-    observations: Observations
-    rewards: Floats
-    terminated: Flags
-    truncated: Flags
-    info: dict[str, npt.NDArray[Any]]
 
 
 class TeamVectorEnv:

@@ -111,6 +111,7 @@ def test_files_are_complete_and_resume(tmp_path: Path, table: pd.DataFrame) -> N
     assert stored.attrs["unreliable"] == SMALL.conditions()
     text = page(again, found, SMALL)
     assert all(line in text.replace("\n  ", " ") for line in sentences(again, found, "periods", SMALL))
+    assert "A gain is over A-CMOMMT without awareness" in text.replace("\n", " ")
     with pytest.raises(ValueError, match="other settings"):
         results.check_results(Plan(runs=4), tmp_path)
     run_rows(SMALL.planned(), checkpoint=results.checkpoint_in(tmp_path))
@@ -144,6 +145,7 @@ def test_the_team_of_any_task_can_be_unreliable(name: str, tmp_path: Path) -> No
     text = (tmp_path / results.PAGE).read_text(encoding="utf-8")
     assert f"{task.size} = {task.scenario[task.size]}: gain" in text
     assert task.objective.metric in text
+    assert "A gain is over the same team without awareness" in text.replace("\n", " ")
     # A gain is positive where awareness is better, whether more or less of the objective is.
     for point in found.to_dict("records"):
         assert point["gain"] == pytest.approx(task.objective.sign * (point["aware"] - point["unaware"]))
