@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness import Awareness, RingAwareness
-from teamsight.agents.awareness.registry import awareness_named
+from teamsight.agents.awareness import Awareness
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
-from teamsight.agents.cmommt_defaults import DEFAULT, Default
-from teamsight.agents.cmommt_defaults import DEFAULTS as DEFAULTS
+from teamsight.agents.cmommt_components import degree_of, target_policy_of
 from teamsight.agents.cmommt_numbers import checked_numbers
-from teamsight.agents.decisions.cycle import Cycle, CycleLike
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape
@@ -23,7 +21,7 @@ from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
 from teamsight.agents.presets import PRESETS
-from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
+from teamsight.agents.resolve import checked_options, policy_of, shared_options
 from teamsight.agents.robot import Robot
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.target import Target
@@ -39,9 +37,39 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-# Options of policies by name whose defaults are for robots.
-_TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
+DEFAULTS: dict[str, Any] = {
+    "robots": 10,
+    "targets": 15,
+    "radius": 5.0,
+    "policy": "a-cmommt",
+    "awareness": "pairwise",
+    "delta": 16,
+    "sensing_range": 1.0,
+    "awareness_range": 1.0,
+    "range_shape": "disc",
+    "sensor": None,
+    "robot_speed": 0.1,
+    "target_speed": 0.075,
+    "cycle": EVERY_STEP,
+    "uniform_target_speed": False,
+    "target_policy": "random-walk",
+    "policy_options": {},
+    "target_policy_options": {},
+    "events": None,
+}
 
+
+class _Default:
+    """A default value, told apart from the same value given by a user: a preset replaces what is not given."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __repr__(self) -> str:
+        return repr(self.value)
+
+
+_DEFAULT: dict[str, Any] = {name: _Default(value) for name, value in DEFAULTS.items()}
 
 @refusing(
     robots="build another model, or change their number with model.robots.add(5) and robot.remove()",
@@ -108,25 +136,25 @@ class CMOMMT(World):
 
     def __init__(
         self,
-        robots: int = DEFAULT["robots"],
-        targets: int = DEFAULT["targets"],
-        radius: float = DEFAULT["radius"],
+        robots: int = _DEFAULT["robots"],
+        targets: int = _DEFAULT["targets"],
+        radius: float = _DEFAULT["radius"],
         *,
-        policy: PolicyLike = DEFAULT["policy"],
-        awareness: AwarenessLike = DEFAULT["awareness"],
-        delta: int = DEFAULT["delta"],
-        sensing_range: float = DEFAULT["sensing_range"],
-        awareness_range: float = DEFAULT["awareness_range"],
-        range_shape: RangeShape = DEFAULT["range_shape"],
-        sensor: Sensor | None = DEFAULT["sensor"],
-        robot_speed: float = DEFAULT["robot_speed"],
-        target_speed: float = DEFAULT["target_speed"],
-        uniform_target_speed: bool = DEFAULT["uniform_target_speed"],
-        cycle: CycleLike = DEFAULT["cycle"],
-        target_policy: PolicyLike = DEFAULT["target_policy"],
-        policy_options: Mapping[str, Any] = DEFAULT["policy_options"],
-        target_policy_options: Mapping[str, Any] = DEFAULT["target_policy_options"],
-        events: EventSource | Sequence[EventSource] | None = DEFAULT["events"],
+        policy: PolicyLike = _DEFAULT["policy"],
+        awareness: AwarenessLike = _DEFAULT["awareness"],
+        delta: int = _DEFAULT["delta"],
+        sensing_range: float = _DEFAULT["sensing_range"],
+        awareness_range: float = _DEFAULT["awareness_range"],
+        range_shape: RangeShape = _DEFAULT["range_shape"],
+        sensor: Sensor | None = _DEFAULT["sensor"],
+        robot_speed: float = _DEFAULT["robot_speed"],
+        target_speed: float = _DEFAULT["target_speed"],
+        uniform_target_speed: bool = _DEFAULT["uniform_target_speed"],
+        cycle: CycleLike = _DEFAULT["cycle"],
+        target_policy: PolicyLike = _DEFAULT["target_policy"],
+        policy_options: Mapping[str, Any] = _DEFAULT["policy_options"],
+        target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
+        events: EventSource | Sequence[EventSource] | None = _DEFAULT["events"],
         preset: PresetName | None = None,
         rng: int | None = None,
         seed: int | None = None,
@@ -140,7 +168,7 @@ class CMOMMT(World):
             "target_policy": target_policy, "policy_options": policy_options,
             "target_policy_options": target_policy_options, "events": events,
         }  # fmt: skip
-        given = {name: value for name, value in values.items() if not isinstance(value, Default)}
+        given = {name: value for name, value in values.items() if not isinstance(value, _Default)}
         chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
         options = checked_options(given.pop("policy_options", None))
         target_options = checked_options(given.pop("target_policy_options", None), "target_policy")
@@ -150,9 +178,9 @@ class CMOMMT(World):
         plan["policy_options"], plan["target_policy_options"] = {**preset_options, **options}, target_options
         rules = (
             policy_of(plan["policy"], shared_options(plan["policy"], preset_options) | options),
-            _target_policy(plan["target_policy"], target_options),
+            target_policy_of(plan["target_policy"], target_options),
         )
-        degree = _awareness(plan)
+        degree = degree_of(plan)
         count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
         checks.flag("uniform_target_speed", plan["uniform_target_speed"])
         numbers = checked_numbers(plan)
@@ -186,7 +214,7 @@ class CMOMMT(World):
         "robots", "policy", lambda model, value: model._robot_policy(value)
     )
     awareness = LiveSetting[Awareness, AwarenessLike](
-        "robots", "awareness", lambda model, value: _awareness(model.settings | {"awareness": value})
+        "robots", "awareness", lambda model, value: degree_of(model.settings | {"awareness": value})
     )
     sensing_range = LiveSetting[Floats, Numbers]("robots", "sensing_range")
     awareness_range = LiveSetting[Floats, Numbers]("robots", "awareness_range")
@@ -219,7 +247,7 @@ class CMOMMT(World):
     @target_policy.setter
     def target_policy(self, value: PolicyLike) -> None:
         options = self.settings["target_policy_options"]
-        self.targets.policy = _target_policy(value, shared_options(value, options))
+        self.targets.policy = target_policy_of(value, shared_options(value, options))
         self._let_targets_sense()
 
     def _robot_policy(self, value: Any) -> Any:
@@ -270,15 +298,3 @@ class CMOMMT(World):
         if not self.settings["uniform_target_speed"]:
             return fastest
         return fastest * uniforms(self._data.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
-
-
-def _target_policy(value: Any, options: Mapping[str, Any]) -> Any:
-    defaults = _TARGET_OPTIONS.get(value, {}) if isinstance(value, str) else {}
-    return policy_of(value, {**defaults, **options}, "target_policy")
-
-
-def _awareness(plan: dict[str, Any]) -> Awareness:
-    # Checked for every degree, so that a wrong one is never ignored.
-    delta = RingAwareness(plan["delta"]).delta
-    degree = plan["awareness"]
-    return awareness_named(degree, {"delta": delta}) if isinstance(degree, str) else awareness_of(degree)

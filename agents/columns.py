@@ -102,6 +102,11 @@ class Columns(MutableMapping[str, Column]):
         self._arrays: dict[str, Array] = {}
         self._fills: dict[str, Any] = {}
         self._checks: dict[str, Callable[[Array], None]] = {}
+        self._keepers: dict[str, str] = {}
+
+    def keep(self, name: str, keeper: str) -> None:
+        """Note which interaction keeps a column, so that it stays."""
+        self._keepers[name] = keeper
 
     def array(self, name: str) -> Array:
         """Return the array that holds the present elements of a column."""
@@ -196,11 +201,13 @@ class Columns(MutableMapping[str, Column]):
         """Return these columns with the same arrays, to `go_back` to."""
         other = Columns(self._group)
         other._arrays, other._fills, other._checks = self._arrays.copy(), self._fills.copy(), self._checks.copy()
+        other._keepers = self._keepers.copy()
         return other
 
     def go_back(self, kept: Columns) -> None:
         """Be as they were when they were `kept`."""
         self._arrays, self._fills, self._checks = kept._arrays, kept._fills, kept._checks
+        self._keepers = kept._keepers
 
     def __getitem__(self, name: str) -> Column:
         self.array(name)
@@ -213,6 +220,11 @@ class Columns(MutableMapping[str, Column]):
 
     def __delitem__(self, name: str) -> None:
         self.array(name)
+        if name in self._keepers:
+            raise ValueError(
+                f"{name}: is kept by the interaction {self._keepers[name]}, which writes it in each step; build the "
+                "world without it"
+            )
         del self._arrays[name]
         self._fills.pop(name, None)
         self._checks.pop(name, None)

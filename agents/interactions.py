@@ -36,6 +36,7 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
             group = groups[role]
             if name not in group.columns:
                 group.add_column(name, fill)
+            group.columns.keep(name, type(interaction).__name__)
             placed.first[role, name] = _by_member(group, group.columns.array(name), fill)
         data.interactions.append(placed)
         engine.is_bound = False

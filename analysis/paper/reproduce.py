@@ -15,7 +15,7 @@ from teamsight.analysis.paper.claims import CLAIMS, Ledger, judge, needed
 from teamsight.analysis.paper.claims.conditions import options, scenario
 from teamsight.analysis.paper.experiments import chosen, make_chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
-from teamsight.analysis.runs import files
+from teamsight.analysis.runs import results
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import PAPER, Grid, Request
 from teamsight.analysis.runs.run import OUTCOMES
@@ -93,13 +93,11 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
         If there is such a file.
     """
     names = [f"{stem}.{kind}" for stem in plan.figures for kind in ("parquet", *plan.formats)]
-    outputs = [folder / f"figure-{name}" for name in names]
-    outputs += [file for name in plan.figures for file in sorted(folder.glob(f"figure-{name}-*.parquet"))]
+    outputs = [f"figure-{name}" for name in names]
+    outputs += [file.name for name in plan.figures for file in sorted(folder.glob(f"figure-{name}-*.parquet"))]
     if plan.ledger:
-        outputs += [folder / f"ledger.{kind}" for kind in ("parquet", "md", "json")]
-    for file in outputs:
-        files.check_replaceable(file, force=force)
-    checkpoint_in(folder).check()
+        outputs += [f"ledger.{kind}" for kind in ("parquet", "md", "json")]
+    results.check_results(folder, outputs, checkpoint=checkpoint_in(folder), force=force)
 
 
 def reproduce(
@@ -190,11 +188,12 @@ def _draw(
         make, jobs, lambda index: watch("drawing", next(drawn), len(jobs)), lambda job: f"figure {job.name}"
     ):
         about = plan.conditions() | {"figure": found.name, "title": FIGURES[found.name].title, "setting": name}
-        for suffix, table in found.tables.items():
-            stem = f"figure-{found.name}" + (f"-{suffix}" if suffix else "")
-            files.write_table(folder / f"{stem}.parquet", table, about, force=force)
-        for kind, picture in found.pictures.items():
-            files.write_bytes(folder / f"figure-{found.name}.{kind}", picture, force=force)
+        stem = f"figure-{found.name}"
+        contents: dict[str, results.Content] = {
+            stem + (f"-{suffix}" if suffix else "") + ".parquet": table for suffix, table in found.tables.items()
+        }
+        contents |= {f"{stem}.{kind}": picture for kind, picture in found.pictures.items()}
+        results.write_results(folder, contents, about, force=force)
 
 
 def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool) -> Ledger:
@@ -214,7 +213,10 @@ def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFr
         for name, found in made.items()
         if name in claimed
     ]
-    files.write_table(folder / "ledger.parquet", pd.concat(runs, ignore_index=True), plan.conditions(), force=force)
-    files.write_page(folder / "ledger.md", ledger.to_markdown(), force=force)
-    files.write_json(folder / "ledger.json", {"software": "teamsight", **ledger.to_json()}, force=force)
+    contents: dict[str, results.Content] = {
+        "ledger.parquet": pd.concat(runs, ignore_index=True),
+        "ledger.md": ledger.to_markdown(),
+        "ledger.json": ledger.to_json(),
+    }
+    results.write_results(folder, contents, plan.conditions(), force=force)
     return ledger

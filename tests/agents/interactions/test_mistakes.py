@@ -216,6 +216,16 @@ def test_a_column_of_another_type_is_refused() -> None:
         world.interact(Spoil(), robots=robots)
 
 
+def test_a_column_that_an_interaction_keeps_stays() -> None:
+    world = spoiled(Spoil())
+    robots = world.groups[0]
+    robots.add_column("mine", 0.0)
+    with pytest.raises(ValueError, match="load: is kept by the interaction Spoil, .*build the world without it"):
+        del robots.columns["load"]
+    del robots.columns["mine"]
+    assert list(robots.columns) == ["load"]
+
+
 def test_an_interaction_is_not_declared_by_a_policy() -> None:
     world = World(Disc(3.0), rng=1)
 

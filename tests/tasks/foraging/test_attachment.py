@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from teamsight import Arrivals, Box, Robot, Target, Times, World
 from teamsight.tasks.foraging.carrying import Carrying
 from teamsight.tasks.foraging.consuming import Consuming
-from teamsight.tasks.foraging.worlds import Attractor, Home
+from teamsight.tasks.foraging.worlds import Attractor, Consume, Forage, Home
+from tests.interactions import fingerprint
 
 
 def _right(percept: Any, rng: Any) -> tuple[float, float]:
@@ -169,3 +172,39 @@ def test_robots_cannot_carry_and_consume() -> None:
     assert "attached" not in team.columns
     world.interact(Consuming(), robots=team, attractors=meals)
     world.run(2)
+
+
+CALLS = ("run", "lose", "come", "leave", "off", "on", "faster", "save", "restore", "reset")
+
+
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(seed=st.integers(0, 9999), calls=st.lists(st.sampled_from(CALLS), max_size=20), kind=st.sampled_from([0, 1]))
+def test_any_order_of_calls_gives_one_result_on_both_paths(seed: int, calls: list[str], kind: int) -> None:
+    made = (Forage, Consume)[kind]
+    worlds: list[Any] = [made(4, attractors=5, side=22.0, obstacles=0.05, speed=1.0, rng=seed) for _ in range(2)]
+    saved = [world.state() for world in worlds]
+    for call in ["run", *calls, "run"]:
+        for number, world in enumerate(worlds):
+            robots, things = world.robots, world.attractors
+            if call == "run":
+                world.run(15) if number else _steps(world, 15)
+            elif call in ("lose", "leave"):
+                group = things if call == "lose" else robots
+                if len(group) > 1:
+                    group[0].remove()
+            elif call == "come":
+                robots.add(1, speed=1.0)
+                things.add(1)
+            elif call in ("off", "on"):
+                robots[-1].active = things[-1].active = call == "on"
+            elif call == "faster":
+                robots[0].speed = 2.0
+            elif call == "save":
+                saved[number] = world.state()
+            elif call == "restore":
+                world.restore(saved[number])
+            else:
+                world.reset(seed + 1)
+        assert fingerprint(worlds[0]) == fingerprint(worlds[1])
+        held = worlds[0].robots.attractor.tolist()
+        assert call != "run" or set(held) <= {0, *worlds[0].attractors.bodies.identity.tolist()}

@@ -20,7 +20,6 @@ from tests.interactions import fingerprint
 from tests.naive.pushing import pushed
 
 KINDS = (("robots", ()), ("box", ()))
-TOUCH = 1e-9
 
 
 def called(law: Pushing, place: Any, before: Any, heading: Any, box: Any, active: Any = None) -> Called:
@@ -29,8 +28,9 @@ def called(law: Pushing, place: Any, before: Any, heading: Any, box: Any, active
     def bodies(role: str, place: np.ndarray, before: np.ndarray, heading: np.ndarray, active: Any) -> Any:
         size = len(place)
         return bodies_type(role, ())(
-            place.copy(), heading, before, place - before, np.full(size, 0.5),
-            np.ones(size, np.bool_) if active is None else active, np.zeros(size), np.zeros(size, np.bool_),
+            position=place.copy(), heading=heading, before=before, moved=place - before, speed=np.full(size, 0.5),
+            active=np.ones(size, np.bool_) if active is None else active, reward=np.zeros(size),
+            ended=np.zeros(size, np.bool_), identity=np.arange(size),
         )  # fmt: skip
 
     place, before, heading = (np.array(one, float).reshape(-1, 2) for one in (place, before, heading))
