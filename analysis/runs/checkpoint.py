@@ -22,7 +22,7 @@ _DECIDING = (
     "core", "world", "policies", "agents", "tasks", "analysis.pursuit.conditions", "analysis.pursuit.trials",
     "analysis.pursuit.ono.conditions", "analysis.pursuit.ono.measure",
     "analysis.pushing.trials",
-    "analysis.collecting.learning",
+    "analysis.collecting.learning", "analysis.gathering.plan", "analysis.gathering.simulate",
     "analysis.runs", "analysis.learning", "analysis.evolution", "analysis.search_space",
     *(f"analysis.studies.{name}" for name in ("shard", "recording", "measured", "resolved", "part_tables", "failure")),
     *(f"analysis.studies.{name}" for name in ("plan", "definition.components", "definition.values")),
