@@ -165,3 +165,16 @@ def test_nothing_is_learned_twice_if_an_agent_comes_or_leaves_after_a_failed_ste
     kept = len(_robots_of(fine)) - (change == "comes")
     for a, b in zip(_arrays(_robots_of(world).states), _arrays(_robots_of(fine).states), strict=True):
         assert a[:kept].tobytes() == b[:kept].tobytes()
+
+
+@pytest.mark.parametrize("steps", [1])
+def test_nothing_is_learned_twice_if_one_robot_gets_a_policy_after_a_failed_step(steps: int) -> None:
+    world, fine = _build("online learner", FAILS_AT), _build("online learner")
+    fine.run(FAILS_AT)
+    with pytest.raises(ValueError, match="outside"):
+        world.run(FAILS_AT + 1)
+    _mend(world)
+    for one in (world, fine):
+        one.hunters[0].policy = "lattice-walk"
+        one.run(steps)
+    assert world.hunters.policy_state.floats[1:].tobytes() == fine.hunters.policy_state.floats[1:].tobytes()
