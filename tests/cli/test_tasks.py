@@ -98,6 +98,14 @@ def test_gathering_takes_values_for_one_task_and_for_each_size() -> None:
     assert plan_of(settings).scenario == {"cmommt.radius": (3, 4.5), "graze.side": 40}
 
 
+def test_values_for_each_size_follow_the_sizes_as_they_were_given() -> None:
+    from teamsight.cli.gathering import GatheringSettings, plan_of
+
+    plan = plan_of(GatheringSettings(task="graze", sizes="16,8,4", set=("side=80,60,40",)))
+    assert plan.sizes == (4, 8, 16)
+    assert plan.scenario == {"side": (40, 60, 80)}
+
+
 def test_reproduce_of_a_task_calls_its_reproduction(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
