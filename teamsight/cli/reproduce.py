@@ -104,7 +104,8 @@ def reproduce(settings: ReproduceSettings) -> None:
 
 def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
     """Draw the figures and judge the claims of another task."""
-    from teamsight.analysis.reproductions import REPRODUCTIONS, Request
+    from teamsight.analysis.reproduction import Request
+    from teamsight.analysis.reproductions import REPRODUCTIONS
     from teamsight.cli.show import say, working
 
     given = {name: getattr(settings, name) for name in ("seed", "runs", "steps") if name in settings.given}

@@ -110,10 +110,11 @@ def test_reproduce_of_a_task_calls_its_reproduction(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from teamsight.analysis import reproductions
+    from teamsight.analysis.reproduction import Request
 
     given = []
 
-    def reproduce(request: reproductions.Request, pool: object, watch: object) -> list[str]:
+    def reproduce(request: Request, pool: object, watch: object) -> list[str]:
         given.append(request)
         return ["two of three hold"]
 
@@ -126,7 +127,7 @@ def test_reproduce_of_a_task_calls_its_reproduction(
     )
     assert status == 0
     assert "two of three hold" in out
-    assert given == [reproductions.Request(tmp_path, seed=7, quick=True)]
+    assert given == [Request(tmp_path, seed=7, quick=True)]
     refused = call(capsys, "reproduce", "3", "--task", "gather", "--out", str(tmp_path))
     assert (refused[0], "is for the task cmommt; leave it out" in refused[2]) == (2, True)
 
