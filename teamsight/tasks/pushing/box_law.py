@@ -9,7 +9,9 @@ from typing import Any
 from teamsight.core import checks
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.pushing.touching import is_clear, off_rim, settle
+from teamsight.tasks.square import check_square
 from teamsight.world import limits
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction
 
 _SIDE, _ROBOT_RADIUS, _BOX_RADIUS, _THRESHOLD, _BOX_SPEED, _CONTACT = range(6)
@@ -136,7 +138,8 @@ class Pushing(Interaction):
     Raises
     ------
     TypeError, ValueError
-        If a value is of the wrong type or outside its limits, or the box does not fit into the arena.
+        If a value is of the wrong type or outside its limits, or the box does not fit into the arena; in a world whose
+        arena is not the square of this side around the origin.
 
     Notes
     -----
@@ -175,3 +178,6 @@ class Pushing(Interaction):
                 f"side={self.side:g}: must be above {least:g}, so that the box and a robot on each side of it fit into "
                 "the arena; take a larger side or a smaller box_radius"
             )
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        check_square(self, arena)
