@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from teamsight.agents.body import Body
+from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
@@ -53,8 +54,8 @@ class BoxPushing(World):
         Whether robots with "fixed-priority" recover from stagnation.
     awareness : Awareness or str
         What they perceive of teammates.
-    rng : int, optional
-        The seed.
+    rng, seed : int, optional
+        Two names for the seed.
 
     Attributes
     ----------
@@ -77,12 +78,13 @@ class BoxPushing(World):
         self, robots: int = 5, side: float = 40.0, distance: float = 10.0, sensing_range: float = 12.0,
         awareness_range: float = 6.0, speed: float = 0.5, robot_radius: float = 0.5, box_radius: float = 2.0,
         threshold: float = 1.5, *, policy: PolicyLike = FIXED_PRIORITY, recovery: bool = True,
-        awareness: AwarenessLike = "pairwise", rng: int | None = None,
+        awareness: AwarenessLike = "pairwise", rng: int | None = None, seed: int | None = None,
     ) -> None:  # fmt: skip
+        checks.count("robots", robots, most=MOST_AGENTS)
         law = Pushing(side, robot_radius, box_radius, threshold)
         checks.number("distance", distance, above=0)
         checks.flag("recovery", recovery)
-        super().__init__(Walls(side, side), rng=rng)
+        super().__init__(Walls(side, side), rng=rng, seed=seed)
         obstacle_range = (2.0 + _OBSTACLE_GAP) * robot_radius
         if policy == FIXED_PRIORITY:
             contact = box_radius + robot_radius + 2.0 * law.contact

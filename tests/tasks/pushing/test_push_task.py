@@ -43,6 +43,11 @@ def test_a_box_that_is_not_moved_takes_for_ever() -> None:
     assert completion_time(world) == math.inf
 
 
+def test_rng_and_seed_are_two_names_of_the_seed() -> None:
+    one, other = BoxPushing(3, seed=5), BoxPushing(3, rng=5)
+    assert np.array_equal(one.robots.bodies.position, other.robots.bodies.position)
+
+
 def test_the_world_fits_its_robots_to_their_size() -> None:
     world = BoxPushing(2, robot_radius=1.0, box_radius=3.0, recovery=False, rng=1)
     policy: Any = world.robots.policy
@@ -59,7 +64,9 @@ def test_the_world_fits_its_robots_to_their_size() -> None:
         ({"recovery": "yes"}, TypeError, r"recovery='yes': must be True or False"),
         ({"threshold": 2.5}, ValueError, r"threshold=2\.5: must be below 2"),
         ({"side": 5.0}, ValueError, r"side=5: must be above 6"),
-        ({"robots": 0}, ValueError, r"0.*at least 1"),
+        ({"robots": 0}, ValueError, r"robots=0: must be at least 1"),
+        ({"robots": "many"}, TypeError, r"robots='many': must be a whole number"),
+        ({"robots": 10**8}, ValueError, r"robots=100000000: must be at most 10000000"),
         ({"policy": "fixed"}, ValueError, r"policy='fixed'"),
     ],
 )
