@@ -10,7 +10,9 @@ import pytest
 
 from teamsight import check_task
 from teamsight.policies.braitenberg import FixedPriority
+from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks import TASKS
+from teamsight.tasks.model import TaskModel
 from teamsight.tasks.pushing.task import completion_time
 from teamsight.tasks.pushing.world import BoxPushing
 
@@ -57,6 +59,15 @@ def test_the_world_fits_its_robots_to_their_size() -> None:
     assert np.array_equal(world.box.bodies.position, [[0.0, 0.0]])
 
 
+def test_recovery_is_for_fixed_priority_which_recovers_unless_it_is_refused() -> None:
+    given = [BoxPushing(2, rng=1, **options) for options in ({}, {"recovery": True}, {"recovery": False})]
+    assert [world.robots.policy.recovery for world in given] == [True, True, False]
+    # A setting may replace the policy of the skilled team, and its recovery.
+    model = TaskModel(TASKS["push"])
+    assert isinstance(model(policy="random-walk", rng=1).robots.policy, RandomWalk)
+    assert [model(recovery=recovers, rng=1).robots.policy.recovery for recovers in (True, False)] == [True, False]
+
+
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
@@ -67,7 +78,9 @@ def test_the_world_fits_its_robots_to_their_size() -> None:
         ({"robots": 0}, ValueError, r"robots=0: must be at least 1"),
         ({"robots": "many"}, TypeError, r"robots='many': must be a whole number"),
         ({"robots": 10**8}, ValueError, r"robots=100000000: must be at most 10000000"),
-        ({"policy": "fixed"}, ValueError, r"policy='fixed'"),
+        ({"policy": "fixed-priorty"}, ValueError, r"policy='fixed-priorty': .*'fixed-priority'.*random-walk"),
+        ({"policy": "random-walk", "recovery": True}, ValueError, r"recovery=True: is an option of policy='fixed-pri"),
+        ({"policy": FixedPriority(), "recovery": False}, ValueError, r"=False: .*FixedPriority\(recovery=False\)"),
     ],
 )
 def test_bad_values_are_named(options: dict[str, Any], error: type[Exception], message: str) -> None:
