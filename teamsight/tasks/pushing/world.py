@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from teamsight.agents.body import Body
@@ -22,6 +23,8 @@ FIXED_PRIORITY = "fixed-priority"
 
 # The gap between two robots within which one is an obstacle for the other [radii].
 _OBSTACLE_GAP = 1.0
+# The largest share of the ground beside the box that robots may cover: with more, some find no free place.
+_MOST_COVERED = 1.0 / 3.0
 
 
 class Box(Body):
@@ -68,7 +71,8 @@ class BoxPushing(World):
     Raises
     ------
     TypeError, ValueError
-        If a value is of the wrong type or outside its limits, or a name is unknown.
+        If a value is of the wrong type or outside its limits, a name is unknown, or the robots cover more than a third
+        of the ground beside the box.
 
     Notes
     -----
@@ -83,6 +87,7 @@ class BoxPushing(World):
     ) -> None:  # fmt: skip
         checks.count("robots", robots, most=MOST_AGENTS)
         law = Pushing(side, robot_radius, box_radius, threshold)
+        _check_room(robots, law)
         checks.number("distance", distance, above=0)
         super().__init__(Walls(side, side), rng=rng, seed=seed)
         obstacle_range = (2.0 + _OBSTACLE_GAP) * robot_radius
@@ -115,6 +120,23 @@ class BoxPushing(World):
     def distance(self) -> float:
         """How far the box is to be moved [length]."""
         return self._distance
+
+
+def _check_room(robots: int, law: Pushing) -> None:
+    """Refuse more robots than find room beside the box. Their centres are in the arena, and their rims may be outside.
+
+    Raises
+    ------
+    ValueError
+        Naming the number of robots and the side.
+    """
+    ground = (law.side + 2.0 * law.robot_radius) ** 2 - math.pi * law.box_radius**2
+    most = int(_MOST_COVERED * ground / (math.pi * law.robot_radius**2))
+    if robots > most:
+        raise ValueError(
+            f"robots={robots}: cover more than a third of the ground beside the box in an arena of side={law.side:g}; "
+            f"take at most {most}, or a larger side"
+        )
 
 
 def _checked(policy: PolicyLike, recovery: bool | None) -> bool:

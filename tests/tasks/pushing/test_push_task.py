@@ -78,6 +78,7 @@ def test_recovery_is_for_fixed_priority_which_recovers_unless_it_is_refused() ->
         ({"robots": 0}, ValueError, r"robots=0: must be at least 1"),
         ({"robots": "many"}, TypeError, r"robots='many': must be a whole number"),
         ({"robots": 10**8}, ValueError, r"robots=100000000: must be at most 10000000"),
+        ({"robots": 200, "side": 10.0}, ValueError, r"robots=200: .*side=10; take at most 46, or a larger side"),
         ({"policy": "fixed-priorty"}, ValueError, r"policy='fixed-priorty': .*'fixed-priority'.*random-walk"),
         ({"policy": "random-walk", "recovery": True}, ValueError, r"recovery=True: is an option of policy='fixed-pri"),
         ({"policy": FixedPriority(), "recovery": False}, ValueError, r"=False: .*FixedPriority\(recovery=False\)"),
