@@ -9,6 +9,8 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined, kernel
+from teamsight.tasks.square import check_square
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _SIDE, _HOME_RADIUS, _REACH, _PERIOD, _NIGHT, _RENEWED = range(6)
@@ -168,7 +170,8 @@ class Collecting(Interaction):
     Raises
     ------
     TypeError, ValueError
-        If a value is of the wrong type or outside its limits.
+        If a value is of the wrong type or outside its limits; in a world whose arena is not the square of this side
+        around the origin.
 
     Notes
     -----
@@ -207,6 +210,9 @@ class Collecting(Interaction):
         if self.night >= self.period:
             raise ValueError(f"night={self.night}: must be less than period={self.period}, which leaves a day")
         checks.flag("renewed", self.renewed)
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        check_square(self, arena)
 
     def start(self, sizes: Any) -> InteractionState:
         """Return the number of steps since the first morning."""

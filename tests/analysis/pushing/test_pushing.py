@@ -73,6 +73,16 @@ def test_wide_intervals_decide_nothing() -> None:
     assert found(data)[1:] == [UNDECIDED] * 6
 
 
+def test_runs_that_are_all_censored_decide_nothing() -> None:
+    data = table().assign(time=2000.0, censored=True)
+    shown = verdicts(data)
+    assert [one.verdict for one in shown if "K2" in one.claim or "K4" in one.claim] == [UNDECIDED] * 3
+    assert (shown[-1].verdict, shown[-1].measured) == (UNDECIDED, "not known")
+    # One that is not decides as before: the others took at least as long.
+    data.loc[data["replicate"] == 0, "censored"] = False
+    assert shown[-1].verdict != verdicts(data)[-1].verdict
+
+
 def test_an_interval_that_leaves_the_margin_is_no_equivalence() -> None:
     assert found(table(network=1.0 - 1.5 * MARGIN))[5] == "differs"
     assert found(table(network=1.0 - 0.5 * MARGIN))[5] == "agrees"
