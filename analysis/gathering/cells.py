@@ -69,9 +69,9 @@ class Cell(NamedTuple):
         The share of runs of the team with skill in which what was to happen did not happen.
     explored : Interval, optional
         The shortfall at δ(explore), with bounds that hold together for all cells of the plan.
-    too_few : float
-        The share of seeds under which the exploration shows a smaller largest number of neighbours than the team with
-        skill has; without a difference between the teams at most a half.
+    too_few, too_many : float
+        The shares of seeds under which the exploration shows a smaller, and a larger, largest number of neighbours than
+        the team with skill has; without a difference between the teams both are alike.
     """
 
     task: str
@@ -88,6 +88,7 @@ class Cell(NamedTuple):
     censored: float
     explored: Interval | None = None
     too_few: float = 0.0
+    too_many: float = 0.0
 
     def is_enough(self, delta: int) -> Answer:
         """Return whether the objective with δ is within the tolerance of that with all N − 1 teammates."""
@@ -143,6 +144,7 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
     tolerance = plan.tolerance * abs(objective)
     shortfall, explored = _shortfalls(plan, task, size, curve, explore.delta)
     own = _rows(table, task, size, "skilled", OWN)
+    too_few, too_many = _missed(_rows(table, task, size, "explore"), own)
     return Cell(
         task=task.name,
         gathers=task.gathers,
@@ -157,13 +159,16 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
         gain=interval_of(task.objective.sign * (full - _at(curve, 0))),
         censored=float(np.isinf(own["value"].to_numpy()).mean()),
         explored=explored,
-        too_few=_too_few(_rows(table, task, size, "explore"), own),
+        too_few=too_few,
+        too_many=too_many,
     )
 
 
-def _too_few(explore: pd.DataFrame, skilled: pd.DataFrame) -> float:
+def _missed(explore: pd.DataFrame, skilled: pd.DataFrame) -> tuple[float, float]:
+    """Return the shares of seeds under which the exploration shows fewer neighbours, and more."""
     both = explore.merge(skilled, on="replicate", validate="1:1")
-    return float((both["max_neighbours_x"] < both["max_neighbours_y"]).mean())
+    more = (both["max_neighbours_x"] - both["max_neighbours_y"]).to_numpy()
+    return float((more < 0).mean()), float((more > 0).mean())
 
 
 def _shortfalls(
@@ -220,7 +225,7 @@ def _flat(one: Cell) -> dict[str, Any]:
     for name, interval in (("ratio", one.ratio), ("gain", one.gain)):
         row |= {name: interval.mean, f"{name}_low": interval.low, f"{name}_high": interval.high}
     enough = {f"enough_at_{team}": one.is_enough(getattr(one, team).delta) for team in ("explore", "skilled")}
-    further = {name: getattr(one, name) for name in ("objective", "tolerance", "censored", "too_few")}
+    further = {name: getattr(one, name) for name in ("objective", "tolerance", "censored", "too_few", "too_many")}
     return row | further | enough
 
 

@@ -88,8 +88,10 @@ CLAIMS: dict[str, Claim] = {
         ),
         Claim(
             "G2", "Where success gathers the team, exploration shows fewer neighbours than skill.",
-            "holds if δ(explore) < δ(skilled) for all values within the bounds, does not hold if for none",
-            lambda cell: cell.gathers is True, lambda cell: _order(cell.explore, cell.skilled, strictly=True),
+            "holds if δ(explore) < δ(skilled) for all values within the bounds, does not hold if for none; where "
+            "exploration shows all N − 1 it would not hold whatever happens: not judged",
+            lambda cell: cell.gathers is True and cell.explore.low < cell.size - 1,
+            lambda cell: _order(cell.explore, cell.skilled, strictly=True),
         ),
         Claim(
             "G3", "The objective saturates at or before δ(skilled).",

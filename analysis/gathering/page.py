@@ -65,16 +65,17 @@ def index_table(cells: Sequence[Cell]) -> str:
     """Return a row for each task and team size: δ of both teams, and their ratio."""
     columns = [
         "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "an exploration shows fewer",
-        "saturates at δ",
+        "shows more", "saturates at δ",
     ]  # fmt: skip
     rows = (
         [
             cell.task, _GATHERS[cell.gathers], f"{cell.size}", shown(cell.explore), shown(cell.skilled),
-            interval_text(cell.ratio), f"{cell.too_few:.0%}", shown(cell.saturation),
+            interval_text(cell.ratio), f"{cell.too_few:.0%}", f"{cell.too_many:.0%}",
+            shown(cell.saturation),
         ]
         for cell in cells
     )  # fmt: skip
-    return markdown.table(columns, rows, align="llrrrrrr")
+    return markdown.table(columns, rows, align="llrrrrrrr")
 
 
 def saturation_table(cells: Sequence[Cell]) -> str:

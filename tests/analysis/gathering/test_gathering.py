@@ -190,6 +190,16 @@ def test_a_team_of_the_same_policy_has_no_index_above_1() -> None:
     assert "holds" not in of(found.verdicts, "G2", "null")
 
 
+def test_shares_of_seeds_say_which_team_has_more_neighbours() -> None:
+    swapped = replace(GATHER, name="swapped", explore=GATHER.skilled, skilled=GATHER.explore)
+    same = replace(GATHER, name="same", skilled=GATHER.explore)
+    fewer, more, none = gather(Plan([GATHER, swapped, same], (8,), 20, steps=60)).cells
+    assert fewer.too_few > 0.9 > 0.1 > fewer.too_many
+    assert more.too_many > 0.9 > 0.1 > more.too_few
+    # The same policy meets the same noise.
+    assert none.too_few == none.too_many == 0
+
+
 def test_pure_noise_is_a_verdict_as_rarely_as_the_bounds_say() -> None:
     rng = np.random.default_rng(12)
     outcomes = []
@@ -263,6 +273,13 @@ def test_g1_and_g2_can_fail(explore: Any, skilled: Any, disperses: str, gathers:
     verdict = judge([cell(explore, skilled, gathers=True)])[0]
     assert (verdict.claim, verdict.outcome) == ("G2", gathers)
     assert {"G1", "G2"}.isdisjoint(one.claim for one in judge([cell(explore, skilled, gathers=None)]))
+
+
+def test_g2_is_not_judged_where_exploration_shows_all_teammates() -> None:
+    # Skill cannot bring more than N − 1: it could only fail.
+    for low, judged in ((6, True), (7, False)):
+        verdicts = judge([cell((7, low, 7), (7, 7, 7), gathers=True)])
+        assert ("G2" in {one.claim for one in verdicts}) == judged
 
 
 SATURATIONS = [((2, 1, 3), "holds"), ((2, 1, 4), "undecided"), ((5, 4, 6), "does not hold"), ((3, 3, 5), "undecided")]
