@@ -119,8 +119,8 @@ class Pushing(Interaction):
 
     Robots are discs. One that would overlap the box, or another robot, is put back on its rim; if it does not fit
     there, it stays where it was. One that was placed on something gets a free place near by; if there is none, the step
-    ends with an error, whose cure is fewer robots, a larger side, or other places to begin. Robots in
-    the way of the box are moved aside, or, if they have no room, the box stays. Walls hold the centres of robots.
+    ends with an error, whose cure is fewer robots, a larger side, or other places to begin. Robots in the
+    way of the box are moved aside, or, if they have no room, the box stays. Walls hold the centres of robots.
 
     Parameters
     ----------
