@@ -40,7 +40,10 @@ def points(interval: Interval) -> str:
 
 
 def verdicts(table: pd.DataFrame, plan: Plan) -> list[Verdict]:
-    """Return the verdicts on all claims; `table` is that of the runs of `plan`."""
+    """Return the verdicts on all claims; `table` is that of the runs of `plan`.
+
+    Each names the steps after which it is judged: the sign can change later.
+    """
     size = plan.sizes[0]
     found = [
         _order("M1 Events teach more rows than the delivered puck alone", table, "events", "delayed", "correct", size),
@@ -52,8 +55,13 @@ def verdicts(table: pd.DataFrame, plan: Plan) -> list[Verdict]:
     ]  # fmt: skip
     found += [_no_chance(table, condition, size) for condition in ("delayed", "events", "events + H")]
     found.append(_delivers(table, size))
-    found += [_pays(table, coding, n) for n in plan.sizes for coding in ("count", "ring")]
-    return found
+    early = [one._replace(claim=_after(one.claim, plan.judged)) for one in found]
+    late = [_pays(table, coding, n) for n in plan.sizes for coding in ("count", "ring")]
+    return [*early, *(one._replace(claim=_after(one.claim, plan.times[-1])) for one in late)]
+
+
+def _after(claim: str, steps: int) -> str:
+    return f"{claim}, after {steps:,} steps"
 
 
 def _order(claim: str, table: pd.DataFrame, one: str, other: str, column: str, size: int) -> Verdict:

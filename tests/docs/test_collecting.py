@@ -41,6 +41,9 @@ def test_what_the_page_says_is_in_the_file() -> None:
     early, late = (difference(TABLE, "progress", "delayed", name, 4) for name in ("delivered_early", "delivered"))
     assert early.high < 0
     assert late.low < 0 < late.high
+    assert f"{late.mean:+.1f} pucks ({late.low:+.1f} to {late.high:+.1f})".replace("-", "−") in PAGE
+    # Each claim says when it is judged.
+    assert {one.claim.rpartition(", after ")[2] for one in verdicts(TABLE, Plan())} == {"20,000 steps", "80,000 steps"}
     shares = TABLE[TABLE["robots"] == 4].groupby("condition")["correct"].mean()
     assert shares["delayed"] < 2 / 3 * shares["progress"]
     for size, most in ((4, 2.0), (12, 3.0)):
