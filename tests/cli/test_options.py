@@ -89,9 +89,8 @@ def test_a_default_is_the_same_on_the_command_line_and_in_python() -> None:
 
 def test_without_a_task_policies_are_evaluated_for_the_steps_of_a_scenario() -> None:
     from teamsight.analysis.learning.evaluation import Scenario
-    from teamsight.cli import learn_evaluate
 
-    assert learn_evaluate._STEPS == defaults_of(Scenario)["steps"]
+    assert defaults_of(Scenario)["steps"] == learn_evaluate._STEPS
 
 
 def test_every_default_passes_its_own_check_unless_nothing_stands_for_it() -> None:
