@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
     from teamsight.policies.basis.basis_behaviours import BasisBehaviours
+    from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
+    from teamsight.policies.braitenberg.fixed_priority import FixedPriority
     from teamsight.policies.check import check_policy
     from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
@@ -45,11 +47,13 @@ if TYPE_CHECKING:
 _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
     "Action": "teamsight.policies.interface",
+    "AdaptiveNetwork": "teamsight.policies.braitenberg.adaptive_network",
     "BCmommt": "teamsight.policies.handmade.b_cmommt",
     "BasisBehaviours": "teamsight.policies.basis.basis_behaviours",
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
+    "FixedPriority": "teamsight.policies.braitenberg.fixed_priority",
     "Floats": "teamsight.policies.interface",
     "LazyQ": "teamsight.policies.lazy.lazy_q",
     "Evolved": "teamsight.policies.evolved.policy",
@@ -82,11 +86,11 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "BCmommt", "BasisBehaviours", "Centroid", "CompiledPolicy", "Evasive",
-    "Evolved", "Floats", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList",
-    "OnlineQ", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState",
-    "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "check_policy",
-    "column_of", "go", "turn_to", "turned",
+    "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "BCmommt", "BasisBehaviours", "Centroid", "CompiledPolicy",
+    "Evasive", "Evolved", "FixedPriority", "Floats", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ",
+    "NeighbourList", "OnlineQ", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays",
+    "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ",
+    "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

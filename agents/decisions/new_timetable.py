@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
 from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.group import Group
@@ -17,7 +19,9 @@ def new_timetable(data: WorldData, group: Group, cycle: Cycle = EVERY_STEP) -> T
     members, tick = group.bodies.member, data.timeline.tick
     if group.timetable is None:
         so_far = max(group.members_so_far, len(members))
-        table = Timetable.made(group.number, cycle, members, so_far, group.decided_at, group.action)
+        # After a failed step the kernels have decided at this tick, and learned from what they got before.
+        decided_at = np.full(len(members), tick) if group.has_decided else group.decided_at
+        table = Timetable.made(group.number, cycle, members, so_far, decided_at, group.action)
     else:
         table = group.timetable.with_cycle(cycle, members)
     table.begin(slice(None), data.key, members, tick)

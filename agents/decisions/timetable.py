@@ -99,6 +99,16 @@ class Timetable:
         self.next_at[rows] = np.ceil(first - ROUNDING).astype(np.int64)
         self._make_slots()
 
+    def go_on(self, key: Key, members: Integers, tick: int) -> None:
+        """Let robots whose cycle begins at a tick at which they had decided, in a step that failed, decide after it."""
+        stream = stream_number(Stream.CYCLE, self.group)
+        for i in np.flatnonzero((self.decided_at == tick) & (self.next_at <= tick)):
+            while self.next_at[i] <= tick:
+                self.sensings[i] += 1
+                drawn = uniforms(key, stream, int(self.sensings[i]), members[i : i + 1], 1)[0, 0]
+                time = self.start[i] + self.sensings[i] * self.numbers.period[i] + self.numbers.jitter[i] * drawn
+                self.next_at[i] = np.ceil(time - ROUNDING)
+
     def restart(self, key: Key, members: Integers) -> None:
         """Go back to the start of a run, in place."""
         for present, first in zip(self.numbers, self.first, strict=True):

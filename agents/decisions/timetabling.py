@@ -92,7 +92,7 @@ def set_policy_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) 
             group.others = others
             put_timetable(group, table)
             # The buffers for noise and situations depend on all policies.
-            group.begin(group.policy_state)
+            group.begin(group.policy_state, group.decided)
             engine.is_bound = False
         elif group.timetable is None:
             put_timetable(group, table)

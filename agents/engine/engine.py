@@ -200,6 +200,8 @@ class Engine(LoopCalls):
             if group.has_decided:
                 group.has_decided = False
                 self.is_bound = False
+                if group.timetable is not None:
+                    group.timetable.go_on(self._data.key, group.bodies.member, self._data.timeline.tick - 1)
 
     @property
     def longest_call(self) -> int:

@@ -7,14 +7,11 @@ from collections.abc import Sequence
 from teamsight.analysis.collecting.figure import draw
 from teamsight.analysis.collecting.page import page, summary
 from teamsight.analysis.collecting.plan import Plan
-from teamsight.analysis.reproductions import Request
-from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.planned_runs import run_rows
-from teamsight.analysis.runs.results import check_results, write_results
+from teamsight.analysis.reproduction import Reproduction, Request
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
-RUNS, PAGE, PICTURE = "collecting.parquet", "collecting.md", "collecting"
+_REPRODUCTION = Reproduction("collecting", draw, page, summary, {}, "learning")
 
 _QUICK = {"runs": 6, "times": (1250, 5000, 20_000), "tests": 4}
 
@@ -35,15 +32,4 @@ def reproduce(request: Request, pool: WorkerPool, watch: Watch) -> Sequence[str]
     ValueError
         If a file must not be replaced.
     """
-    plan, folder = plan_of(request), request.folder
-    about = {"collecting": plan.conditions()}
-    pictures = {f"{PICTURE}.{kind}": kind for kind in request.formats}
-    checkpoint = Checkpoint(folder / "collecting.checkpoint")
-    check_results(folder, (RUNS, PAGE, *pictures), about, checkpoint=checkpoint, force=request.force)
-    table = run_rows(
-        plan.planned(), pool, progress=lambda done, total: watch("learning", done, total), checkpoint=checkpoint
-    )
-    drawn = {name: draw(table, plan, kind) for name, kind in pictures.items()}
-    write_results(folder, {RUNS: table, **drawn, PAGE: page(table, plan)}, about, force=request.force)
-    checkpoint.forget()
-    return summary(table, plan)
+    return _REPRODUCTION.make(plan_of(request), request, pool, watch)

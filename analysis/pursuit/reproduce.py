@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from teamsight.analysis.pursuit import results as tan
 from teamsight.analysis.pursuit.ono import results as ono
-from teamsight.analysis.reproductions import Request
+from teamsight.analysis.reproduction import Request
 from teamsight.analysis.runs.simulate import Watch
 from teamsight.analysis.runs.workers import WorkerPool
 
@@ -23,6 +23,8 @@ def reproduce(request: Request, pool: WorkerPool, watch: Watch) -> Sequence[str]
         raise ValueError(f"steps={request.steps}: trials end with a capture; give the number of runs instead")
     plan, modules = tan.plan_of(request), ono.plan_of(request)
     # Before the first of both is simulated.
-    tan.check(plan, request)
-    ono.check(modules, request)
-    return [*tan.make_results(plan, request, pool, watch), *ono.make_results(modules, request, pool, watch)]
+    tan.REPRODUCTION.check(plan, request)
+    ono.REPRODUCTION.check(modules, request)
+    return [
+        *tan.REPRODUCTION.make(plan, request, pool, watch), *ono.REPRODUCTION.make(modules, request, pool, watch),
+    ]  # fmt: skip

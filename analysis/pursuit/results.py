@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
-
 from teamsight.analysis.pursuit.figure import draw
 from teamsight.analysis.pursuit.ledger import frame, rows
 from teamsight.analysis.pursuit.page import page, summary
 from teamsight.analysis.pursuit.plan import Plan
-from teamsight.analysis.reproductions import Request
-from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.planned_runs import run_rows
-from teamsight.analysis.runs.results import Content, check_results, write_results
-from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.reproduction import Reproduction, Request
 
-RUNS, LEDGER, PAGE, PICTURE = "pursuit.parquet", "pursuit-ledger.parquet", "pursuit.md", "pursuit"
+#: From the runs to two tables, a picture and a page.
+REPRODUCTION = Reproduction(
+    "pursuit", draw, page, lambda table, plan: summary(table),
+    {"pursuit-ledger.parquet": lambda table: frame(rows(table))},
+)  # fmt: skip
 # Of a coarse reproduction: the runs of each condition, and the share of its trials.
 _QUICK_RUNS, _QUICK_SHARE = 3, 0.05
 
@@ -29,49 +25,3 @@ def plan_of(request: Request) -> Plan:
         _QUICK_SHARE if request.quick else default.share,
         seed=default.seed if request.seed is None else request.seed,
     )
-
-
-def check(plan: Plan, request: Request) -> None:
-    """Raise an error if a file must not be replaced by a result or by the checkpoint.
-
-    Raises
-    ------
-    ValueError
-        If there is such a file.
-    """
-    names = (RUNS, LEDGER, PAGE, *_pictures(request))
-    check_results(request.folder, names, _about(plan), checkpoint=_checkpoint(request), force=request.force)
-
-
-def make_results(plan: Plan, request: Request, pool: WorkerPool | None, watch: Watch) -> Sequence[str]:
-    """Simulate all conditions, write tables, picture and page, and return the result in sentences.
-
-    After an interruption, the same call resumes.
-
-    Raises
-    ------
-    ValueError
-        If a file must not be replaced; see `check`.
-    """
-    check(plan, request)
-    checkpoint = _checkpoint(request)
-    table = run_rows(
-        plan.planned(), pool, progress=lambda done, total: watch("simulating", done, total), checkpoint=checkpoint
-    )
-    drawn = {name: draw(table, plan, kind) for name, kind in _pictures(request).items()}
-    contents: dict[str, Content] = {RUNS: table, LEDGER: frame(rows(table)), **drawn, PAGE: page(table, plan)}
-    write_results(request.folder, contents, _about(plan), force=request.force)
-    checkpoint.forget()
-    return summary(table)
-
-
-def _pictures(request: Request) -> dict[str, str]:
-    return {f"{PICTURE}.{kind}": kind for kind in request.formats}
-
-
-def _about(plan: Plan) -> dict[str, Any]:
-    return {"pursuit": plan.conditions()}
-
-
-def _checkpoint(request: Request) -> Checkpoint:
-    return Checkpoint(request.folder / "pursuit.checkpoint")

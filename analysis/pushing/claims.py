@@ -26,6 +26,8 @@ FEW, SOME, MANY = 2, 10, 20
 #: The difference of times that counts as none, as a share.
 MARGIN = 0.1
 
+_UNKNOWN = Interval(math.nan, -math.inf, math.inf)
+
 
 def runs_of(table: pd.DataFrame, team: str, robots: int | None = None) -> pd.DataFrame:
     """Return the runs of a team, of one size or of all from two robots on, in the order of sizes and replicates."""
@@ -36,11 +38,12 @@ def runs_of(table: pd.DataFrame, team: str, robots: int | None = None) -> pd.Dat
 def slower(table: pd.DataFrame, team: str, robots: int, than: int) -> Interval:
     """Return by how many steps a team needs longer with one number of robots than with another.
 
-    The variances may differ; without two runs of both, nothing is known.
+    The variances may differ; without two runs of both, or one that is not censored, nothing is known.
     """
-    one, other = (np.asarray(runs_of(table, team, size)["time"], float) for size in (robots, than))
-    if min(len(one), len(other)) < 2:
-        return Interval(math.nan, -math.inf, math.inf)
+    runs = [runs_of(table, team, size) for size in (robots, than)]
+    one, other = (np.asarray(part["time"], float) for part in runs)
+    if min(len(one), len(other)) < 2 or _are_censored(runs):
+        return _UNKNOWN
     variance = one.var(ddof=1) / len(one) + other.var(ddof=1) / len(other)
     return _around(float(one.mean() - other.mean()), float(variance), min(len(one), len(other)))
 
@@ -48,11 +51,20 @@ def slower(table: pd.DataFrame, team: str, robots: int, than: int) -> Interval:
 def saved(table: pd.DataFrame, team: str, over: str) -> Interval:
     """Return by which share the mean time of a team is shorter than that of another, over all sizes.
 
-    The interval is Student's, of the paired differences to first order in the ratio of the means.
+    The interval is Student's, of the paired differences to first order in the ratio of the means. If all runs are
+    censored, nothing is known.
     """
-    with_, without = (np.asarray(runs_of(table, name)["time"], float) for name in (team, over))
+    runs = [runs_of(table, name) for name in (team, over)]
+    if _are_censored(runs):
+        return _UNKNOWN
+    with_, without = (np.asarray(part["time"], float) for part in runs)
     ratio = with_.mean() / without.mean()
     return interval_of(1.0 - ratio + (ratio * without - with_) / without.mean())
+
+
+def _are_censored(runs: list[pd.DataFrame]) -> bool:
+    """Return whether all runs are censored: their times are the same, which shows nothing."""
+    return all(bool(part["censored"].all()) for part in runs)
 
 
 def stagnation(runs: pd.DataFrame) -> Floats:
@@ -73,7 +85,7 @@ def stagnation_slope(table: pd.DataFrame, team: str) -> Interval:
     shares = {size: stagnation(part) for size, part in runs.groupby("robots")}
     shares = {size: share for size, share in shares.items() if len(share) > 1}
     if len(shares) < 2:
-        return Interval(math.nan, -math.inf, math.inf)
+        return _UNKNOWN
     sizes = np.array(list(shares), float)
     weight = (sizes - sizes.mean()) / ((sizes - sizes.mean()) ** 2).sum()
     means = np.array([share.mean() for share in shares.values()])

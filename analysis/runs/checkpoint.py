@@ -23,6 +23,7 @@ _DECIDING = (
     "analysis.pursuit.ono.conditions", "analysis.pursuit.ono.measure",
     "analysis.pushing.trials",
     "analysis.collecting.learning", "analysis.gathering.plan", "analysis.gathering.simulate",
+    "analysis.unreliable.plan", "analysis.unreliable.subject",
     "analysis.runs", "analysis.learning", "analysis.evolution", "analysis.search_space",
     *(f"analysis.studies.{name}" for name in ("shard", "recording", "measured", "resolved", "part_tables", "failure")),
     *(f"analysis.studies.{name}" for name in ("plan", "definition.components", "definition.values")),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from teamsight.analysis.stats.paired import Interval
@@ -24,6 +25,8 @@ def above(interval: Interval, least: float = 0.0) -> str:
 
 
 def interval_text(interval: Interval, unit: str) -> str:
-    """Return a signed mean, its unit and its interval, such as "+1.0 steps (−0.5 to +2.5)"."""
+    """Return a signed mean, its unit and its interval, such as "+1.0 steps (−0.5 to +2.5)"; "not known" without one."""
     mean, low, high = interval
+    if math.isnan(mean):
+        return "not known"
     return f"{mean:+.1f} {unit} ({low:+.1f} to {high:+.1f})".replace("-", "−")

@@ -134,7 +134,8 @@ class BasisBehaviours(CompiledPolicy):
     Raises
     ------
     TypeError, ValueError
-        If a value is of the wrong type or outside its limits, or the tables have another shape.
+        If a value is of the wrong type or outside its limits, or the tables have another shape or values that are not
+        finite.
 
     Notes
     -----
@@ -207,6 +208,8 @@ class BasisBehaviours(CompiledPolicy):
                 f"tables: have the shape {tables.shape}; must be (robots, {self.rows}, {len(BEHAVIOURS)}), or one "
                 "table for all robots"
             )
+        if not np.isfinite(tables).all():
+            raise ValueError("tables: have values that are not finite; all must be, as learners leave them")
         tables.flags.writeable = False
         object.__setattr__(self, "tables", tables)
 

@@ -121,7 +121,7 @@ class AdaptiveNetwork(Vehicle):
         return np.asarray(votes.argmax(axis=1), np.int64)
 
     def __repr__(self) -> str:
-        shown = ", ".join(f"{value:g}" for value in self.parameters)
+        shown = ", ".join(repr(float(value)) for value in self.parameters)
         digest = hashlib.blake2b(self.table.tobytes(), digest_size=4).hexdigest()
         return f"AdaptiveNetwork({shown}, trees=<{digest}>)"
 

@@ -144,7 +144,8 @@ class ModularQ(CompiledPolicy):
     Raises
     ------
     TypeError, ValueError
-        If a value is outside its limits, or the tables of a robot have more than `MOST_ENTRIES` values.
+        If a value is outside its limits, the tables of a robot have more than `MOST_ENTRIES` values, or `first` is not
+        the state of robots with these options.
 
     Notes
     -----
@@ -179,12 +180,37 @@ class ModularQ(CompiledPolicy):
         checks.count("moves", self.moves, least=MOVES[0], most=MOVES[1])
         checks.flag("values_ends", self.values_ends)
         if self.entries > MOST_ENTRIES:
-            modular = replace(self, monolithic=False).entries
+            modular = replace(self, monolithic=False, first=None).entries
             cure = f"; modules of their own have {modular:,}" if modular <= MOST_ENTRIES else ""
             raise ValueError(
                 f"depth={self.depth}, modules={self.modules}: the tables of a robot have {self.entries:,} values; must "
                 f"be at most {MOST_ENTRIES:,}{cure}"
             )
+        if self.first is not None:
+            object.__setattr__(self, "first", self._kept(self.first))
+
+    def _kept(self, first: Any) -> PolicyState:
+        """Return a copy of a first state that nobody can change; the kernel does not check what it reads."""
+        if not isinstance(first, PolicyState):
+            raise TypeError(f"first={checks.shown(first)}: must be a PolicyState, such as world.hunters.policy_state")
+        floats, given = np.array(first.floats, float), np.asarray(first.ints)
+        robots, rows = floats.shape[:1], self.tables * self.rows
+        for name, array, rest in (("floats", floats, (rows + 1, self.moves)), ("ints", given, (self.modules + 1, 2))):
+            if array.shape != (*robots, *rest):
+                raise ValueError(
+                    f"first: its {name} have the shape {array.shape}; must be (robots, {rest[0]}, {rest[1]}); freeze "
+                    "the state of a team with the same options"
+                )
+        if given.dtype.kind != "i" or not np.isfinite(floats).all():
+            raise ValueError("first: its ints must be whole numbers, and its floats finite; freeze the state of a team")
+        ints = given.astype(np.int64)
+        if (ints[:, :-1, _ROW] >= rows).any() or (ints[:, -1, _ROW] < -1).any() or (ints[:, -1] >= self.moves).any():
+            raise ValueError(
+                f"first: its ints name rows of tables below {rows} and actions below {self.moves} only; freeze the "
+                "state of a team with the same options"
+            )
+        floats.flags.writeable = ints.flags.writeable = False
+        return PolicyState(floats, ints)
 
     @property
     def needs(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -217,14 +243,14 @@ class ModularQ(CompiledPolicy):
         return True  # It makes lattice moves only.
 
     def start(self, size: int) -> PolicyState:
-        shape = (size, self.tables * self.rows + 1, self.moves)
         if self.first is not None:
-            if self.first.floats.shape != shape:
+            if len(self.first.floats) != size:
                 raise ValueError(
-                    f"first: holds tables of the shape {self.first.floats.shape}; must be {shape}, for {size} robots; "
-                    "freeze the state of a team of this size, with the same options"
+                    f"first: is the state of {len(self.first.floats)} robots, and the group has {size}; freeze the "
+                    "state of a team of this size"
                 )
             return PolicyState(self.first.floats.copy(), self.first.ints.copy())
+        shape = (size, self.tables * self.rows + 1, self.moves)
         return PolicyState(np.zeros(shape), np.full((size, self.modules + 1, 2), -1, np.int64))
 
     def frozen(self: M, state: PolicyState) -> M:
@@ -237,7 +263,7 @@ class ModularQ(CompiledPolicy):
         """
         ints = state.ints.copy()
         ints[:, :, _ROW] = -1
-        return replace(self, first=PolicyState(state.floats.copy(), ints), learning_rate=0.0, temperature=0.0)
+        return replace(self, first=PolicyState(state.floats, ints), learning_rate=0.0, temperature=0.0)
 
     def __repr__(self) -> str:
         shown = {name: value for name, value in vars(self).items() if name != "first"}

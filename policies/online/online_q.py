@@ -144,7 +144,7 @@ class OnlineQ(CompiledPolicy):
     Raises
     ------
     TypeError, ValueError
-        If a value is outside its limits, or the tables have another shape.
+        If a value is outside its limits, or the tables have another shape or values that are not finite.
 
     Notes
     -----
@@ -176,6 +176,8 @@ class OnlineQ(CompiledPolicy):
                     f"tables: have the shape {tables.shape}; must be (robots, {self.rows}, {self.moves}), or one table "
                     "for all robots"
                 )
+            if not np.isfinite(tables).all():
+                raise ValueError("tables: have values that are not finite; all must be, as learners leave them")
             if self.one_table and tables.ndim == 3:
                 if (tables != tables[:1]).any():
                     raise ValueError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ class GatheringSettings(Settings):
         "each N. May be given several times.",
         dotted=True,
     )
-    sizes: tuple[int, ...] = values.counts((4, 8, 16, 30), "N, the sizes of the team.", most=_MOST_SIZES)
+    sizes: tuple[int, ...] = values.counts((4, 8, 16, 30), "N, the sizes of the team.", most=_MOST_SIZES, sort=False)
     runs: int = values.count(200, "Number of runs of each team and δ.", least=2, most=MOST_RUNS)
     steps: int | None = values.steps(None, shown="that of each task")
     risk: float = values.number(
@@ -56,7 +57,7 @@ class GatheringSettings(Settings):
         ("png",), "Formats of the picture, with commas between them: {names}.", values.FORMATS, "format"
     )
     workers: int | None = values.workers()
-    force: bool = values.flag("Replace results of other settings, and files that teamsight did not write.")
+    force: bool = values.force()
 
 
 def gathering(settings: GatheringSettings) -> None:
@@ -93,10 +94,20 @@ def plan_of(settings: GatheringSettings) -> Plan:
     """Return the plan that the settings describe."""
     from teamsight.analysis.gathering.plan import Plan
 
-    names = ("sizes", "runs", "steps", "risk", "tolerance", "degree", "deltas", "trainings", "seed")
+    names = ("runs", "steps", "risk", "tolerance", "degree", "deltas", "trainings", "seed")
+    sizes = sorted(settings.sizes)
     listed = {name: task_options.listed(value) for name, value in settings.set.items()}
-    scenario = {name: value[0] if len(value) == 1 else tuple(value) for name, value in listed.items()}
-    return Plan(tasks=settings.task, scenario=scenario, **settings.values(names))
+    scenario = {
+        name: value[0] if len(value) == 1 else _by_size(value, settings.sizes) for name, value in listed.items()
+    }  # fmt: skip
+    return Plan(tasks=settings.task, sizes=sizes, scenario=scenario, **settings.values(names))
+
+
+def _by_size(given: Sequence[Any], sizes: Sequence[int]) -> tuple[Any, ...]:
+    """Return values, one for each size as it was given, in the order of the sizes."""
+    if len(given) != len(sizes):
+        return tuple(given)
+    return tuple(value for _, value in sorted(zip(sizes, given, strict=True), key=lambda both: both[0]))
 
 
 def _print(cells: Any) -> None:

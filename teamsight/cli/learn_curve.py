@@ -28,7 +28,9 @@ _MOST_TIMES, _MOST_TRAININGS = 50, 1000
 class CurveSettings(Settings):
     """Settings of ``teamsight learn curve``."""
 
-    task: str | None = values.choice("pursuit", "The task; its team has to learn: {names}.", task_options.TASKS)
+    task: str | None = values.choice(
+        "pursuit", "The task: {names}. Its team has to learn, as those of pursuit and collect do.", task_options.TASKS
+    )
     set: dict[str, Any] = task_options.scenario("A value of the scenario of the task. May be given several times.")
     learned: tuple[int, ...] = values.counts(
         (1000, 10000, 100000), "Numbers of steps of learning, separated by commas.", most=_MOST_TIMES
@@ -46,7 +48,7 @@ class CurveSettings(Settings):
         ("png",), "Formats of the picture, with commas between them: {names}.", values.FORMATS, "format"
     )
     workers: int | None = values.workers()
-    force: bool = values.flag("Replace results of other settings, and files that teamsight did not write.")
+    force: bool = values.force()
 
     def check(self) -> None:
         """Refuse tasks whose teams do not learn, unknown values, and times of learning that no run may have."""

@@ -39,10 +39,12 @@ class ReproduceSettings(Settings):
     figures: tuple[str, ...] = values.argument("FIGURE", _figures, many=True)
     task: str = values.choice(_PAPER, "The task whose source is reproduced: {names}.", _tasks)
     out: Path = values.folder(Path("results"), "Folder for the results.")
-    runs: int = values.count(5, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
-    steps: int = values.steps(600)
+    runs: int = values.count(
+        5, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS, shown="5, or that of the task"
+    )
+    steps: int = values.steps(600, shown="600, or that of the task")
     workers: int | None = values.workers()
-    seed: int = values.seed(2000, "Seed of all runs.")
+    seed: int = values.seed(2000, "Seed of all runs.", shown="2000, or that of the task")
     preset: str = values.choice(
         "touzet2000",
         "Settings with which figures are drawn: {names}, or 'defaults' for the default of every parameter.",
@@ -52,7 +54,7 @@ class ReproduceSettings(Settings):
     format: tuple[str, ...] = values.choices(
         ("png",), "Formats of the pictures, with commas between them: {names}.", values.FORMATS, "format"
     )
-    quick: bool = values.flag("Use a coarse grid of team sizes and radii.")
+    quick: bool = values.flag("Use a coarse grid of scenarios.")
     force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
 
     def check(self) -> None:
@@ -102,13 +104,14 @@ def reproduce(settings: ReproduceSettings) -> None:
 
 def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
     """Draw the figures and judge the claims of another task."""
-    from teamsight.analysis.reproductions import REPRODUCTIONS, Request
+    from teamsight.analysis.reproduction import Request
+    from teamsight.analysis.reproductions import REPRODUCTIONS
     from teamsight.cli.show import say, working
 
     given = {name: getattr(settings, name) for name in ("seed", "runs", "steps") if name in settings.given}
     request = Request(folder, quick=settings.quick, formats=settings.format, force=settings.force, **given)
     began = time.perf_counter()
-    with working(settings.workers) as (watch, pool):
+    with when_stopped(lambda: _kept_of_task(folder)), working(settings.workers) as (watch, pool):
         lines = REPRODUCTIONS[settings.task](request, pool, watch)
     for line in lines:
         say(line)
@@ -145,6 +148,12 @@ def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
             found = folder.glob(f"figure-{name}-*.parquet")
             tables = {file.stem.removeprefix(f"figure-{name}-"): pd.read_parquet(file) for file in found}
             yield f"figure {name}: {summarise(tables)}"
+
+
+def _kept_of_task(folder: Path) -> str:
+    if any(folder.glob("*.checkpoint")):
+        return f"finished runs are kept in {folder}; the same command continues from there"
+    return "nothing was kept"
 
 
 def _kept(folder: Path) -> str:

@@ -33,7 +33,7 @@ class UnreliableSettings(Settings):
     )
     seed: int = values.seed(2100, "Seed of all runs.")
     workers: int | None = values.workers()
-    force: bool = values.flag("Replace results of other settings, and files that teamsight did not write.")
+    force: bool = values.force()
 
     def check(self) -> None:
         """Refuse runs in which robots would decide at most once, and policies and scenarios of other tasks."""

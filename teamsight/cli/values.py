@@ -52,17 +52,17 @@ def number(default: float | None, help: str, *, least: float, most: float, shown
     return Option(_numeric(partial(checks.number, least=least, most=most)), default, help, "NUMBER", shown)
 
 
-def counts(default: tuple[int, ...], help: str, *, most: int, shown: str = "") -> Any:
-    """Declare up to `most` different whole numbers above 0, with commas between them; they are put in order."""
+def counts(default: tuple[int, ...], help: str, *, most: int, shown: str = "", sort: bool = True) -> Any:
+    """Declare up to `most` different whole numbers above 0, with commas between them; they are sorted if asked for."""
 
     def check(name: str, text: str) -> tuple[int, ...]:
         try:
-            found = {checks.count(name, number_in(part)) for part in text.split(",")}
+            found = dict.fromkeys(checks.count(name, number_in(part)) for part in text.split(","))
         except TypeError:
             raise ValueError(f"{name}={checks.shown(text)}: must be whole numbers, as in 150,600") from None
         if len(found) > most:
             raise ValueError(f"{name}: are {len(found)} numbers, at most {most}; leave some out")
-        return tuple(sorted(found))
+        return tuple(sorted(found) if sort else found)
 
     return Option(check, default, help, "NUMBERS", shown or ",".join(map(str, default)))
 
@@ -102,9 +102,9 @@ def steps(default: int | None, help: str = "Number of steps of each run.", shown
     return Option(_numeric(check), default, help, "INTEGER", shown)
 
 
-def seed(default: int, help: str) -> Any:
+def seed(default: int, help: str, shown: str = "") -> Any:
     """Declare a seed."""
-    return count(default, help, least=0, most=checks.MOST_SEED)
+    return count(default, help, least=0, most=checks.MOST_SEED, shown=shown)
 
 
 def workers(shown: str = "number of cores") -> Any:

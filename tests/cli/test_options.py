@@ -68,7 +68,7 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
             "robot_speed": DEFAULTS["robot_speed"], "delta": DEFAULTS["delta"],
         },
         learn_evaluate.EvaluateSettings: {
-            **{name: value for name, value in defaults_of(Scenario).items() if name != "robots"},
+            **{name: value for name, value in defaults_of(Scenario).items() if name not in ("robots", "steps")},
             "reward": Objective().reward, "k": Objective().k, "discount": Objective().discount,
         },
         learn_figure.FigureSettings: defaults_of(Curves),
@@ -85,6 +85,12 @@ def test_a_default_is_the_same_on_the_command_line_and_in_python() -> None:
         assert len(shared) >= 2, settings
         differing = {name for name in shared if options[name].default != python[name]}
         assert not differing, f"{settings.__name__}: {differing}"
+
+
+def test_without_a_task_policies_are_evaluated_for_the_steps_of_a_scenario() -> None:
+    from teamsight.analysis.learning.evaluation import Scenario
+
+    assert defaults_of(Scenario)["steps"] == learn_evaluate._STEPS
 
 
 def test_every_default_passes_its_own_check_unless_nothing_stands_for_it() -> None:

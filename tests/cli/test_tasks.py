@@ -98,14 +98,23 @@ def test_gathering_takes_values_for_one_task_and_for_each_size() -> None:
     assert plan_of(settings).scenario == {"cmommt.radius": (3, 4.5), "graze.side": 40}
 
 
+def test_values_for_each_size_follow_the_sizes_as_they_were_given() -> None:
+    from teamsight.cli.gathering import GatheringSettings, plan_of
+
+    plan = plan_of(GatheringSettings(task="graze", sizes="16,8,4", set=("side=80,60,40",)))
+    assert plan.sizes == (4, 8, 16)
+    assert plan.scenario == {"side": (40, 60, 80)}
+
+
 def test_reproduce_of_a_task_calls_its_reproduction(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from teamsight.analysis import reproductions
+    from teamsight.analysis.reproduction import Request
 
     given = []
 
-    def reproduce(request: reproductions.Request, pool: object, watch: object) -> list[str]:
+    def reproduce(request: Request, pool: object, watch: object) -> list[str]:
         given.append(request)
         return ["two of three hold"]
 
@@ -118,7 +127,7 @@ def test_reproduce_of_a_task_calls_its_reproduction(
     )
     assert status == 0
     assert "two of three hold" in out
-    assert given == [reproductions.Request(tmp_path, seed=7, quick=True)]
+    assert given == [Request(tmp_path, seed=7, quick=True)]
     refused = call(capsys, "reproduce", "3", "--task", "gather", "--out", str(tmp_path))
     assert (refused[0], "is for the task cmommt; leave it out" in refused[2]) == (2, True)
 

@@ -62,7 +62,7 @@ def test_the_tables_on_modules_are_those_of_the_file() -> None:
     for shown in (sizes_table(), learners_table(MODULES), random_table(MODULES), verdict_table(judge(MODULES))):
         assert shown in PAGE
     assert len(judge(MODULES)) == len(OF_MODULES)
-    assert MODULES.attrs["pursuit modules"] == ModulesPlan().conditions()
+    assert MODULES.attrs["pursuit-modules"] == ModulesPlan().conditions()
 
 
 def _curve(condition: str) -> np.ndarray:

@@ -58,7 +58,7 @@ def settled(law: Any, i: int, wanted: np.ndarray, before: np.ndarray, others: di
         place = before + 0.5 * apart * math.sqrt(k + 1) * way
         if fits(place):
             return place
-    return place
+    return np.full(2, np.nan)
 
 
 def pushed(law: Any, wanted: np.ndarray, before: np.ndarray, heading: np.ndarray, box: np.ndarray) -> Outcome:

@@ -9,6 +9,8 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined, kernel
+from teamsight.tasks.square import check_square
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _SIDE, _HOME_RADIUS, _REACH, _PERIOD, _NIGHT, _RENEWED = range(6)
@@ -17,7 +19,7 @@ _DELIVERED, _GRABBED, _DROPPED_AWAY, _WOKEN_HOME, _WOKEN_AWAY = range(5)
 
 @inlined
 def _is_home(place: Any, i: int, home: Any, radius: float) -> bool:
-    """Whether a body is in the home region; nobody is where there is no home."""
+    """Whether a body is in the home region: that of the first home, active or not; nobody is where there is none."""
     if home.position.shape[0] == 0:
         return False
     x = place[i, 0] - home.position[0, 0]
@@ -146,9 +148,10 @@ class Collecting(Interaction):
     grasped in the home region or by night. When the night ends, all robots that are away from home wake there; those
     that stand still at home wake at home; those that move there have not slept.
 
-    The roles are "robots", "pucks" and "home". Robots have the columns `puck` (the identity of theirs, or 0), `at_home`
-    and `night`, and count what happened to them in `grabbed`, `dropped_home`, `dropped_away`, `woken_home` and
-    `woken_away`. Pucks have `holder` (the identity of a robot, or 0) and `delivered`.
+    The roles are "robots", "pucks" and "home". The first body of the role "home" is the middle of the home region,
+    whether it is active or not; further ones are left alone. Robots have the columns `puck` (the identity of
+    theirs, or 0), `at_home` and `night`, and count what happened to them in `grabbed`, `dropped_home`, `dropped_away`,
+    `woken_home` and `woken_away`. Pucks have `holder` (the identity of a robot, or 0) and `delivered`.
 
     Parameters
     ----------
@@ -168,7 +171,8 @@ class Collecting(Interaction):
     Raises
     ------
     TypeError, ValueError
-        If a value is of the wrong type or outside its limits.
+        If a value is of the wrong type or outside its limits; in a world whose arena is not the square of this side
+        around the origin.
 
     Notes
     -----
@@ -207,6 +211,9 @@ class Collecting(Interaction):
         if self.night >= self.period:
             raise ValueError(f"night={self.night}: must be less than period={self.period}, which leaves a day")
         checks.flag("renewed", self.renewed)
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        check_square(self, arena)
 
     def start(self, sizes: Any) -> InteractionState:
         """Return the number of steps since the first morning."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from teamsight.agents.body import Body
+from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
@@ -83,7 +84,8 @@ class PuckCollecting(World):
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
-        checks.count("pucks", pucks)
+        checks.count("robots", robots, most=MOST_AGENTS)
+        checks.count("pucks", pucks, most=MOST_AGENTS)
         collecting = Collecting(side, home_radius, reach, period, night, renewed)
         super().__init__(Box(side, side), rng=rng, seed=seed)
         # Home and pucks come first, so that numbers of robots do not change their noise.

@@ -21,7 +21,6 @@ _GAP = 1.5
 _MOST_TRIES = 100_000
 
 
-@cache
 def scattered(side: float, share: float, layout: int, clear: float) -> tuple[Round, ...]:
     """Return obstacles that cover a share of a square area.
 
@@ -41,7 +40,11 @@ def scattered(side: float, share: float, layout: int, clear: float) -> tuple[Rou
     TypeError, ValueError
         If the share is outside its limits, or the obstacles find no room.
     """
-    checks.number("obstacles", share, least=0, most=0.3)
+    return _scattered(side, checks.number("obstacles", share, least=0, most=0.3), layout, clear)
+
+
+@cache
+def _scattered(side: float, share: float, layout: int, clear: float) -> tuple[Round, ...]:
     rng, left, found = np.random.default_rng(layout), share * side * side, list[Round]()
     for _ in range(_MOST_TRIES):
         if left <= 0.0:

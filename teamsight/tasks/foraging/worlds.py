@@ -82,7 +82,7 @@ class ForagingWorld(World):
     ) -> None:
         checks.count("robots", robots, most=MOST_AGENTS)
         checks.number("side", side, above=0)
-        checks.count("layout", layout, least=0)
+        layout = checks.count("layout", layout, least=0)
         checks.choice("communication", communication, COMMUNICATION)
         circles = scattered(side, obstacles, layout, _CLEAR)
         super().__init__(area(side, circles), rng=rng)

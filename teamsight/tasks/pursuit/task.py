@@ -11,6 +11,7 @@ import numpy as np
 
 from teamsight.agents.awareness import Awareness, PairwiseAwareness
 from teamsight.agents.model import World
+from teamsight.core import checks
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.policies.online.prey_q import PreyQ
 from teamsight.tasks.objective import Objective
@@ -71,7 +72,7 @@ def learned(
 
 def _learner(scenario: Mapping[str, Any], degree: Awareness) -> PreyQ | ModularQ:
     depth, is_surround = scenario["depth"], scenario["rule"] == "surround"
-    shown = min(scenario["hunters"] - 1, getattr(degree, "delta", _PARTNERS))
+    shown = min(checks.count("hunters", scenario["hunters"]) - 1, getattr(degree, "delta", _PARTNERS))
     if "teammates" not in degree.delivers:
         shown = 0
     if is_surround and shown > 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 from teamsight.agents.body import Body
@@ -19,6 +20,8 @@ from teamsight.world.arena import Box, Torus
 MOST_SIDE = 1000
 
 _SURROUND = "surround"
+# Of a cell; hunters must be on all.
+_SIDES = 4
 
 
 class Hunter(Robot):
@@ -53,7 +56,8 @@ class Pursuit(World):
     teammate_depth : int, optional
         They perceive teammates, as their degree of awareness allows, in a square of this many; by default `depth`.
     rule : {"alone", "pair", "surround"}
-        Who captures: see `Capture`, and `Surround` for four hunters at once. By default "alone".
+        Who captures: see `Capture`, and `Surround` for four hunters at once. By default "alone". Fewer than four never
+        surround a prey; a warning says so.
     torus : bool
         Whether the grid has no walls; by default it has.
     policy : str or Policy
@@ -102,12 +106,7 @@ class Pursuit(World):
         rng: int | None = None,
         seed: int | None = None,
     ) -> None:
-        checks.count("hunters", hunters, most=MOST_AGENTS)
-        checks.count("prey", prey, most=MOST_AGENTS)
-        checks.count("side", side, least=2, most=MOST_SIDE)
-        checks.flag("torus", torus)
-        checks.choice("rule", rule, (*RULES, _SURROUND))
-        checks.count("scouts", scouts, least=0, most=MOST_AGENTS)
+        _check(hunters, prey, side, torus, rule, scouts)
         super().__init__(Torus(side, side) if torus else Box(side, side), rng=rng, seed=seed)
         near = _range("teammate_depth", depth if teammate_depth is None else teammate_depth, side)
         common: dict[str, Any] = {
@@ -135,6 +134,22 @@ class Pursuit(World):
     def prey(self) -> Group[Prey]:
         """The prey."""
         return self._prey
+
+
+def _check(hunters: int, prey: int, side: int, torus: bool, rule: str, scouts: int) -> None:
+    """Refuse what is wrong, and warn of hunters that cannot capture."""
+    checks.count("hunters", hunters, most=MOST_AGENTS)
+    checks.count("prey", prey, most=MOST_AGENTS)
+    checks.count("side", side, least=2, most=MOST_SIDE)
+    checks.flag("torus", torus)
+    checks.choice("rule", rule, (*RULES, _SURROUND))
+    checks.count("scouts", scouts, least=0, most=MOST_AGENTS)
+    if rule == _SURROUND and hunters < _SIDES:
+        warnings.warn(
+            f"hunters={hunters}: fewer than {_SIDES} never capture where rule={rule!r}, on all sides of a prey; take "
+            f"{_SIDES} or more, add some with hunters.add(…), or take rule='pair'",
+            stacklevel=3,
+        )
 
 
 def _range(name: str, depth: int, side: int) -> float:

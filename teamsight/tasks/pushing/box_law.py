@@ -9,7 +9,9 @@ from typing import Any
 from teamsight.core import checks
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.pushing.touching import is_clear, off_rim, settle
+from teamsight.tasks.square import check_square
 from teamsight.world import limits
+from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction
 
 _SIDE, _ROBOT_RADIUS, _BOX_RADIUS, _THRESHOLD, _BOX_SPEED, _CONTACT = range(6)
@@ -116,8 +118,9 @@ class Pushing(Interaction):
     a wall it stops, a robot's radius away from it, so that its rim stays inside the arena.
 
     Robots are discs. One that would overlap the box, or another robot, is put back on its rim; if it does not fit
-    there, it stays where it was. Robots in the way of the box are moved aside, or, if they have no room, the box stays.
-    Walls hold the centres of robots.
+    there, it stays where it was. One that was placed on something gets a free place near by; if there is none, the step
+    ends with an error, whose cure is fewer robots, a larger side, or other places to begin. Robots in the
+    way of the box are moved aside, or, if they have no room, the box stays. Walls hold the centres of robots.
 
     Parameters
     ----------
@@ -136,7 +139,8 @@ class Pushing(Interaction):
     Raises
     ------
     TypeError, ValueError
-        If a value is of the wrong type or outside its limits, or the box does not fit into the arena.
+        If a value is of the wrong type or outside its limits, or the box does not fit into the arena; in a world whose
+        arena is not the square of this side around the origin.
 
     Notes
     -----
@@ -175,3 +179,6 @@ class Pushing(Interaction):
                 f"side={self.side:g}: must be above {least:g}, so that the box and a robot on each side of it fit into "
                 "the arena; take a larger side or a smaller box_radius"
             )
+
+    def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
+        check_square(self, arena)

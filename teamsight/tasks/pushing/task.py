@@ -45,7 +45,7 @@ TASK = Task(
         "completion_time": completion_time, "box_moved": box_moved, "together": together, "stagnation": stagnation,
     },
     explore={"policy": "random-walk", "awareness": "none"},
-    skilled={"policy": FIXED_PRIORITY, "recovery": True, "awareness": "pairwise"},
+    skilled={"policy": FIXED_PRIORITY, "awareness": "pairwise"},
     team="robots",
     steps=2000,
     gathers=True,

@@ -92,15 +92,17 @@ def settle(robots: Any, i: int, walls: Any) -> None:
     """Put robot `i` on the rims of what it would overlap.
 
     If it does not fit there, it stays where it was; and if it cannot stay, since it was placed on something, it gets a
-    free place near by.
+    free place near by. If there is none, its place is no number, which the engine refuses.
     """
     x, y = aside(robots, i, walls)
-    for k in range(-1, _TRIES):
-        if fits(robots, i, x, y, walls):
+    is_placed = False
+    for k in range(-1, _TRIES + 1):
+        is_placed = fits(robots, i, x, y, walls)
+        if is_placed:
             break
         # Where it was, and then places along a spiral around it.
         way_x, way_y = direction((max(k, 0) * _GOLDEN) % 1.0)
         x = robots.before[i, 0] + 0.5 * walls[3] * math.sqrt(k + 1) * way_x
         y = robots.before[i, 1] + 0.5 * walls[3] * math.sqrt(k + 1) * way_y
-    robots.position[i, 0] = x
-    robots.position[i, 1] = y
+    robots.position[i, 0] = x if is_placed else math.nan
+    robots.position[i, 1] = y if is_placed else math.nan

@@ -165,3 +165,46 @@ def test_nothing_is_learned_twice_if_an_agent_comes_or_leaves_after_a_failed_ste
     kept = len(_robots_of(fine)) - (change == "comes")
     for a, b in zip(_arrays(_robots_of(world).states), _arrays(_robots_of(fine).states), strict=True):
         assert a[:kept].tobytes() == b[:kept].tobytes()
+
+
+@pytest.mark.parametrize("steps", [1, 2])
+def test_nothing_is_learned_twice_if_one_robot_gets_a_policy_after_a_failed_step(steps: int) -> None:
+    world, fine = _build("online learner", FAILS_AT), _build("online learner")
+    fine.run(FAILS_AT)
+    with pytest.raises(ValueError, match="outside"):
+        world.run(FAILS_AT + 1)
+    _mend(world)
+    for one in (world, fine):
+        one.hunters[0].policy = "lattice-walk"
+        one.run(steps)
+    assert world.hunters.policy_state.floats[1:].tobytes() == fine.hunters.policy_state.floats[1:].tobytes()
+
+
+def _leave_out_one(world: Any) -> None:
+    world.hunters[0].active = False
+
+
+def _slow_all(world: Any) -> None:
+    world.hunters.cycle = Cycle(2)
+
+
+def _slow_one(world: Any) -> None:
+    world.hunters[0].cycle = Cycle(2)
+
+
+@pytest.mark.parametrize("change", [_leave_out_one, _slow_all, _slow_one])
+@pytest.mark.parametrize("steps", [2, 20])
+def test_nothing_is_rewarded_twice_if_robots_get_a_timetable_after_a_failed_step(change: Any, steps: int) -> None:
+    world, fine = _build("online learner", FAILS_AT), _build("online learner")
+    fine.run(FAILS_AT)
+    with pytest.raises(ValueError, match="outside"):
+        world.run(FAILS_AT + 1)
+    _mend(world)
+    for one in (world, fine):
+        change(one)
+        one.run(steps)
+    others = slice(1, None)
+    assert world.hunters.policy_state.floats[others].tobytes() == fine.hunters.policy_state.floats[others].tobytes()
+    assert world.hunters.decided_at[others].tolist() == fine.hunters.decided_at[others].tolist()
+    if change is not _leave_out_one:
+        assert _all(world) == _all(fine)

@@ -13,8 +13,9 @@ from teamsight.analysis.collecting.figure import draw
 from teamsight.analysis.collecting.learning import INTRUDER_ROWS
 from teamsight.analysis.collecting.page import page, summary
 from teamsight.analysis.collecting.plan import CODINGS, SCHEMES, Plan
-from teamsight.analysis.collecting.reproduce import PAGE, RUNS, reproduce
-from teamsight.analysis.reproductions import REPRODUCTIONS, Request
+from teamsight.analysis.collecting.reproduce import reproduce
+from teamsight.analysis.reproduction import Request
+from teamsight.analysis.reproductions import REPRODUCTIONS
 from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
@@ -128,8 +129,8 @@ def test_a_reproduction_writes_table_page_and_picture(tmp_path: Path, monkeypatc
             Request(tmp_path, runs=2, steps=60, quick=True, formats=("svg",)), pool, lambda phase, done, total: None
         )
     assert "claims that are recalled" in lines[0]
-    assert {path.name for path in tmp_path.iterdir()} == {RUNS, PAGE, "collecting.svg"}
-    assert "no reproduction of numbers" in (tmp_path / PAGE).read_text(encoding="utf-8")
+    assert {path.name for path in tmp_path.iterdir()} == {"collecting.parquet", "collecting.md", "collecting.svg"}
+    assert "no reproduction of numbers" in (tmp_path / "collecting.md").read_text(encoding="utf-8")
     assert "collect" in REPRODUCTIONS
 
 

@@ -13,8 +13,9 @@ from teamsight.analysis.foraging.claims import gain, largest, times, verdicts
 from teamsight.analysis.foraging.figure import draw
 from teamsight.analysis.foraging.page import page, summary
 from teamsight.analysis.foraging.plan import Plan, UntilDone
-from teamsight.analysis.foraging.reproduce import PAGE, RUNS, reproduce
-from teamsight.analysis.reproductions import REPRODUCTIONS, Request
+from teamsight.analysis.foraging.reproduce import reproduce
+from teamsight.analysis.reproduction import Request
+from teamsight.analysis.reproductions import REPRODUCTIONS
 from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
@@ -99,8 +100,8 @@ def test_a_reproduction_writes_table_page_and_picture(tmp_path: Path) -> None:
         )
     assert "claims" in lines[0]
     assert len(lines) == 4
-    assert {path.name for path in tmp_path.iterdir()} == {RUNS, PAGE, "foraging.svg"}
-    assert "19 %" in (tmp_path / PAGE).read_text(encoding="utf-8")
+    assert {path.name for path in tmp_path.iterdir()} == {"foraging.parquet", "foraging.md", "foraging.svg"}
+    assert "19 %" in (tmp_path / "foraging.md").read_text(encoding="utf-8")
     assert {"forage", "consume", "graze"} <= set(REPRODUCTIONS)
 
 

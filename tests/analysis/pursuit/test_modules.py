@@ -18,7 +18,7 @@ from teamsight.analysis.pursuit.ono.measure import LATE, PARTS, Surrounding, inf
 from teamsight.analysis.pursuit.ono.page import sizes_table
 from teamsight.analysis.pursuit.ono.plan import Plan
 from teamsight.analysis.pursuit.ono.rates import expected_steps, late_steps, random_steps
-from teamsight.analysis.reproductions import Request
+from teamsight.analysis.reproduction import Request
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.policies import LatticeWalk
 from teamsight.tasks.pursuit.world import Pursuit
@@ -136,7 +136,7 @@ def test_tables_of_modules_grow_slowly() -> None:
 
 def test_files_are_made(tmp_path: Path) -> None:
     plan = Plan(runs=2, share=0.0005, seed=5, names=("random, side 4", "modular, side 4", "monolithic, side 4"))
-    said = results.make_results(plan, Request(tmp_path), None, lambda phase, done, total: None)
+    said = results.REPRODUCTION.make(plan, Request(tmp_path), None, lambda phase, done, total: None)
     assert len(said) == 1
-    assert {file.name for file in tmp_path.iterdir()} == {results.RUNS, results.PAGE, f"{results.PICTURE}.png"}
-    assert pd.read_parquet(tmp_path / results.RUNS).attrs["pursuit modules"] == plan.conditions()
+    assert {file.name for file in tmp_path.iterdir()} == {f"pursuit-modules.{kind}" for kind in ("parquet", "md", "png")}
+    assert pd.read_parquet(tmp_path / "pursuit-modules.parquet").attrs["pursuit-modules"] == plan.conditions()

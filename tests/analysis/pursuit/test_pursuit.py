@@ -19,7 +19,7 @@ from teamsight.analysis.pursuit.ledger import AGREES, DIFFERS, rows
 from teamsight.analysis.pursuit.paper import VALUES
 from teamsight.analysis.pursuit.plan import Plan
 from teamsight.analysis.pursuit.trials import BLOCK, next_trials, trials_of
-from teamsight.analysis.reproductions import Request
+from teamsight.analysis.reproduction import Request
 from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.tasks.pursuit.world import Pursuit
 
@@ -118,19 +118,19 @@ def test_gains_are_paired_by_run() -> None:
 
 def test_files_are_made_and_not_replaced_by_other_settings(tmp_path: Path) -> None:
     request = Request(tmp_path, formats=("png", "svg"))
-    said = results.make_results(SMALL, request, None, lambda phase, done, total: None)
+    said = results.REPRODUCTION.make(SMALL, request, None, lambda phase, done, total: None)
     assert (
         said[-1] == "Each claim is judged by its own 95 % interval: if nothing made a difference, at most one in 40 "
         "would hold by chance, 0.0 of 0."
     )
     made = {file.name for file in tmp_path.iterdir()}
-    assert made == {results.RUNS, results.LEDGER, results.PAGE, "pursuit.png", "pursuit.svg"}
-    text = (tmp_path / results.PAGE).read_text(encoding="utf-8")
+    assert made == {"pursuit.parquet", "pursuit-ledger.parquet", "pursuit.md", "pursuit.png", "pursuit.svg"}
+    text = (tmp_path / "pursuit.md").read_text(encoding="utf-8")
     assert "47.14 ± 1.28" in text
     assert "123.08" in text
-    (tmp_path / results.PAGE).write_text("mine", encoding="utf-8")
+    (tmp_path / "pursuit.md").write_text("mine", encoding="utf-8")
     with pytest.raises(ValueError, match=r"pursuit\.md"):
-        results.check(SMALL, request)
+        results.REPRODUCTION.check(SMALL, request)
 
 
 def test_nothing_is_simulated_if_a_file_of_the_second_part_must_not_be_replaced(tmp_path: Path) -> None:

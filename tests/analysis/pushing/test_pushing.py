@@ -13,9 +13,10 @@ from teamsight.analysis.pushing.claims import MARGIN, same_runs, saved, slower, 
 from teamsight.analysis.pushing.figure import draw
 from teamsight.analysis.pushing.page import page
 from teamsight.analysis.pushing.plan import Plan, agreement_of
-from teamsight.analysis.pushing.reproduce import PAGE, RUNS, plan_of, reproduce
+from teamsight.analysis.pushing.reproduce import plan_of, reproduce
 from teamsight.analysis.pushing.trials import until_moved
-from teamsight.analysis.reproductions import REPRODUCTIONS, Request
+from teamsight.analysis.reproduction import Request
+from teamsight.analysis.reproductions import REPRODUCTIONS
 from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
@@ -70,6 +71,16 @@ def test_wide_intervals_decide_nothing() -> None:
     data.loc[others, "time"] = np.where(low, 1900.0, 100.0)[others]
     data.loc[(data["robots"] == 2) & low, "censored"] = True
     assert found(data)[1:] == [UNDECIDED] * 6
+
+
+def test_runs_that_are_all_censored_decide_nothing() -> None:
+    data = table().assign(time=2000.0, censored=True)
+    shown = verdicts(data)
+    assert [one.verdict for one in shown if "K2" in one.claim or "K4" in one.claim] == [UNDECIDED] * 3
+    assert (shown[-1].verdict, shown[-1].measured) == (UNDECIDED, "not known")
+    # One that is not decides as before: the others took at least as long.
+    data.loc[data["replicate"] == 0, "censored"] = False
+    assert shown[-1].verdict != verdicts(data)[-1].verdict
 
 
 def test_an_interval_that_leaves_the_margin_is_no_equivalence() -> None:
@@ -136,5 +147,5 @@ def test_it_writes_a_table_a_picture_and_a_page(tmp_path: Path) -> None:
     with WorkerPool(1) as pool:
         lines = reproduce(request, pool, lambda *_: None)
     assert any("δ = 1" in line for line in lines)
-    assert {path.name for path in tmp_path.iterdir()} == {RUNS, PAGE, "pushing.png"}
-    assert len(pd.read_parquet(tmp_path / RUNS)) == 5 * len(TEAMS)
+    assert {path.name for path in tmp_path.iterdir()} == {"pushing.parquet", "pushing.md", "pushing.png"}
+    assert len(pd.read_parquet(tmp_path / "pushing.parquet")) == 5 * len(TEAMS)

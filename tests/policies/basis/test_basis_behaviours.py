@@ -142,6 +142,7 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"exploration": 1.5}, r"exploration=1\.5"),
     ({"timeout": 0}, r"timeout=0: must be at least 1"),
     ({"tables": np.zeros((8, 4))}, r"tables: have the shape \(8, 4\); must be \(robots, 16, 4\)"),
+    ({"tables": np.full((16, 4), np.inf)}, r"tables: have values that are not finite; all must be"),
 ]  # fmt: skip
 
 

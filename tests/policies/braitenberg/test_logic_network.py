@@ -127,6 +127,14 @@ def test_a_network_that_agrees_everywhere_moves_the_same_way() -> None:
     assert fingerprint(worlds[0])[0] == fingerprint(worlds[1])[0]
 
 
+def test_networks_that_differ_are_shown_as_different() -> None:
+    trees = random_trees(1)
+    shown = [repr(AdaptiveNetwork(contact=contact, trees=trees)) for contact in (2.6, 2.6000001, 2.6)]
+    assert shown[0] == shown[2] != shown[1]
+    assert "2.6000001, trees=<" in shown[1]
+    assert repr(AdaptiveNetwork(trees=random_trees(2))) != repr(AdaptiveNetwork(trees=trees))
+
+
 @pytest.mark.parametrize(
     ("trees", "error", "message"),
     [

@@ -10,6 +10,7 @@ from naive import online as naive
 
 from teamsight.agents.awareness import NearestAwareness
 from teamsight.policies import Policy, PreyQ, check_policy
+from teamsight.policies.interface import PolicyState
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.policies.percept_of_one import percept_of_one
 from teamsight.tasks.pursuit.world import Pursuit
@@ -157,3 +158,47 @@ def test_contract(how: dict[str, Any]) -> None:
 def test_wrong_values_are_named(given: dict[str, Any], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         ModularQ(**given)
+
+
+def _state(floats: Any = None, ints: Any = None) -> PolicyState:
+    """Return a state of four robots, whose ints or floats may be others."""
+    fine = ModularQ(1).start(4)
+    return PolicyState(fine.floats if floats is None else floats, fine.ints if ints is None else ints)
+
+
+def _ints(place: int, value: int) -> Any:
+    ints = ModularQ(1).start(4).ints
+    ints[0, place, 0] = value
+    return ints
+
+
+@pytest.mark.parametrize(
+    ("first", "message"),
+    [
+        (np.zeros((4, 301, 5)), r"first=.*must be a PolicyState, such as world\.hunters\.policy_state"),
+        (_state(floats=np.zeros((4, 300, 5))), r"floats have the shape \(4, 300, 5\); must be \(robots, 301, 5\); freeze"),
+        (_state(floats=np.full((4, 301, 5), np.nan)), "its floats finite; freeze"),
+        (_state(ints=np.full((4, 1, 2), -1)), r"ints have the shape \(4, 1, 2\); must be \(robots, 4, 2\); freeze"),
+        (_state(ints=np.full((3, 4, 2), -1)), r"ints have the shape \(3, 4, 2\); must be \(robots, 4, 2\); freeze"),
+        (_state(ints=np.full((4, 4, 2), -1.0)), "its ints must be whole numbers"),
+        (_state(ints=_ints(0, 300)), "rows of tables below 300 and actions below 5 only; freeze"),
+        (_state(ints=_ints(3, 5)), "rows of tables below 300 and actions below 5 only; freeze"),
+        (_state(ints=_ints(3, -2)), "rows of tables below 300 and actions below 5 only; freeze"),
+    ],
+)
+def test_a_first_state_that_is_none_is_refused(first: Any, message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        ModularQ(1, first=first)
+
+
+def test_a_first_state_is_that_of_its_team_and_stays_as_it_was() -> None:
+    state = _state()
+    policy = ModularQ(1, first=state)
+    state.floats[:], state.ints[:] = 1.0, 7
+    assert not policy.start(4).floats.any()
+    assert (policy.start(4).ints == -1).all()
+    assert policy.first is not None
+    for part in policy.first:
+        assert not part.flags.writeable
+    with pytest.raises(ValueError, match="first: is the state of 4 robots, and the group has 3; freeze"):
+        policy.start(3)

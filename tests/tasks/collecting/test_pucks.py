@@ -167,12 +167,17 @@ def test_pucks_and_robots_that_leave_take_nobody_elses_puck() -> None:
         ({"night": 40}, r"night=40: must be less than period=40"),
         ({"home_radius": 4.0}, r"home_radius=4: must be at most a quarter of the side, 3"),
         ({"pucks": 0}, r"pucks=0: must be at least 1"),
+        ({"pucks": 10**8}, r"pucks=100000000: must be at most 10000000"),
+        ({"robots": 0}, r"robots=0: must be at least 1"),
+        ({"robots": 10**8}, r"robots=100000000: must be at most 10000000"),
         ({"reach": 0.0}, r"reach=0.*above 0"),
     ],
 )
 def test_bad_input_is_named(changed: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         PuckCollecting(**{**SMALL, **changed})
+    with pytest.raises(TypeError, match="robots='many': must be a whole number"):
+        PuckCollecting(robots="many")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("awareness", ["none", "nearest", "ring", "pairwise"])

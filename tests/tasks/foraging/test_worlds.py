@@ -157,6 +157,10 @@ def test_obstacles_cover_their_share_and_leave_gaps(layout: int, share: float) -
     assert len(area(64.0, scattered(64.0, share, layout, 5.0)).obstacles) == len(circles)  # type: ignore[attr-defined]
 
 
+def test_whole_numbers_of_any_type_are_the_layout() -> None:
+    assert Forage(1, rng=1, layout=2.0)._circles == Forage(1, rng=1, layout=2)._circles  # type: ignore[arg-type]
+
+
 def test_too_many_obstacles_are_refused() -> None:
     with pytest.raises(ValueError, match=r"obstacles=0\.5.*0\.3"):
         Consume(obstacles=0.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -102,3 +103,21 @@ def test_the_view_of_hunters_is_a_square() -> None:
 def test_wrong_values_are_named(given: dict[str, object], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         Pursuit(**given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("hunters", "message"),
+    [("many", r"hunters='many': must be a whole number of at least 1"), (0, r"hunters=0: must be at least 1")],
+)
+def test_a_wrong_number_of_hunters_is_named_before_any_learns(hunters: object, message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        learned(TASKS["pursuit"].full_scenario({**SMALL, "hunters": hunters}), None, 3, steps=1)
+
+
+def test_too_few_hunters_to_surround_a_prey_are_named() -> None:
+    with pytest.warns(UserWarning, match=r"hunters=3: fewer than 4 never capture where rule='surround'.*take 4 or more"):
+        Pursuit(3, 1, 5, depth=2, rule="surround", torus=True, rng=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Pursuit(4, 1, 5, depth=2, rule="surround", torus=True, rng=1)
+        Pursuit(1, 1, 5, rule="alone", rng=1)

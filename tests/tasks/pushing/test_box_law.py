@@ -140,6 +140,32 @@ def test_nothing_overlaps_and_all_stay_inside(seed: int, robots: int, policy: st
         assert np.abs(box).max() + 2.5 <= side / 2
 
 
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6))
+def test_who_finds_no_place_is_nowhere_and_all_before_are_apart(seed: int) -> None:
+    # More robots than the densest packing has: nobody can find a place for the last.
+    law, count = Pushing(side=7.0), 80
+    before = np.random.default_rng(seed).uniform(-3.5, 3.5, (count, 2))
+    heading = np.tile([1.0, 0.0], (count, 1))
+    place = called(law, before, before, heading, (0.0, 0.0)).bodies["robots"].position
+    expected = pushed(law, before, before, heading, np.zeros(2)).robots
+    lost = int(np.argmax(np.isnan(place).any(axis=1)))
+    assert np.isnan(place[lost]).all()
+    assert lost == int(np.argmax(np.isnan(expected).any(axis=1)))
+    assert place[:lost] == pytest.approx(expected[:lost], abs=1e-7)
+    assert closest(place[:lost]) >= 1.0 - 1e-8
+
+
+@pytest.mark.parametrize("steps", [1, 5])
+def test_a_world_without_room_is_refused(steps: int) -> None:
+    world: Any = World(Box(7, 7), rng=1)
+    robots, box = world.add(Robot, 80, policy="random-walk"), world.add(Load, 1, policy="stationary", name="box")
+    world.senses(robots, box)
+    world.interact(Pushing(7.0), robots=robots, box=box)
+    with pytest.raises(ValueError, match=r"Pushing: its kernel left <Robot .*\(nan, nan\)"):
+        world.run(steps) if steps > 1 else world.step()
+
+
 @settings(max_examples=10, deadline=None)
 @given(
     seed=st.integers(0, 999), robots=st.integers(1, 12), parts=st.lists(st.integers(1, 60), min_size=1, max_size=4),

@@ -10,7 +10,9 @@ import pytest
 
 from teamsight import check_task
 from teamsight.policies.braitenberg import FixedPriority
+from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks import TASKS
+from teamsight.tasks.model import TaskModel
 from teamsight.tasks.pushing.task import completion_time
 from teamsight.tasks.pushing.world import BoxPushing
 
@@ -43,6 +45,11 @@ def test_a_box_that_is_not_moved_takes_for_ever() -> None:
     assert completion_time(world) == math.inf
 
 
+def test_rng_and_seed_are_two_names_of_the_seed() -> None:
+    one, other = BoxPushing(3, seed=5), BoxPushing(3, rng=5)
+    assert np.array_equal(one.robots.bodies.position, other.robots.bodies.position)
+
+
 def test_the_world_fits_its_robots_to_their_size() -> None:
     world = BoxPushing(2, robot_radius=1.0, box_radius=3.0, recovery=False, rng=1)
     policy: Any = world.robots.policy
@@ -52,6 +59,15 @@ def test_the_world_fits_its_robots_to_their_size() -> None:
     assert np.array_equal(world.box.bodies.position, [[0.0, 0.0]])
 
 
+def test_recovery_is_for_fixed_priority_which_recovers_unless_it_is_refused() -> None:
+    given = [BoxPushing(2, rng=1, **options) for options in ({}, {"recovery": True}, {"recovery": False})]
+    assert [world.robots.policy.recovery for world in given] == [True, True, False]
+    # A setting may replace the policy of the skilled team, and its recovery.
+    model = TaskModel(TASKS["push"])
+    assert isinstance(model(policy="random-walk", rng=1).robots.policy, RandomWalk)
+    assert [model(recovery=recovers, rng=1).robots.policy.recovery for recovers in (True, False)] == [True, False]
+
+
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
@@ -59,8 +75,13 @@ def test_the_world_fits_its_robots_to_their_size() -> None:
         ({"recovery": "yes"}, TypeError, r"recovery='yes': must be True or False"),
         ({"threshold": 2.5}, ValueError, r"threshold=2\.5: must be below 2"),
         ({"side": 5.0}, ValueError, r"side=5: must be above 6"),
-        ({"robots": 0}, ValueError, r"0.*at least 1"),
-        ({"policy": "fixed"}, ValueError, r"policy='fixed'"),
+        ({"robots": 0}, ValueError, r"robots=0: must be at least 1"),
+        ({"robots": "many"}, TypeError, r"robots='many': must be a whole number"),
+        ({"robots": 10**8}, ValueError, r"robots=100000000: must be at most 10000000"),
+        ({"robots": 200, "side": 10.0}, ValueError, r"robots=200: .*side=10; take at most 46, or a larger side"),
+        ({"policy": "fixed-priorty"}, ValueError, r"policy='fixed-priorty': .*'fixed-priority'.*random-walk"),
+        ({"policy": "random-walk", "recovery": True}, ValueError, r"recovery=True: is an option of policy='fixed-pri"),
+        ({"policy": FixedPriority(), "recovery": False}, ValueError, r"=False: .*FixedPriority\(recovery=False\)"),
     ],
 )
 def test_bad_values_are_named(options: dict[str, Any], error: type[Exception], message: str) -> None:
