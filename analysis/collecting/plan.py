@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from teamsight.analysis.collecting.learning import Learning
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.task_runs import task_run, task_seed
 from teamsight.policies.basis.basis_behaviours import BasisBehaviours
 from teamsight.tasks.registry import TASKS
@@ -69,7 +70,7 @@ class Plan:
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return as_json(self)
 
     def policies(self, size: int) -> dict[str, BasisBehaviours]:
         """Return the policies that are run with a team of this size, by name."""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.analysis.stats.paired import Interval, interval_of
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, interval_text
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, percent_text
 
 Floats = npt.NDArray[np.float64]
 
@@ -68,11 +68,6 @@ def largest(table: pd.DataFrame, task: str, level: str, over: str) -> tuple[floa
     return max(found)
 
 
-def percent(interval: Interval) -> str:
-    """Return a share with its interval, in percent."""
-    return interval_text(Interval(*(100.0 * one for one in interval)), "%")
-
-
 def verdicts(table: pd.DataFrame) -> list[Verdict]:
     """Return the verdicts on all claims; `table` is that of the runs of `plan.Plan`."""
     return [
@@ -91,7 +86,7 @@ def _judged(claim: str, source: str, interval: Interval, holds: bool, fails: boo
     verdict = HOLDS if holds else FAILS if fails else UNDECIDED
     if source == RECALLED:
         verdict = {HOLDS: "agrees", FAILS: "differs"}.get(verdict, verdict)
-    return Verdict(claim, source, percent(interval), verdict)
+    return Verdict(claim, source, percent_text(interval), verdict)
 
 
 def _more(table: pd.DataFrame, claim: str, source: str, task: str, level: str, over: str) -> Verdict:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from teamsight.analysis.foraging.claims import MARGIN, PERCENTAGES, gain, largest, percent, verdicts
+from teamsight.analysis.foraging.claims import MARGIN, PERCENTAGES, gain, largest, verdicts
 from teamsight.analysis.foraging.plan import NAMES, Plan
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.verdict_table import verdict_table
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, percent_text
 from teamsight.policies.schemas.automaton import COMMUNICATION
 
 _NOT_A_REPRODUCTION = (
@@ -58,9 +58,10 @@ def percentages_table(table: pd.DataFrame) -> str:
     rows = []
     for one in PERCENTAGES:
         most, where = largest(table, one.task, one.level, one.over)
+        over_all = percent_text(gain(table, one.task, one.level, one.over))
         rows.append([
             one.task, f"{one.level} over {one.over}", f"{one.percent:g} %",
-            percent(gain(table, one.task, one.level, one.over)), f"{100 * most:+.1f} % at {where}".replace("-", "−"),
+            over_all, f"{100 * most:+.1f} % at {where}".replace("-", "−"),
         ])  # fmt: skip
     columns = ["task", "communication", "theirs, at most", "ours, over all cells (95 %)", "ours, at most"]
     return markdown.table(columns, rows, align="llrrr")
@@ -74,7 +75,7 @@ def summary(table: pd.DataFrame) -> Sequence[str]:
     return [
         f"Of {len(found)} claims, {sure} are certain enough and decided: {held} hold and {failed} do not.",
         *(
-            f"{one.task}, {one.level} over {one.over}: {percent(gain(table, one.task, one.level, one.over))}; "
+            f"{one.task}, {one.level} over {one.over}: {percent_text(gain(table, one.task, one.level, one.over))}; "
             f"Balch and Arkin {one.percent:g} % at most."
             for one in PERCENTAGES
         ),

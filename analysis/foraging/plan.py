@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.task_runs import task_run, task_seed
 from teamsight.policies.schemas.automaton import COMMUNICATION
 from teamsight.tasks.registry import TASKS
@@ -74,7 +75,7 @@ class Plan:
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return as_json(self)
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it: task, robots, attractors (0 for graze) and so on."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
+from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.search_space import log10_size
@@ -126,7 +127,7 @@ class Curves:
 
     def conditions(self) -> dict[str, Any]:
         """Return all settings as JSON values."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return as_json(self)
 
 
 @dataclass(frozen=True)

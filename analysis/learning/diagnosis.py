@@ -6,7 +6,7 @@ All three are measured for situations that show a single target, against its dis
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means
@@ -114,7 +115,7 @@ class Diagnosis:
 
     def conditions(self) -> dict[str, Any]:
         """Return all settings as JSON values."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return as_json(self)
 
     def in_words(self, memory: LazyMemory | None = None) -> str:
         """Return the settings in a line; with `memory`, those of its diagnosis."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from teamsight.analysis.pursuit.conditions import CONDITIONS
@@ -11,6 +11,7 @@ from teamsight.analysis.pursuit.trials import BLOCK, Learning
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
+from teamsight.analysis.runs.settings import as_json
 
 # Steps of a trial, roughly, from which the work of a run is estimated.
 _STEPS = {False: 40, True: 110}
@@ -42,7 +43,7 @@ class Plan:
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
-        return {**asdict(self), "names": list(self.names)}
+        return as_json(self)
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it: condition, replicate, seed and trials."""

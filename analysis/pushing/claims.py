@@ -15,7 +15,7 @@ import pandas as pd
 
 from teamsight.analysis.stats.exceedance import bounds
 from teamsight.analysis.stats.paired import Interval, half_width, interval_of
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text, percent_text
 
 Floats = npt.NDArray[np.float64]
 
@@ -99,20 +99,16 @@ def _around(mean: float, variance: float, fewest: int) -> Interval:
     return Interval(mean, mean - wide, mean + wide)
 
 
-def percent(interval: Interval) -> str:
-    """Return a share with its interval, in percent."""
-    return interval_text(Interval(*(100.0 * one for one in interval)), "%")
-
-
 def verdicts(table: pd.DataFrame) -> list[Verdict]:
     """Return the verdicts on all claims; `table` is that of the runs of `plan.Plan`."""
     less, more = slower(table, "fixed priority", FEW, SOME), slower(table, "fixed priority", MANY, SOME)
     grows = stagnation_slope(table, "no recovery")
+    grown = f"{percent_text(grows)} for each robot"
     return [
         _one_never(table), _two_do(table),
         _recalled(f"K2 {SOME} robots are faster than {FEW}", above(less), interval_text(less, "steps")),
         _recalled(f"K2 {MANY} robots are slower than {SOME}", above(more), interval_text(more, "steps")),
-        _recalled("K3 Without recovery, stagnation grows with N", above(grows), f"{percent(grows)} for each robot"),
+        _recalled("K3 Without recovery, stagnation grows with N", above(grows), grown),
         _network(table), _awareness(table),
     ]  # fmt: skip
 
@@ -144,12 +140,12 @@ def _network(table: pd.DataFrame) -> Verdict:
     inside = found.low >= -MARGIN and found.high <= MARGIN
     outside = found.high < -MARGIN or found.low > MARGIN
     claim = f"K4 Network and fixed priority take the same time (up to {100 * MARGIN:g} %)"
-    return _recalled(claim, HOLDS if inside else FAILS if outside else UNDECIDED, percent(found))
+    return _recalled(claim, HOLDS if inside else FAILS if outside else UNDECIDED, percent_text(found))
 
 
 def _awareness(table: pd.DataFrame) -> Verdict:
     found = saved(table, "fixed priority", "no awareness")
-    return Verdict("Perceiving the nearest teammate saves time", OURS, percent(found), above(found))
+    return Verdict("Perceiving the nearest teammate saves time", OURS, percent_text(found), above(found))
 
 
 def same_runs(table: pd.DataFrame, team: str, other: str) -> tuple[int, int]:

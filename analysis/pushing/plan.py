@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -11,6 +11,7 @@ from teamsight.agents.awareness import NearestAwareness
 from teamsight.analysis.pushing.trials import agreement, examples_of, until_moved
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.task_runs import task_run, task_seed
 from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
 from teamsight.tasks.pushing.task import TASK
@@ -45,7 +46,7 @@ class Plan:
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
+        return as_json(self)
 
     def teams(self) -> dict[str, dict[str, Any]]:
         """Return the parameters of each team, by name."""
@@ -78,6 +79,7 @@ def network_of(seed: int) -> AdaptiveNetwork:
     return AdaptiveNetwork.trained(cues, behaviours, rng=seed)
 
 
+@cache
 def agreement_of(seed: int) -> tuple[float, float]:
     """Return the share of decisions in which network and fixed priority agree: in examples, and in other runs."""
     examples = [examples_of(seed, runs, _EXAMPLE_ROBOTS) for runs in (_EXAMPLE_RUNS, _TEST_RUNS)]

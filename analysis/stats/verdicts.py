@@ -30,3 +30,8 @@ def interval_text(interval: Interval, unit: str) -> str:
     if math.isnan(mean):
         return "not known"
     return f"{mean:+.1f} {unit} ({low:+.1f} to {high:+.1f})".replace("-", "−")
+
+
+def percent_text(interval: Interval) -> str:
+    """Return a share with its interval, in percent."""
+    return interval_text(Interval(*(100.0 * one for one in interval)), "%")

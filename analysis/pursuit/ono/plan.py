@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from teamsight.analysis.pursuit.ono.conditions import CONDITIONS
@@ -11,6 +11,7 @@ from teamsight.analysis.pursuit.ono.measure import PARTS, Surrounding
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
+from teamsight.analysis.runs.settings import as_json
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Plan:
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
-        return {**asdict(self), "names": list(self.names)}
+        return as_json(self)
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it: condition, replicate, seed and steps."""
