@@ -80,9 +80,9 @@ class BoxPushing(World):
     """
 
     def __init__(
-        self, robots: int = 5, side: float = 40.0, distance: float = 10.0, sensing_range: float = 12.0,
+        self, robots: int = 5, side: float = 40.0, *, distance: float = 10.0, sensing_range: float = 12.0,
         awareness_range: float = 6.0, speed: float = 0.5, robot_radius: float = 0.5, box_radius: float = 2.0,
-        threshold: float = 1.5, *, policy: PolicyLike = FIXED_PRIORITY, recovery: bool | None = None,
+        threshold: float = 1.5, policy: PolicyLike = FIXED_PRIORITY, recovery: bool | None = None,
         awareness: AwarenessLike = "pairwise", rng: int | None = None, seed: int | None = None,
     ) -> None:  # fmt: skip
         checks.count("robots", robots, most=MOST_AGENTS)
