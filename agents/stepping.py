@@ -25,12 +25,8 @@ from teamsight.policies.registry import label
 from teamsight.world.noise import PERIOD
 
 WAITING = "a process waits for a condition in Python, world.until(…)"
-
-
-#: Of the warning for a group that does not decide.
-IDLE = "idle"
-#: Of the warning for a step of an agent, which moves nobody.
-NOBODY = "moves nobody"
+#: Of the warnings for a group that does not decide, and for a step of an agent, which moves nobody.
+IDLE, NOBODY = "idle", "moves nobody"
 
 
 class Stepper:
@@ -168,7 +164,7 @@ class Stepper:
             if _overrides_step(group):
                 self._engine.prepare()
                 with self._timeline.calling(OWN_STEP):
-                    for agent in list(group.agents):
+                    for agent in list(group._agents):
                         # The step of another agent may have removed this one.
                         if agent._row >= 0:
                             agent.step()
@@ -259,8 +255,8 @@ class Stepper:
     def check_step_made(self) -> None:
         """Refuse a model whose own ``step`` has made none, which would never end, unless it has stopped the model."""
         if self._model.running:
-            name = type(self._model).__name__
-            raise TypeError(f"{name}.step made no step: call super().step() in it, which moves all agents together")
+            what = f"{type(self._model).__name__}.step made no step"
+            raise TypeError(f"{what}: call super().step() in it, which moves all agents together")
 
     def _warn(self, message: str, topic: str = "") -> None:
         """Warn once of a topic, by default of what the message says."""
@@ -301,4 +297,4 @@ class Stepper:
 
 
 def _overrides_step(group: Group) -> bool:
-    return bool(group.agents) and type(group.agents[0]).step is not Body.step
+    return bool(group._agents) and type(group._agents[0]).step is not Body.step

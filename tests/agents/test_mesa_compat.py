@@ -110,7 +110,9 @@ def test_the_models_own_collector_holds_the_history() -> None:
     assert table.observed.tolist()[1:] == model.recording.history.observed.tolist()
     assert table.observed_fraction.iloc[-1] == model.observed_fraction == pytest.approx(model.recording.history.observed.mean())
     assert table.max_neighbours.iloc[-1] == model.max_neighbours == model.recording.history.max_neighbours.max()
-    assert table.mean_neighbours.tolist()[1:] == model.recording.history.mean_neighbours.tolist()
+    assert table.mean_degree.tolist()[1:] == model.recording.history.mean_neighbours.tolist()
+    assert table.mean_neighbours.iloc[-1] == model.mean_neighbours == model.recording.mean_neighbours
+    assert table.mean_neighbours.iloc[7] == pytest.approx(model.recording.history.mean_neighbours[:7].mean())
 
 
 @pytest.mark.parametrize("processes", [1, 2])

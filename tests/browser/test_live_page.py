@@ -214,7 +214,7 @@ def test_the_graph_counts_robots_that_work(page: Page, live: Callable[..., LiveP
         settled(page, server)
     numbers = [len(robot.neighbours) for robot in robots if robot.active]
     assert len(numbers) < 9
-    assert np.mean(numbers) == pytest.approx(world_of(server).mean_neighbours)
+    assert np.mean(numbers) == pytest.approx(world_of(server).mean_degree)
     page.get_by_text(f"{len(numbers)} robots, {sum(numbers)} links; neighbours: mean {np.mean(numbers):.1f}").wait_for()
 
 

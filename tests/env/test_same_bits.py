@@ -49,7 +49,7 @@ def test_the_actions_of_a_policy_give_its_world(degree: str, kind: dict[str, Any
         model.step()
         observations, *_, infos = env.step(dict(zip(env.agents, headings(model), strict=True)))
         assert infos["robot_0"]["observed"] == model.observed
-        assert infos["robot_0"]["mean_neighbours"] == np.nan_to_num(model._engine.present("mean_neighbours"))
+        assert infos["robot_0"]["mean_neighbours"] == np.nan_to_num(model._engine.present("mean_degree"))
     assert_same_world(model, env.world)
     assert collected(env.world).equals(collected(model))
     assert env.world.steps == 30
