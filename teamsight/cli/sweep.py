@@ -176,8 +176,8 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
         f"{plural(summary.made, 'run')} made in {summary.seconds:.0f} s; {settings.out} has {', '.join(counts)} of "
         f"{plural(summary.planned, 'run')}{of}"
     )
-    if summary.wide:
-        say(summary.wide)
+    for note in filter(None, (summary.wide, summary.not_finite)):
+        say(note)
     say(f"next: {_next(settings, summary)}")
     return 1 if summary.failed else 0
 
