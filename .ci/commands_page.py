@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import dedent
 
 import click
 
@@ -44,11 +45,11 @@ def leaves(path: str, command: click.Command) -> Iterator[tuple[str, click.Comma
 
 def _help(command: click.Command) -> Iterator[str]:
     for paragraph in (command.help or "").strip().split("\n\n"):
-        lines = [line.strip() for line in paragraph.splitlines()]
-        if lines[0] == "\b":
-            yield "\n".join(["```", *lines[2:], "```"])
+        lines = paragraph.splitlines()
+        if lines[0].strip() == "\b":
+            yield "\n".join(["```", dedent("\n".join(lines[2:])), "```"])
         else:
-            yield " ".join(lines)
+            yield " ".join(line.strip() for line in lines)
 
 
 def _table(command: click.Command) -> str:

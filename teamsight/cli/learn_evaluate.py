@@ -81,10 +81,13 @@ def evaluate(settings: EvaluateSettings) -> None:
     \b
     Examples:
       teamsight learn evaluate memory.safetensors
-      teamsight learn evaluate memory.safetensors --learner tabular --reward team --robots 10 --radius 4
+      teamsight learn evaluate memory.safetensors --learner tabular \\
+          --reward team --robots 10 --radius 4
       teamsight learn evaluate many.safetensors --learner lazy --sample 30000
-      teamsight learn evaluate memory.safetensors --learner lazy --k 20 --discount 0.9 --runs 100 --save runs.parquet
-      teamsight learn evaluate pursuit.safetensors --task pursuit --set prey=1 --runs 100
+      teamsight learn evaluate memory.safetensors --learner lazy --k 20 \\
+          --discount 0.9 --runs 100 --save runs.parquet
+      teamsight learn evaluate pursuit.safetensors --task pursuit \\
+          --set prey=1 --runs 100
     """
     from teamsight import __version__
     from teamsight.analysis.learning import evaluation
