@@ -14,6 +14,7 @@ from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.delta.resample import Grid, make_grid
 from teamsight.analysis.delta.team_conditions import SQUARE_RANGES
 from teamsight.analysis.delta.trajectory_cautions import TrajectoryWarning, cautions, check_motion, scale_note, scale_of
+from teamsight.analysis.delta.trajectory_faults import faults, share_present
 from teamsight.analysis.delta.trajectory_files import check_trajectories
 from teamsight.analysis.delta.trajectory_neighbours import Neighbours, neighbours_over_time
 from teamsight.analysis.delta.trajectory_notes import notes
@@ -85,7 +86,9 @@ def delta_from_trajectories(
     TrajectoryWarning
         If the unit of the range is probably not that of the positions: robots move more than a range between samples,
         never meet, or always fit into a tenth of a range. Or if a column group has several values in one run: all count
-        as one team. The report begins with the same sentences, `cautions`.
+        as one team. Or if the record has a fault: fewer than 95 % of the robots are present at a time, their number
+        differs between runs, in most runs their first samples are more than two intervals apart, or a step is above ten
+        medians and half a range. The report begins with the same sentences, `cautions`, and states no confidence.
 
     Notes
     -----
@@ -108,6 +111,8 @@ def delta_from_trajectories(
     )  # fmt: skip
     tried = trials(found.over_time, grid, frames)
     doubts = cautions(found, trajectories, scale, awareness_range, arena)
+    present = share_present(trajectories, found, tried)
+    doubts += faults(trajectories, found, tried, awareness_range, present, arena)
     for doubt in doubts:
         warnings.warn(doubt, TrajectoryWarning, stacklevel=2)
     return DeltaReport(
@@ -132,7 +137,7 @@ def delta_from_trajectories(
         is_moving=found.move > 0,
         cautions=doubts,
         notes=(
-            *notes(found, tried, awareness_range, window is not None), scale_note(scale, awareness_range),
+            *notes(found, tried, awareness_range, window is not None, present), scale_note(scale, awareness_range),
             *[SQUARE_RANGES] * (range_shape == "square"),
         ),
     )

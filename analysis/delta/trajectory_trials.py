@@ -42,6 +42,8 @@ class Trials(NamedTuple):
         Number of trials left out because too few robots were present or the piece was too short.
     independent : float
         Effective number of independent trials.
+    kept : ndarray of bool, shape (frames,)
+        Whether each frame is in a trial.
     """
 
     kind: str
@@ -49,6 +51,7 @@ class Trials(NamedTuple):
     frames: int
     left_out: int
     independent: float
+    kept: NDArray[np.bool_]
 
 
 def recordings(grid: Grid) -> tuple[str, Ints]:
@@ -133,13 +136,14 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
     apart = len(grid.length) > 1 and (window is None or grid.length.max() < 2 * window)
     enough = enough & (table["robots"] >= _USUAL * table["robots"].median()).to_numpy()
     left, table = int((~enough).sum()), table[enough].reset_index(drop=True)
+    kept = _within(table.pop("first"), table.pop("last"), grid.frames)
     independent = exceedance.effective_number(
         table["max_neighbours"],
         table["mean_neighbours"],
         run=table["run"] if several else None,
         errors=_ERRORS if apart else 0.0,
     )
-    return Trials(kind, table, int(np.median(size)) if window is None else window, left, independent)
+    return Trials(kind, table, int(np.median(size)) if window is None else window, left, independent, kept)
 
 
 def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) -> int | None:
@@ -165,6 +169,14 @@ def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) 
             return None
         window = min(window - 1, int(window / 1.1))
     return None
+
+
+def _within(first: pd.Series[int], last: pd.Series[int], frames: int) -> NDArray[np.bool_]:
+    """Return whether each frame is between the first and the last frame of a trial."""
+    change = np.zeros(frames + 1, np.int64)
+    change[first] += 1
+    change[last + 1] -= 1
+    return np.cumsum(change)[:-1] > 0
 
 
 def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
@@ -205,5 +217,7 @@ def _table(over_time: pd.DataFrame, first: Ints, last: Ints, robots: Any, larges
             "robots": robots,
             "max_neighbours": largest,
             "mean_neighbours": mean,
+            "first": first,
+            "last": last,
         }
     )
