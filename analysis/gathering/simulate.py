@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.gathering.plan import Plan
-from teamsight.analysis.runs.checkpoint import Checkpoint, Key
+from teamsight.analysis.runs.checkpoint import Checkpoint, Key, code_digest, modules_of
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.analysis.runs.simulate import Progress, run_all
@@ -72,7 +72,7 @@ class _TeamRuns:
         # What a team has learned may have no text of its own, so it is known by how it was learned.
         return (
             task.name, canonical(scenario), treatment, f"{self.plan.degree} {delta}", f"training {self._root}",
-            f"steps={self.plan.steps_of(task)}", *seeds,
+            f"steps={self.plan.steps_of(task)}", *seeds, code_digest(__name__, *modules_of(task)),
         )  # fmt: skip
 
     @property

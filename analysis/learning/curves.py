@@ -15,7 +15,7 @@ from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, awareness_for, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
-from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.settings import as_json
@@ -151,7 +151,7 @@ class CurveJob:
     @property
     def key(self) -> tuple[str, ...]:
         """See `Job`."""
-        return ("learning curves", str(self.curves.conditions()), self.learner, str(self.memory))
+        return ("learning curves", str(self.curves.conditions()), self.learner, str(self.memory), code_digest(__name__))
 
     @property
     def cost(self) -> float:

@@ -14,7 +14,7 @@ from teamsight.analysis.studies.adaptive import fewest
 from teamsight.analysis.studies.lazy_pool import LazyPool, workers_for
 from teamsight.analysis.studies.resolved import modules_of
 from teamsight.analysis.studies.rounds import Rounds
-from teamsight.analysis.studies.same_code import source_digests
+from teamsight.analysis.studies.same_code import DECIDING, source_digests
 from teamsight.analysis.studies.shard import Common
 from teamsight.analysis.studies.sharding import expected_seconds
 from teamsight.analysis.studies.standing import not_finite_note, wide_note
@@ -186,7 +186,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
     path = () if study.path is None else (os.path.abspath(study.path),)
     references.search_in(path)
     sources = source_digests(modules_of(study.as_dict()), path)
-    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources, {})
+    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(*DECIDING), sources, {})
 
 
 def _name(engine: Executor) -> str:

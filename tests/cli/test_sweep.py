@@ -197,7 +197,7 @@ def test_a_repeated_run_says_that_the_code_has_changed(
 ) -> None:
     sweep(capsys, "study.toml")
     run = StudyFolder("out").done().names(1)[0]
-    monkeypatch.setattr(checkpoint, "code_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(checkpoint, "code_digest", lambda *modules: "0123456789abcdef")
     assert "note: teamsight has changed since the sweep" in call(capsys, "rerun", "out", run)[1]
 
 
@@ -233,7 +233,7 @@ def test_wrong_input_is_refused_in_one_line(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGINT") or sys.platform == "win32", reason="sends a signal")
-def test_ctrl_c_says_what_is_kept(folder: Path) -> None:
+def test_sigterm_does_what_ctrl_c_does_and_says_what_is_kept(folder: Path) -> None:
     (folder / "slow.toml").write_text('model = "models_of_a_user:slow"\nreplicates = 2000\nsteps = 2\n')
     process = subprocess.Popen(
         [sys.executable, "-m", "teamsight", "sweep", "slow.toml", "--out", "out", "--workers", "1"],
@@ -243,7 +243,7 @@ def test_ctrl_c_says_what_is_kept(folder: Path) -> None:
         while not list((folder / "out" / "runs").glob("*.parquet")):
             assert process.poll() is None
             time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
         out, err = process.communicate(timeout=120)
     finally:
         process.kill()
