@@ -33,7 +33,7 @@ const percent = (value) => (value === null || !Number.isFinite(value) ? "–" : 
 
 class Link {
   constructor(page) {
-    Object.assign(this, { page, socket: null, wait: FIRST_WAIT, timer: 0, drawn: -1, acknowledged: -1, received: 0 });
+    Object.assign(this, { page, socket: null, wait: FIRST_WAIT, timer: 0, drawn: -1, acknowledged: -1, received: 0, moment: [] });
     this.connect();
     for (const name of ["online", "focus"]) addEventListener(name, () => this.hurry());
     document.addEventListener("visibilitychange", () => this.hurry());
@@ -47,7 +47,7 @@ class Link {
     this.socket = new WebSocket(address);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
-      Object.assign(this, { wait: FIRST_WAIT, drawn: -1, acknowledged: -1 });
+      Object.assign(this, { wait: FIRST_WAIT, drawn: -1, acknowledged: -1, moment: [] });
       this.page.connected(true);
     };
     this.socket.onmessage = ({ data }) => this.receive(data);
@@ -88,10 +88,13 @@ class Link {
     if (kind === HISTORY) this.receiveHistory(data, head);
     if (kind !== FRAME) return;
     this.received += 1;
+    // The frames of one moment are shown together: the worlds are compared.
+    this.moment.push([head.getUint8(1), new Uint8Array(data, HEAD)]);
+    if (this.moment.length < this.page.view.tracks.length) return;
     this.drawn = head.getUint32(4, true);
     // A hidden page draws nothing, acknowledges nothing, and so gets nothing more until somebody looks at it.
     requestAnimationFrame(() => this.acknowledge());
-    this.page.onFrame(head.getUint8(1), new Uint8Array(data, HEAD));
+    for (const [track, block] of this.moment.splice(0)) this.page.onFrame(track, block);
   }
 
   // What was before this page: a size and a block for each frame.
