@@ -17,20 +17,21 @@ import numpy as np
 from teamsight import TASKS, run_many
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.task_runs import task_seed
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies.online.prey_q import PreyQ
 from teamsight.tasks.pursuit.world import Pursuit
 
 TASK = TASKS["pursuit"]
-LEARNING, MEASURED = root("pursuit constants"), root("pursuit constants, measured")
+ROOT = root("pursuit: constants")
 RATES, TEMPERATURES, STEPS = (0.1, 0.3, 0.8), (0.01, 0.03, 0.1, 0.4), (20_000, 100_000, 500_000)
 
 
-def learned(rate: float, temperature: float, rng: int) -> Iterable[PreyQ]:
+def learned(rate: float, temperature: float, number: int) -> Iterable[PreyQ]:
     """Let one team learn, and return what it knows after each number of steps."""
     depth = TASK.scenario["depth"]
     policy = PreyQ(depth, partner=depth, learning_rate=rate, temperature=temperature, moves=4, values_ends=True)
-    world = Pursuit(**TASK.scenario, policy=policy, awareness="pairwise", rng=rng)
+    world = Pursuit(**TASK.scenario, policy=policy, awareness="pairwise", rng=task_seed(TASK, ROOT, -1 - number, {}))
     for steps in STEPS:
         world.run(steps - world.tick, progress=False)
         yield replace(policy.frozen(world.hunters.policy_state.floats), temperature=temperature)
@@ -39,7 +40,7 @@ def learned(rate: float, temperature: float, rng: int) -> Iterable[PreyQ]:
 def trial_steps(policy: PreyQ, runs: int) -> float:
     """Return the mean number of steps of a trial; a run without any capture counts as one trial."""
     team = {"policy": policy, "awareness": "pairwise"}
-    table = run_many(team, task=TASK, replicates=runs, rng=MEASURED)
+    table = run_many(team, task=TASK, seeds=[task_seed(TASK, ROOT, replicate, {}) for replicate in range(runs)])
     return float(table["trial_steps"].replace(np.inf, TASK.steps).mean())
 
 
@@ -52,7 +53,7 @@ def main() -> None:
     for rate in RATES:
         for temperature in TEMPERATURES:
             found = np.array([
-                [trial_steps(policy, options.runs) for policy in learned(rate, temperature, LEARNING + number)]
+                [trial_steps(policy, options.runs) for policy in learned(rate, temperature, number)]
                 for number in range(options.trainings)
             ])  # fmt: skip
             intervals = (interval_of(column) for column in found.T)
