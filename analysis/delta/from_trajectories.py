@@ -18,7 +18,14 @@ from teamsight.analysis.delta.trajectory_faults import faults, share_present
 from teamsight.analysis.delta.trajectory_files import check_trajectories
 from teamsight.analysis.delta.trajectory_neighbours import Neighbours, neighbours_over_time
 from teamsight.analysis.delta.trajectory_notes import notes
-from teamsight.analysis.delta.trajectory_trials import Trials, recordings, shorter_window, trials, window_frames
+from teamsight.analysis.delta.trajectory_trials import (
+    Trials,
+    independent_frames,
+    recordings,
+    shorter_window,
+    trials,
+    window_frames,
+)
 from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
@@ -94,8 +101,9 @@ def delta_from_trajectories(
     -----
     Runs (a column of that name) are independent of each other. Successive windows of a run are correlated, so they
     count as fewer independent ones: see `exceedance.effective_number`, applied to their largest and to their mean
-    degree; the smaller result counts. The frames after the last complete window of a piece count for the largest
-    degree only, and so do windows with less than half as many robots as the median window.
+    degree; the smaller result counts, but at most that of all frames, `independent_frames`. The frames after the last
+    complete window of a piece count for the largest degree only, and so do windows with less than half as many robots
+    as the median window.
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
@@ -109,7 +117,8 @@ def delta_from_trajectories(
         trajectories, awareness_range, range_shape=range_shape, arena=arena, step=step, max_gap=max_gap,
         progress=progress,
     )  # fmt: skip
-    tried = trials(found.over_time, grid, frames)
+    most = independent_frames(found.over_time, grid)
+    tried = trials(found.over_time, grid, frames, most)
     doubts = cautions(found, trajectories, scale, awareness_range, arena)
     present = share_present(trajectories, found, tried)
     doubts += faults(trajectories, found, tried, awareness_range, present, arena)
@@ -131,7 +140,7 @@ def delta_from_trajectories(
         unit="time units",
         trial=tried.kind,
         recorded=grid.frames * grid.step,
-        shorter=_shorter(found, tried, risk, confidence),
+        shorter=_shorter(found, tried, risk, confidence, most),
         over_time=found.over_time,
         frame=grid.step,
         is_moving=found.move > 0,
@@ -143,12 +152,12 @@ def delta_from_trajectories(
     )
 
 
-def _shorter(found: Neighbours, tried: Trials, risk: float, confidence: float) -> float | None:
+def _shorter(found: Neighbours, tried: Trials, risk: float, confidence: float, most: float) -> float | None:
     """Return the longest window that supports the risk [time], or None if there is none or the trials support it."""
     if exceedance.supports(tried.independent, risk, confidence):
         return None
     needed = exceedance.trials_needed(risk, confidence)
-    window = shorter_window(found.over_time, found.grid, tried.frames, needed)
+    window = shorter_window(found.over_time, found.grid, tried.frames, needed, most)
     return None if window is None else window * found.grid.step
 
 
