@@ -315,7 +315,7 @@ class Controls {
   showState(state) {
     this.state = state;
     setText(this.runButton, state.running ? "Pause" : "Run");
-    setText(this.note, state.busy ? "Building …" : state.note);
+    setText(this.note, state.busy || state.note);
     const [one] = state.tracks, speed = state.running ? `, ${state.measured < 10 ? state.measured.toFixed(1) : Math.round(state.measured).toLocaleString("en")} steps/s` : "";
     setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${speed}`);
     if (!this.isTouched("rate of steps")) {
@@ -324,7 +324,7 @@ class Controls {
       this.showRate();
     }
     if (document.activeElement !== this.every) this.every.value = state.every;
-    if (!this.isTouched("two")) this.compare.checked = state.tracks.length > 1;
+    if (!this.isTouched("two")) this.compare.checked = state.two;
     this.sides.hidden = state.tracks.length < 2;
     if (state.tracks.length < 2 && this.side !== null) {
       this.side = null;
@@ -541,6 +541,8 @@ class Page {
     Object.assign(this, { view, run: null, state: null, isResting: false, hasAsked: false, transport: { running: false } });
     this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
     root.prepend(this.banner);
+    this.waiting = make("p", { class: "tl-waiting", role: "status", hidden: true });
+    view.stage.append(this.waiting);
     this.controls = new Controls(this, view.slot("controls"));
     this.graph = new Graph(this, view.slot("graph"));
     this.log = new Log(view.slot("log"));
@@ -653,6 +655,11 @@ class Page {
   }
 
   on_state(state) {
+    // Until the first worlds are compiled there is nothing else to show.
+    this.waiting.hidden = state.tracks.length > 0;
+    setText(this.waiting, state.tracks.length ? "" : state.busy);
+    this.view.slot("controls").inert = !state.tracks.length;
+    if (!state.tracks.length) return;
     // Also on a page that is opened later.
     if (state.failed && !(this.state && this.state.failed)) this.fail(state.note);
     this.state = state;
