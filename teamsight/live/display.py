@@ -107,7 +107,7 @@ class Display:
             Values that were chosen, and hold soon.
         """
         values = [
-            {one.name: seed if one.name == "seed" else one.shown(track.value(one.name)) for one in self._controls}
+            {one.name: one.shown(seed if one.name == "seed" else track.value(one.name)) for one in self._controls}
             for track in tracks
         ]
         for name, value, track in (map(one.fields.get, ("name", "value", "track")) for one in wanted):

@@ -217,7 +217,7 @@ def worlds_of(
     found = controls_for(model, parameters)
     if name is not None:
         help = "All random numbers follow from it."
-        found.append(Control(SEED, "integer", "seed", "World", help, 0, checks.MOST_SEED))
+        found.append(Control(SEED, "digits", "seed", "World", help, 0, checks.MOST_SEED))
     return Worlds(model, both, seed), {one.name: one for one in found}
 
 

@@ -1,4 +1,4 @@
-"""Worlds that run: their pace, what pages see of them, and when they stand still."""
+"""Worlds that run: how fast, what pages see of them, and when they stand still."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Running:
         facts = {
             "running": self._is_running, "rate": self._pacer.rate, "every": self._pacer.every,
             "busy": self._said or ("Building …" if is_building else ""),
-            "seed": self.worlds.seed, "note": self._note, "failed": self._is_failed,
+            "note": self._note, "failed": self._is_failed,
             "measured": max(measured, 0.0), "made": made,
             "two": len(worlds) == 2,
         }  # fmt: skip

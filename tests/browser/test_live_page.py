@@ -183,6 +183,51 @@ def test_what_needs_a_new_world_starts_again(page: Page, live: Callable[..., Liv
     assert_same_places(page, CMOMMT(robots=25, policy="centroid", seed=77))
 
 
+def test_seeds_are_those_that_were_typed_and_sliders_say_what_they_mean(page: Page, live: Callable[..., LivePage]) -> None:
+    server, seed = live(), 2**62 + 1
+    shown(page, server)
+    page.locator("#tl-seed").fill(str(seed))
+    page.locator("#tl-seed").press("Enter")
+    until(lambda: world_of(server).seed_used == seed)
+    page.get_by_text(f"Started again with seed {seed}").wait_for()
+    assert page.locator("#tl-seed").input_value() == str(seed)
+    page.locator("#tl-seed").fill(str(2**63))
+    page.locator("#tl-seed").press("Enter")
+    page.get_by_role("alert").get_by_text(f"seed={2**63}: must be at most {2**63 - 1}").wait_for()
+    assert page.locator("#tl-rate").get_attribute("aria-valuetext") == "30 steps per second"
+    page.locator("#tl-robots").fill("150")
+    page.locator("#tl-robots").press("Enter")
+    # The slider ends at 100.
+    until(lambda: page.get_by_role("slider", name="robots").get_attribute("aria-valuetext") == "150")
+
+
+_CONTRASTS = """() => {
+  const light = (text) => {
+    const parts = text.match(/[\\d.]+/g).slice(0, 3).map((one) => one / 255);
+    const [r, g, b] = parts.map((one) => (one <= 0.04045 ? one / 12.92 : ((one + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (one) => (/, 0\\)$/.test(getComputedStyle(one).backgroundColor) ? behind(one.parentElement) : getComputedStyle(one).backgroundColor);
+  return [...document.querySelectorAll("button")].filter((one) => one.offsetParent).map((one) => {
+    const [a, b] = [light(getComputedStyle(one).color), light(behind(one))].sort((x, y) => y - x);
+    return [one.ariaLabel || one.textContent, (a + 0.05) / (b + 0.05)];
+  });
+}"""
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_buttons_contrast_with_what_is_behind_them(
+    new_page: browsing.Pages, live: Callable[..., LivePage], dark: bool, shot: Any
+) -> None:
+    server, page = live(), new_page(dark=dark)
+    shown(page, server)
+    shot(page, f"live-{'dark' if dark else 'light'}")
+    contrasts = page.evaluate(_CONTRASTS)
+    assert {"Play", "Run"} <= {name for name, _ in contrasts}
+    # WCAG 2.2, 1.4.3 for texts; icons need 3.
+    assert {name: contrast for name, contrast in contrasts if contrast < 4.5} == {}
+
+
 def test_what_is_refused_is_said_and_changes_nothing(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(live_models.hives)
     shown(page, server)
@@ -309,7 +354,7 @@ def test_the_page_is_there_while_its_first_world_is_compiled(
     server = live(running=True)
     page.goto(server.url)
     page.get_by_text(re.compile(r"Compiling kernels, once on this machine \(1( of \d+)?\)$")).wait_for()
-    assert server.session.said in page.locator(".ts-stage").inner_text()
+    assert server.session.said in page.locator(".tl-waiting").inner_text()
     shot(page, "live-compiling")
     go.set()
     page.wait_for_function("() => teamsight.view.tracks[0]?.frames.length > 3")

@@ -1,7 +1,7 @@
 """What is said while kernels are compiled: which of how many, and for how long.
 
 On a terminal or in a notebook, one line shows the state. Elsewhere one line says that kernels are compiled. When all
-that a world needs are there, one line says how many were compiled. A thread may tell somebody else instead.
+that a world needs are there, one line says how many were compiled. A thread may pass it to a function instead.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _LISTENER: ContextVar[Callable[[str], None] | None] = ContextVar("listener", def
 
 @contextmanager
 def listening(listener: Callable[[str], None]) -> Iterator[None]:
-    """Tell a function which kernel this thread compiles, as in ``"3 of 8"``, and print nothing."""
+    """Call a function with the number of each kernel that this thread compiles, as in ``"3 of 8"``; print nothing."""
     before = _LISTENER.set(listener)
     try:
         yield
