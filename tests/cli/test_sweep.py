@@ -217,7 +217,7 @@ def test_ctrl_c_says_what_is_kept(folder: Path) -> None:
             assert process.poll() is None
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=120)
+        out, err = process.communicate()
     finally:
         process.kill()
     assert (process.returncode, out) == (130, "")
@@ -230,7 +230,7 @@ def test_ctrl_c_says_what_is_kept(folder: Path) -> None:
 def test_a_second_sweep_of_a_folder_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with StudyFolder("out").lock():
         found = subprocess.run(
-            [sys.executable, "-m", "teamsight", "sweep", "study.toml", "--out", "out", "--workers", "1"], timeout=120,
+            [sys.executable, "-m", "teamsight", "sweep", "study.toml", "--out", "out", "--workers", "1"],
             cwd=folder, env=dict(os.environ, PYTHONPATH=str(ROOT)), capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert (found.returncode, found.stdout) == (2, "")
