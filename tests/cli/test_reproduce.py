@@ -119,7 +119,7 @@ def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
                 assert select.select([begun], [], [], 120)[0], "a worker did not begin"
                 os.read(begun, 1)
             os.killpg(process.pid, signal.SIGINT)
-            printed, errors = process.communicate(timeout=60)
+            printed, errors = process.communicate()
         except BaseException:
             os.killpg(process.pid, signal.SIGKILL)
             raise

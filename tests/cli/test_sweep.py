@@ -244,7 +244,7 @@ def test_sigterm_does_what_ctrl_c_does_and_says_what_is_kept(folder: Path) -> No
             assert process.poll() is None
             time.sleep(0.02)
         process.send_signal(signal.SIGTERM)
-        out, err = process.communicate(timeout=120)
+        out, err = process.communicate()
     finally:
         process.kill()
     assert (process.returncode, out) == (130, "")
@@ -257,7 +257,7 @@ def test_sigterm_does_what_ctrl_c_does_and_says_what_is_kept(folder: Path) -> No
 def test_a_second_sweep_of_a_folder_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with StudyFolder("out").lock():
         found = subprocess.run(
-            [sys.executable, "-m", "teamsight", "sweep", "study.toml", "--out", "out", "--workers", "1"], timeout=120,
+            [sys.executable, "-m", "teamsight", "sweep", "study.toml", "--out", "out", "--workers", "1"],
             cwd=folder, env=dict(os.environ, PYTHONPATH=str(ROOT)), capture_output=True, text=True, check=False,
         )  # fmt: skip
         assert (found.returncode, found.stdout) == (2, "")

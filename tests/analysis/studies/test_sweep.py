@@ -307,7 +307,7 @@ def test_a_changed_module_of_a_study_is_refused(tmp_path: Path) -> None:
     def made(replicates: int) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-c", program, str(replicates)], cwd=tmp_path, capture_output=True, text=True, check=False,
-            env=dict(os.environ, PYTHONPATH=str(ROOT)), timeout=120,
+            env=dict(os.environ, PYTHONPATH=str(ROOT)),
         )  # fmt: skip
 
     assert made(1).stdout == "1\n"
