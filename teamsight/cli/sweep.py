@@ -80,8 +80,10 @@ def sweep(settings: SweepSettings) -> int:
     Examples:
       teamsight sweep study.toml --out results
       teamsight sweep study.toml --out results --workers 8 --on-error stop
-      teamsight sweep --task cmommt --set robots=4,8,16 --set treatment=explore,skilled --replicates 20 --out results
-      teamsight sweep study.toml --out results --engine dask --scheduler tcp://10.0.0.1:8786
+      teamsight sweep --task cmommt --set robots=4,8,16 \\
+          --set treatment=explore,skilled --replicates 20 --out results
+      teamsight sweep study.toml --out results \\
+          --engine dask --scheduler tcp://10.0.0.1:8786
     """
     from teamsight.analysis.studies.study import Study
     from teamsight.analysis.studies.sweep import sweep as make
@@ -176,8 +178,8 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
         f"{plural(summary.made, 'run')} made in {summary.seconds:.0f} s; {settings.out} has {', '.join(counts)} of "
         f"{plural(summary.planned, 'run')}{of}"
     )
-    if summary.wide:
-        say(summary.wide)
+    for note in filter(None, (summary.wide, summary.not_finite)):
+        say(note)
     say(f"next: {_next(settings, summary)}")
     return 1 if summary.failed else 0
 

@@ -31,6 +31,15 @@ def test_tasks_are_listed_and_checked(capsys: pytest.CaptureFixture[str]) -> Non
     assert call(capsys, "tasks", "cmomt")[2].startswith("teamsight: task='cmomt': unknown; did you mean 'cmommt'")
 
 
+def test_tasks_are_listed_in_80_columns_without_breaking_a_word(capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, _ = call(capsys, "tasks")
+    words = set(out.replace(",", " ").split())
+    for task in TASKS.values():
+        assert words.issuperset(f"{name}={value}" for name, value in task.scenario.items())
+        assert words.issuperset(task.title.replace(",", " ").split())
+    assert max(map(len, out.splitlines())) <= 80
+
+
 def test_run_prints_the_metrics_of_a_task(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     place = tmp_path / "run.parquet"
     arguments = ("--task", "cmommt", "--treatment", "explore", "--set", "robots=4", "--steps", "20", "--seed", "3")

@@ -27,13 +27,13 @@ def _cell(row: Any) -> Cell:
         DeltaInterval(*(int(row[f"{name}_{part}"]) for part in ("delta", "low", "high")))
         for name in ("explore", "skilled", "saturation")
     )
-    ratio, gain = (Interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in ("ratio", "gain"))
+    ratio, gain, skill = (Interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in ("ratio", "gain", "skill"))
     found = _ANSWERS[row["enough_at_explore"]]
     shortfall = {skilled.delta: _ANSWERS[row["enough_at_skilled"]], explore.delta: found}
-    given = {name: row[name] for name in ("objective", "tolerance", "censored", "too_few", "too_many")}
+    given = {name: row[name] for name in ("objective", "tolerance", "censored", "too_few", "too_many", "crowded")}
     return Cell(
         row["task"], row["gathers"], row["size"], explore, skilled, ratio, saturation, shortfall,
-        gain=gain, explored=found, **given,
+        gain=gain, skill=skill, explored=found, **given,
     )  # fmt: skip
 
 

@@ -111,6 +111,33 @@ def test_a_changed_default_is_noticed(lab: Lab) -> None:
     assert lab.run(body="more", default=", more=2.0")[0] == "10.0"
 
 
+SCRIPT = """
+import sys
+import numpy as np
+from teamsight.core.kernel import Entry, array_at, kernel
+
+@kernel
+def root(x):
+    return x**0.5
+
+def run(address):
+    row = array_at(address, 1, np.float64)
+    row[0] = root(row[0])
+    return 0
+
+row = np.array([9.0])
+Entry(run)(row.ctypes.data)
+print(__name__, row[0])
+"""
+
+
+def test_a_script_runs_once_though_another_imported_it_before(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(SCRIPT)
+    assert python(tmp_path, "-c", "import script") == "script 3.0\n"
+    # The cache names the module in which the kernel was compiled, and the folder of a script is on the path.
+    assert python(tmp_path, "script.py") == "__main__ 3.0\n"
+
+
 COUNT = """
 import teamsight.core.kernel
 compiled = []

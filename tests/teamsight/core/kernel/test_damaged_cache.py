@@ -14,6 +14,7 @@ from pathlib import Path
 import numba
 import pytest
 
+from teamsight.core.kernel import cache as kernel_cache
 from teamsight.core.kernel import entry as kernel_entry
 
 ROOT = Path(__file__).parents[4]
@@ -152,7 +153,7 @@ def test_an_intact_file_that_cannot_be_loaded_is_compiled_again(lab: Lab, monkey
     lab.check(7, 1, "first")
     for broken in (EOFError, ImportError, MemoryError):
         with monkeypatch.context() as patch:
-            patch.setattr("pickle.loads", lambda data, broken=broken: (_ for _ in ()).throw(broken("cannot load")))
+            patch.setattr(kernel_cache, "_rebuilt", lambda *given, broken=broken: (_ for _ in ()).throw(broken("cannot load")))
             lab.check(7, 1, broken.__name__)
 
 
