@@ -6,11 +6,13 @@ import contextlib
 import os
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from teamsight.analysis.runs.workers import check_workers
 from teamsight.analysis.studies.adaptive import fewest
+from teamsight.analysis.studies.definition.model import in_full
 from teamsight.analysis.studies.lazy_pool import LazyPool, workers_for
 from teamsight.analysis.studies.resolved import modules_of
 from teamsight.analysis.studies.rounds import Rounds
@@ -116,6 +118,7 @@ def sweep(
     if workers is not None:
         check_workers(workers)
     study.check()
+    study = replace(study, model=in_full(study.model))
     plan = study.plan()
     common = common_of(study, plan.types)
     if workers is None:

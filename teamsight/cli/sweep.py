@@ -31,7 +31,7 @@ class SweepSettings(Settings):
     """Settings of ``teamsight sweep``."""
 
     study: Path | None = values.input_file("STUDY", required=False)
-    task: str | None = task_options.task("A study of this task in place of STUDY: {names}.")
+    task: str | None = task_options.task("A study of this task in place of STUDY: {names}, or module:TASK.")
     set: dict[str, Any] = task_options.scenario(
         "A parameter of the task, or treatment; several values, with commas between them, are combined with the others."
     )
@@ -118,9 +118,12 @@ def _of_task(settings: SweepSettings) -> Study:
     """Return the study of a task: parameters with several values are its axes."""
     from teamsight.analysis.studies.definition.model import TASK_PREFIX
     from teamsight.analysis.studies.study import Study
+    from teamsight.core.references import is_reference
 
     listed = {name: task_options.listed(value) for name, value in settings.set.items()}
     study = Study(
+        # Where the module of a task of one's own is.
+        path=Path.cwd() if is_reference(settings.task) else None,
         model=f"{TASK_PREFIX}{settings.task}",
         fixed={name: value[0] for name, value in listed.items() if len(value) == 1},
         axes={name: value for name, value in listed.items() if len(value) > 1},
