@@ -200,7 +200,7 @@ def _imported(file: Path, name: str) -> Iterator[str]:
             above = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
             home = ".".join([*above, *([node.module] if node.module else [])])
             found = [home, *(f"{home}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Constant) and references.is_reference(node.value):
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and references.is_reference(node.value):
             found = [node.value.partition(":")[0]]
         for one in found:
             top = one.partition(".")[0]
