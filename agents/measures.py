@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import mesa
 
 from teamsight.agents import mesa_bases
+from teamsight.agents.arguments import check_names
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.fixed import refusing
 from teamsight.agents.group import Group
@@ -40,6 +41,11 @@ class Measures(mesa_bases.Model):
     _data: WorldData
     _engine: Engine
     _stepper: Stepper
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Self:
+        # Before Python's own error, which suggests nothing.
+        check_names(cls, named)
+        return super().__new__(cls)
 
     # Type checkers would take every attribute to exist.
     if not TYPE_CHECKING:

@@ -136,7 +136,7 @@ def test_many_worlds_are_as_each_alone(kind: dict[str, Any]) -> None:
 
 
 def test_robots_as_sub_environments_are_the_same() -> None:
-    many, robots = vector_env(4, max_cycles=10), gymnasium_env(4, max_cycles=10)
+    many, robots = vector_env(4, max_cycles=10), gymnasium_env(4, max_cycles=10, autoreset="same-step")
     first, _ = many.reset(seed=1)
     second, _ = robots.reset(seed=1)
     rng = np.random.default_rng(3)
