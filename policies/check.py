@@ -203,8 +203,10 @@ def _not_finite_by(policy: Policy, percept: Percept, state: Any, noise: npt.NDAr
         # The robots themselves have every column.
         own = np.arange(len(next(iter(filled.values())))) < others
         missing = {name: np.where(own, filled[name], np.nan) for name in names}
-        columns = percept.columns._replace(**(filled | missing))
-        return _is_finite(policy.decide(shown._replace(columns=columns), state, noise)[0])
+        columns: Any = percept.columns
+        columns = columns._replace(**(filled | missing))
+        found: Any = policy.decide(shown._replace(columns=columns), state, noise)
+        return _is_finite(found[0])
 
     if not is_finite_without():
         return ""

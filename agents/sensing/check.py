@@ -121,8 +121,8 @@ def _check_rows(name: str, sensor: Sensor, view: View) -> None:
 def _reads_all_observers(name: str, sensor: Sensor, view: View) -> bool:
     """Return whether an observer far away changes what a sensor writes for the others, whose rows stay as they are."""
     last = len(view.heading)
-    found = [_sensed(name, sensor, one, 10_000) for one in (view, _with_observer(view, last))]
-    return not np.array_equal(*map(_true_offsets, found))
+    one, other = (_true_offsets(_sensed(name, sensor, each, 10_000)) for each in (view, _with_observer(view, last)))
+    return not np.array_equal(one, other)
 
 
 def _true_offsets(sensed: NeighbourList) -> Floats:

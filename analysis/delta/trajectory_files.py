@@ -122,7 +122,8 @@ def _first_text(place: Path) -> str:
 
     try:
         with pa.input_stream(place) as stream:
-            return (stream.read(1000).decode(errors="replace").splitlines() or [""])[0]
+            text: str = stream.read(1000).decode(errors="replace")
+            return (text.splitlines() or [""])[0]
     except (OSError, pa.ArrowException):
         return ""
 

@@ -190,12 +190,13 @@ def _draw_observed(axes: Axes, gains: pd.DataFrame, curves: Curves) -> None:
         of = points[points["learner"] == learner].sort_values("transitions")
         for which, style in (("cooperative", "-"), ("collective", ":")):
             axes.plot(of["transitions"], 100 * of[which], color=colour_of(learner), linestyle=style, linewidth=1.6)
-    of = 100 * points[points["transitions"] == 0].set_index("learner")[["cooperative", "collective"]].max(axis=1)
+    at_once = points[points["transitions"] == 0].set_index("learner")
+    observed: pd.Series[float] = 100 * at_once[["cooperative", "collective"]].max(axis=1)
     for name, text in ((DESIGNED, f"{DESIGNED}, Θ(N)"), (RANDOM, RANDOM)):
-        axes.axhline(of[name], color=INK, linewidth=0.8, linestyle="--")
-        _note(axes, text, of[name], above=False)
+        axes.axhline(observed[name], color=INK, linewidth=0.8, linestyle="--")
+        _note(axes, text, observed[name], above=False)
     for degree in dict.fromkeys(degree for _, degree in BY_HAND.values()):
-        heights = of[[name for name in BY_HAND if BY_HAND[name][1] == degree]].sort_values(ascending=False)
+        heights = observed[[name for name in BY_HAND if BY_HAND[name][1] == degree]].sort_values(ascending=False)
         for height in heights:
             # The form of these teams is that of the regression.
             axes.axhline(height, color=colour_of("regression"), linewidth=0.8)
