@@ -51,7 +51,7 @@ def drawn(page: Page, track: int = 0) -> dict[int, tuple[float, float]]:
 
 def until(page: Page, condition: str) -> None:
     """Wait until an expression of JavaScript is true; `wait_for_function` would violate the policy of the page."""
-    for _ in range(500):
+    for _ in range(50_000):
         if page.evaluate(f"Boolean({condition})"):
             return
         page.wait_for_timeout(20)

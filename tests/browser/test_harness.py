@@ -44,7 +44,7 @@ def test_a_page_opens_from_a_file(page: Page, tmp_path: Path, problems: browsing
 )
 def test_a_problem_is_noticed(page: Page, tmp_path: Path, problems: browsing.Problems, more: str, found: str) -> None:
     open_with(page, tmp_path, more)
-    for _ in range(100):
+    for _ in range(10_000):
         if problems.found:
             break
         page.wait_for_timeout(50)

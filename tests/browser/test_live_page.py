@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 _DRAWN = "() => teamsight.view.drawn({}).map(({{ slot, x, y }}) => [teamsight.view.tracks[{}].scene.slots[slot].id, x, y])"
-_PATIENCE = 60.0
+_PATIENCE = 1800.0  # seconds, against a hang
 
 
 @pytest.fixture
@@ -263,7 +263,7 @@ def test_the_graph_counts_robots_that_work(page: Page, live: Callable[..., LiveP
         settled(page, server)
     numbers = [len(robot.neighbours) for robot in robots if robot.active]
     assert len(numbers) < 9
-    assert np.mean(numbers) == pytest.approx(world_of(server).mean_neighbours)
+    assert np.mean(numbers) == pytest.approx(world_of(server).mean_degree)
     page.get_by_text(f"{len(numbers)} robots, {sum(numbers)} links; neighbours: mean {np.mean(numbers):.1f}").wait_for()
 
 
@@ -467,7 +467,7 @@ def test_a_thousand_frames_need_no_more_memory(
 def after_frames(page: Page, count: int) -> float:
     """Return the size of the page's heap after more frames [bytes]."""
     received = page.evaluate("() => teamsight.live.link.received")
-    page.wait_for_function("n => teamsight.live.link.received >= n", arg=received + count, timeout=120_000)
+    page.wait_for_function("n => teamsight.live.link.received >= n", arg=received + count)
     return float(page.evaluate("() => { gc(); gc(); return performance.memory.usedJSHeapSize; }"))
 
 

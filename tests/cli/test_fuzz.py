@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import grammar
 
 _CASES = int(os.environ.get("TEAMSIGHT_FUZZ", "2000"))
-_PARTS = 4
+_PARTS = 10
 #: What may stand in the settings of a memory that a user made.
 ODD_SETTINGS: list[dict[str, Any]] = [
     {}, {"robots": 10**7}, {"robots": "x"}, {"robots": 1e300}, {"degree": ["ring"]}, {"degree": "ring", "robot_speed": 10**400}, {"awareness": "RingAwareness(delta=1)", "degree": "ring", "merged": 3},
@@ -108,7 +108,7 @@ def refill(folder: Path, whole: Path) -> None:
     os.chdir(folder)
 
 
-@pytest.mark.parametrize("part", range(_PARTS))
+@pytest.mark.parametrize("part", [0, *(pytest.param(part, marks=pytest.mark.rare) for part in range(1, _PARTS))])
 def test_random_command_lines(
     part: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -47,10 +47,11 @@ runpy.run_module("teamsight", run_name="__main__", alter_sys=True)
 """
 
 
+@pytest.mark.rare
 def test_kills_while_results_are_written(tmp_path: Path) -> None:
     script = Path(__file__).with_name("writes_until_killed.py")
     found = subprocess.run(
-        [sys.executable, str(script), str(tmp_path), "25"], capture_output=True, text=True, timeout=300,
+        [sys.executable, str(script), str(tmp_path), "25"], capture_output=True, text=True,
         env=dict(os.environ, PYTHONPATH=str(ROOT)), check=False,
     )  # fmt: skip
     assert (found.returncode, found.stdout) == (0, ""), found.stdout + found.stderr
@@ -71,10 +72,11 @@ def program(folder: Path, number: int, stop: int, line: list[str]) -> str:
     """Run a command that is stopped at an event, and return what it prints on standard error."""
     return subprocess.run(
         [sys.executable, "-c", PROGRAM, str(number), str(stop), *line], cwd=folder, capture_output=True, text=True,
-        timeout=300, env=dict(os.environ, PYTHONPATH=str(ROOT)), check=False,
+        env=dict(os.environ, PYTHONPATH=str(ROOT)), check=False,
     ).stderr  # fmt: skip
 
 
+@pytest.mark.rare
 @pytest.mark.parametrize("command", COMMANDS)
 def test_kills_of_whole_commands(command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     line, before = COMMANDS[command]

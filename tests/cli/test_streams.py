@@ -22,7 +22,7 @@ def teamsight(folder: Path, *arguments: str, output: int, errors: int = subproce
     environment = dict(os.environ, PYTHONPATH=str(ROOT))
     found = subprocess.run(
         [sys.executable, "-m", "teamsight", *arguments],
-        stdout=output, stderr=errors, cwd=folder, env=environment, text=True, timeout=300, check=False,
+        stdout=output, stderr=errors, cwd=folder, env=environment, text=True, check=False,
     )  # fmt: skip
     return found.returncode, found.stderr or ""
 

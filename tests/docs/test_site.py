@@ -32,7 +32,7 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     site = tmp_path / "site"
     environment = dict(os.environ, PYTHONPATH=str(ROOT), NO_MKDOCS_2_WARNING="1", http_proxy="http://127.0.0.1:9")
     command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(site)]
-    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert CHECK["main"](site) == 0, capsys.readouterr().out
     page = (site / "how-to" / "write-a-sensor.html").read_text(encoding="utf-8")

@@ -57,7 +57,7 @@ def test_all_commands_and_code_of_the_page_work_as_written(tmp_path: Path) -> No
 
     def run(*command: str) -> tuple[int, str]:
         done = subprocess.run(
-            command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=300
+            command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
         return done.returncode, done.stdout
 

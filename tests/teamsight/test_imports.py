@@ -80,7 +80,7 @@ def test_a_model_imports_what_it_uses() -> None:
         "print(json.dumps([name for name in sys.modules if name.partition('.')[0] == 'teamsight']))"
     )
     environment = dict(os.environ, PYTHONPATH=str(ROOT))
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
     loaded = json.loads(done.stdout or "[]")
     assert "teamsight.policies.handmade.a_cmommt" in loaded, done.stderr
     assert "teamsight.analysis" not in loaded

@@ -25,6 +25,7 @@ CHECKED = sorted(SCRIPTS.glob("*.py"))
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 
+# Rare, because mypy reads the whole package anew for half a minute.
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[int]]:
     """Return the lines of each script in which mypy finds an error, as users have it: with --strict and no settings."""
@@ -35,7 +36,7 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[int]]:
     empty.write_text(f"[mypy]\nmypy_path = {ROOT}\ndisable_error_code = import-untyped\n", encoding="utf-8")
     options = ["--strict", "--follow-imports=silent", f"--config-file={empty}", f"--cache-dir={folder}"]
     command = [sys.executable, "-m", "mypy", *options, *map(str, [*CHECKED, *EXAMPLES])]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, timeout=300)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
     assert not done.stderr
     found: dict[str, set[int]] = {path.stem: set() for path in [*CHECKED, *EXAMPLES]}
     for name, line in re.findall(r"(\w+)\.py:(\d+): error", done.stdout):
@@ -43,15 +44,18 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[int]]:
     return found
 
 
+@pytest.mark.rare
 def test_a_correct_script_has_no_errors(reports: dict[str, set[int]]) -> None:
     assert reports["correct"] == set()
 
 
+@pytest.mark.rare
 @pytest.mark.parametrize("name", [path.stem for path in EXAMPLES])
 def test_an_example_has_no_errors(reports: dict[str, set[int]], name: str) -> None:
     assert reports[name] == set()
 
 
+@pytest.mark.rare
 def test_each_typo_is_found(reports: dict[str, set[int]]) -> None:
     lines = (SCRIPTS / "typos.py").read_text(encoding="utf-8").splitlines()
     wrong = {number for number, line in enumerate(lines, 1) if "# typo" in line}

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import io
 import pickle
 import re
 import sys
@@ -18,6 +19,7 @@ from typing import Any
 
 from numba.core import config
 from numba.core.compiler import CompileResult
+from numba.core.environment import _rebuild_env
 from numba.core.serialize import dumps
 
 from teamsight.core.kernel.cache_folder import cache_folder, read, write
@@ -56,7 +58,7 @@ class KernelCache:
         if data is not None and data == _sealed(key, payload := data[_HEAD:]):
             # One that is intact but unreadable is compiled and replaced.
             with contextlib.suppress(Exception):
-                return CompileResult._rebuild(target, *pickle.loads(payload))
+                return _rebuilt(target, payload)
         self._missing(self._name)
         return None
 
@@ -80,6 +82,27 @@ class KernelCache:
         key, folder = repr(parts).encode(), cache_folder()
         name = re.sub(r"[^A-Za-z0-9._-]", "", self._name)[:_LONGEST_NAME]
         return key, folder / f"{name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
+
+
+# numba imports the module in which a kernel was compiled, for names that machine code without the interpreter never
+# looks up: any module does, and that one may be a script, which would run once more.
+_ANY_MODULE = "builtins"
+
+
+class _Reader(pickle.Unpickler):
+    """Reads what numba needs to load machine code, but imports nothing for it."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        if name == "_rebuild_env":
+            return lambda _, constants, environment: _rebuild_env(_ANY_MODULE, constants, environment)
+        return super().find_class(module, name)
+
+
+def _rebuilt(target: Any, payload: bytes) -> Any:
+    """Return a compile result from the content of a file."""
+    library, description, *rest = _Reader(io.BytesIO(payload)).load()
+    description.modname = _ANY_MODULE
+    return CompileResult._rebuild(target, library, description, *rest)
 
 
 def _sealed(key: bytes, payload: bytes) -> bytes:

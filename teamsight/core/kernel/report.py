@@ -38,9 +38,16 @@ class Kernel(Protocol):
 
 
 class CompilationReport:
-    """The report of a process. Kernels that another process compiles first are not counted."""
+    """The report of a process. Kernels that another process compiles first are not counted.
+
+    Attributes
+    ----------
+    taken : float
+        How long this process has compiled kernels, or read them from the cache [s].
+    """
 
     def __init__(self) -> None:
+        self.taken = 0.0
         self._needed: Callable[[], Sequence[Kernel]] = lambda: ()
         self._line: StatusLine | None = None
         self._is_announced = self._is_compiling = False

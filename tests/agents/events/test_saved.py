@@ -69,7 +69,7 @@ def test_the_same_future_in_another_process(tmp_path: Path) -> None:
         "world.restore(pickle.load(open(sys.argv[1], 'rb'))); world.run(30); world.events.to_parquet(sys.argv[2])"
     )
     arguments = [sys.executable, "-c", code, str(tmp_path / "state"), str(tmp_path / "log")]
-    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     world.run(30)
     pd.testing.assert_frame_equal(pd.read_parquet(tmp_path / "log"), world.events)

@@ -14,8 +14,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-# Seconds until a cluster must have come up; a cluster without a client ends by itself after this time.
-PATIENCE = 60.0
+# Seconds, against a hang; a cluster without a client ends by itself after this time.
+PATIENCE = 1800.0
+# Dask gives up a connection after half a minute, which a busy machine may need to answer.
+_SETTINGS = {"DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "1800s", "DASK_DISTRIBUTED__COMM__TIMEOUTS__TCP": "1800s"}
 
 
 class Cluster(NamedTuple):
@@ -32,7 +34,7 @@ def certificate(folder: Path) -> dict[str, str]:
         return {}
     key, certificate = str(folder / "key.pem"), str(folder / "certificate.pem")
     command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost"]
-    subprocess.run([*command, "-keyout", key, "-out", certificate], check=True, capture_output=True, timeout=60)
+    subprocess.run([*command, "-keyout", key, "-out", certificate], check=True, capture_output=True)
     return {"tls_ca": certificate, "tls_cert": certificate, "tls_key": key}
 
 
@@ -70,6 +72,6 @@ def start(tool: str, *options: str) -> subprocess.Popen[bytes]:
         [sys.executable, "-m", f"distributed.cli.{tool}", *options],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        env=dict(os.environ, PYTHONPATH=os.pathsep.join(paths)),
+        env=dict(os.environ, **_SETTINGS, PYTHONPATH=os.pathsep.join(paths)),
         start_new_session=True,
     )

@@ -106,7 +106,7 @@ def test_ctrl_c_ends_the_workers_at_once_and_without_a_word(tmp_path: Path) -> N
     process, workers = start(tmp_path, "wait_for_ever")
     # As a terminal does: to every process of the group, whether it has come up yet or not.
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=20)
+    _, errors = process.communicate()
     assert (process.returncode, errors) == (130, "")
     assert all(is_gone(worker) for worker in workers)
 
@@ -126,7 +126,7 @@ def test_workers_do_not_hear_ctrl_c_while_they_start(tmp_path: Path) -> None:
     )
     environment = dict(os.environ, PYTHONPATH=str(Path(__file__).parents[3]))
     found = subprocess.run(
-        [sys.executable, str(script)], capture_output=True, text=True, env=environment, timeout=120, check=True
+        [sys.executable, str(script)], capture_output=True, text=True, env=environment, check=True
     )
     *masks, after = found.stdout.splitlines()
     assert [int(mask.split()[1], 16) >> (signal.SIGINT - 1) & 1 for mask in masks] == [1, 1]

@@ -31,7 +31,7 @@ def swept(at: Path, replicates: int, *folders: str) -> list[str]:
     """Return what a process says that sweeps the studies of some folders, one after the other."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, str(replicates), *folders], cwd=at, capture_output=True, text=True, check=True,
-        env=dict(os.environ, PYTHONPATH=str(ROOT)), timeout=120,
+        env=dict(os.environ, PYTHONPATH=str(ROOT)),
     )  # fmt: skip
     return done.stdout.splitlines()
 
@@ -67,7 +67,7 @@ def test_a_run_is_repeated_from_any_folder(tmp_path: Path) -> None:
     def teamsight(at: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run(
             [sys.executable, "-m", "teamsight", *arguments], cwd=at, env=dict(os.environ, PYTHONPATH=str(ROOT)),
-            capture_output=True, text=True, check=False, timeout=120,
+            capture_output=True, text=True, check=False,
         )  # fmt: skip
 
     assert teamsight(tmp_path / "a", "sweep", "study.toml", "--out", "out").returncode == 0

@@ -69,7 +69,7 @@ def test_the_tasks_of_an_array_make_what_one_sweep_makes(tmp_path: Path) -> None
             "--setup", "export GREETING='good morning'", "--setup", "echo $GREETING >> greetings",
             "--script", "my script.sbatch", "--submit",
         ],
-        cwd=tmp_path, capture_output=True, text=True, timeout=300, check=True,
+        cwd=tmp_path, capture_output=True, text=True, check=True,
         env=dict(os.environ, PYTHONPATH=str(ROOT), PATH=f"{tools}{os.pathsep}{os.environ['PATH']}"),
     )  # fmt: skip
     assert re.search(r"^my script.sbatch: 12 runs in 2 tasks\nSubmitted batch job 17\n", done.stdout)

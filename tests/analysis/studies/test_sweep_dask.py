@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "runs"))
 import dask_cluster
 
 
+@pytest.mark.rare
 def test_a_sweep_on_a_cluster_of_which_a_worker_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sharding, "_MOST_RUNS", 3)
     study = small(replicates=10, record=Record(steps=True))

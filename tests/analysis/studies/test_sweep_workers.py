@@ -52,6 +52,7 @@ def test_a_run_that_leaves_the_program_fails_on_workers_as_in_this_process(tmp_p
         same_rows(tmp_path / "workers", tmp_path / "alone", kind)
 
 
+@pytest.mark.rare
 def test_one_run_of_fifty_always_ends_its_process(tmp_path: Path) -> None:
     study = odd("crashing", points={"robots": [9, *([2, 3, 4, 5, 6, 7, 8] * 7)], "radius": [4.0 + k / 100 for k in range(50)]})
     summary = sweep(study, tmp_path / "out", workers=2)

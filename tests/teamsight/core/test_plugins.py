@@ -66,7 +66,7 @@ def python(code: str, *folders: Path, module: str | None = None) -> subprocess.C
     """Run Python with these folders on its path: a piece of code, or a module with arguments."""
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(map(str, (ROOT, *folders))))
     command = [sys.executable, "-m", module, *code.split()] if module else [sys.executable, "-c", code]
-    return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
 
 
 def error_of(code: str, *folders: Path) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 import teamsight
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent
-PATIENCE = 60
+PATIENCE = 1800  # seconds, against a hang
 
 
 @contextlib.contextmanager

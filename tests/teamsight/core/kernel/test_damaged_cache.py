@@ -14,6 +14,7 @@ from pathlib import Path
 import numba
 import pytest
 
+from teamsight.core.kernel import cache as kernel_cache
 from teamsight.core.kernel import entry as kernel_entry
 
 ROOT = Path(__file__).parents[4]
@@ -89,11 +90,13 @@ def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Lab:
     return Lab(tmp_path / "cache", monkeypatch)
 
 
-def test_300_damaged_files_are_compiled_again_and_replaced(lab: Lab) -> None:
+# One of each kind, and then many.
+@pytest.mark.parametrize("files", [len(DAMAGE), pytest.param(300, marks=pytest.mark.rare)])
+def test_damaged_files_are_compiled_again_and_replaced(files: int, lab: Lab) -> None:
     lab.check(7, 1, "first")
     lab.check(7, 0, "second")
     original = {file: file.read_bytes() for file in lab.files()}
-    for seed in range(300):
+    for seed in range(files):
         noise = random.Random(seed)
         damage = DAMAGE[seed % len(DAMAGE)]
         file = noise.choice(sorted(original))
@@ -152,7 +155,7 @@ def test_an_intact_file_that_cannot_be_loaded_is_compiled_again(lab: Lab, monkey
     lab.check(7, 1, "first")
     for broken in (EOFError, ImportError, MemoryError):
         with monkeypatch.context() as patch:
-            patch.setattr("pickle.loads", lambda data, broken=broken: (_ for _ in ()).throw(broken("cannot load")))
+            patch.setattr(kernel_cache, "_rebuilt", lambda *given, broken=broken: (_ for _ in ()).throw(broken("cannot load")))
             lab.check(7, 1, broken.__name__)
 
 
@@ -213,7 +216,7 @@ def start(cache: Path, stop: int = 0) -> subprocess.Popen[str]:
 def run(cache: Path) -> str:
     """Run a whole command; return what it observed."""
     process = start(cache)
-    out, err = process.communicate(timeout=600)
+    out, err = process.communicate()
     assert (process.returncode, "Traceback" in err) == (0, False), err
     # The time, and with it the width of the table, differs.
     return "\n".join(line.strip() for line in out.splitlines() if not line.startswith("time"))
@@ -222,7 +225,7 @@ def run(cache: Path) -> str:
 def kill(cache: Path, number: signal.Signals) -> None:
     """Run a whole command that stops itself while it compiles."""
     process = start(cache, number)
-    out, err = process.communicate(timeout=600)
+    out, err = process.communicate()
     assert (process.returncode, out) == (130 if number == signal.SIGINT else -number, ""), err
     if number == signal.SIGINT:
         announcement, farewell = err.split("\n", 1)
@@ -231,6 +234,7 @@ def kill(cache: Path, number: signal.Signals) -> None:
         assert farewell.strip().count("\n") == 0
 
 
+@pytest.mark.rare
 def test_a_whole_command_goes_on_after_kills_and_with_damaged_files(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
     for number in (signal.SIGKILL, signal.SIGINT):
