@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.card import shown
 from teamsight.core.neighbour_list import Filled, NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, Channels
 from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
@@ -80,6 +81,11 @@ class Percept(NamedTuple):
     ended: Annotated[npt.NDArray[np.bool_], "n"] = _NOT_ENDED
     identity: Annotated[Integers, "n"] = _NOBODY
     columns: PerceivedColumns = NO_COLUMNS
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.policies.percept_card import percepts_html
+
+        return shown(lambda: percepts_html(self))
 
     def completed(self) -> Percept:
         """Return a percept with what it was made without: no rewards, and robots that know no identity of their own."""

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, Channels, channels_of
 from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
@@ -42,6 +43,11 @@ class PerceptOfOne(NamedTuple):
     ended: bool = False
     identity: int = -1
     columns: PerceivedColumns = NO_COLUMNS
+
+    def _repr_html_(self) -> str | None:
+        from teamsight.policies.percept_card import percept_html
+
+        return shown(lambda: percept_html(self))
 
 
 #: A policy for one robot: returns (turn [rad], distance [length]).

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Box, Circle, Disc, Robot, Sensor, Target, Torus, World
+from teamsight.agents.awareness.registry import AWARENESS
 from teamsight.agents.engine.engine import Engine
 from teamsight.analysis.delta.choose import choose_delta
 from teamsight.core.kernel import Entry
 from teamsight.policies import LazyQ
 from teamsight.policies.memory import LazyMemory
+from teamsight.policies.percept_of_one import NeighboursOfOne
 
 NAME = "<script>&'\"</script>"
 
@@ -123,6 +125,38 @@ def test_an_agent_shows_its_place_and_columns(model: CMOMMT) -> None:
     assert "Robot" in text
     assert "0.75" in text
     assert f"{model.robots.position[3, 0]:.3f}" in text
+
+
+def test_a_percept_is_drawn_with_straight_ahead_at_the_top() -> None:
+    percept = CMOMMT(robots=1, targets=2, rng=1).robots[0].percept
+    # One target to the left of a robot that goes north, at half of its range; a teammate behind, at the edge of it.
+    percept = percept._replace(
+        heading=np.array([0.0, 1.0]), sensing_range=1.0, awareness_range=1.0,
+        targets=NeighboursOfOne(np.array([7]), np.array([[-0.5, 0.0]]), np.array([0.5])),
+        teammates=NeighboursOfOne(np.array([-1]), np.array([[0.0, -1.0]]), np.array([1.0])),
+    )  # fmt: skip
+    html = percept._repr_html_()
+    text = text_of(html)
+    assert "heading90°" in text.replace(" ", "")
+    assert "targets70.590° left" in text
+    assert "teammates–1180°" in text
+    circles = [node.attrib for node in parsed(html).iter() if node.tag.endswith("circle")]
+    ranges, (target, teammate) = circles[:2], [(float(one["cx"]), float(one["cy"])) for one in circles[2:]]
+    middle, reach = float(ranges[0]["cx"]), float(ranges[0]["r"])
+    assert target == pytest.approx((middle - reach / 2, middle), abs=0.1)
+    assert teammate == pytest.approx((middle, middle + reach), abs=0.1)
+
+
+@pytest.mark.parametrize("awareness", AWARENESS)
+def test_percepts_of_all_degrees_have_cards(awareness: str) -> None:
+    model = CMOMMT(robots=9, targets=6, radius=2.0, awareness=awareness, rng=1)
+    group = model.robots.percept
+    assert "Percept of 9 robots" in text_of(group._repr_html_())
+    one = max((robot.percept for robot in model.robots), key=lambda percept: len(percept.targets.distance))
+    text = text_of(one._repr_html_())
+    assert text.count("left") + text.count("right") <= sum(map(len, (one.targets[0], one.teammates[0], one.relayed[0])))
+    for identity in one.targets.identity.tolist():
+        assert f"targets{identity}" in text
 
 
 def removed(model: CMOMMT) -> Any:
