@@ -108,6 +108,8 @@ def test_the_crossings_on_the_page_and_in_the_readme_are_those_of_the_shipped_ta
     readme = " ".join((DOCS.parent / "README.md").read_text(encoding="utf-8").split())
     for row in mean_gains(found).to_dict("records"):
         assert pays_from(row["crossing"], row["largest"]) in readme, row["learner"]
-    best = mean_gains(GAINS).set_index(["learner", "transitions"])["gain"]["best"]
+    means = mean_gains(GAINS).set_index(["learner", "transitions"])
+    best, unaware = means["gain"]["best"], means["collective"][[name for name in BY_HAND if "unaware" in name]].max()
+    assert f"+{100 * (means['cooperative']['regression', 600] - unaware):.0f} over the best unaware team by hand" in readme
     assert f"+{100 * best[40]:.0f} percentage points over the best learner without awareness" in readme
     assert f"+{100 * best[600]:.0f} from 600" in readme
