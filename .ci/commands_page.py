@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import dedent
 
 import click
 
@@ -26,7 +27,7 @@ def page() -> str:
         "# Commands",
         "All commands of teamsight with their options. This page is made by `python .ci/commands_page.py` from the "
         "declarations that `--help` shows too. Results depend on the settings and the seed only, not on the number of "
-        "workers. Ctrl-C ends a command with status 130, wrong input with status 2.",
+        "workers. Ctrl-C or SIGTERM ends a command with status 130, wrong input with status 2.",
     ]
     for name, command in leaves("teamsight", commands):
         parts += [f"## {name}", *_help(command), _table(command)]
@@ -44,11 +45,11 @@ def leaves(path: str, command: click.Command) -> Iterator[tuple[str, click.Comma
 
 def _help(command: click.Command) -> Iterator[str]:
     for paragraph in (command.help or "").strip().split("\n\n"):
-        lines = [line.strip() for line in paragraph.splitlines()]
-        if lines[0] == "\b":
-            yield "\n".join(["```", *lines[2:], "```"])
+        lines = paragraph.splitlines()
+        if lines[0].strip() == "\b":
+            yield "\n".join(["```", dedent("\n".join(lines[2:])), "```"])
         else:
-            yield " ".join(lines)
+            yield " ".join(line.strip() for line in lines)
 
 
 def _table(command: click.Command) -> str:

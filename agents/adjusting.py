@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from teamsight.agents.building import column, turn_columns
 from teamsight.agents.decisions.new_timetable import put_timetable
 from teamsight.agents.decisions.timetabling import back_to_group, begin_policy, check_policies, timetable_with
+from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, first_state, team_of
 from teamsight.agents.resolve import awareness_of, check_channels, policy_of
 from teamsight.core import checks
@@ -37,12 +38,12 @@ def adjust(data: WorldData, engine: Engine, group: Group, changes: dict[str, Any
     before, policy = group.rules, _policy_given(group, given)
     awareness = awareness_of(given["awareness"]) if "awareness" in given else before[1]
     try:
-        group.rules = policy, awareness
+        put(group, rules=(policy, awareness))
         stay = group.policies if policy is before[0] else [policy]
         check_policies(group, stay, team_of(data.groups, group))
         state = first_state(policy, size) if policy is not before[0] else None
     except BaseException:
-        group.rules = before
+        put(group, rules=before)
         raise
     with deferred():
         if "policy" in given and policy is before[0]:

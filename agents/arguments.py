@@ -34,6 +34,23 @@ class Arguments(NamedTuple):
     columns: dict[str, Any]
 
 
+def check_names(made: Any, given: Mapping[str, Any]) -> None:
+    """Refuse keyword arguments that the ``__init__`` of a class of worlds does not take, with the nearest that it does.
+
+    Raises
+    ------
+    TypeError
+        Naming the argument.
+    """
+    taken, _, is_open = _parameters(made.__init__, 1)
+    for name in given:
+        if name not in taken and not is_open:
+            raise TypeError(
+                f"{name}={checks.shown(given[name])}: unknown; {checks.suggestion(name, taken)}{made.__name__} takes "
+                f"{', '.join(taken) or 'no arguments'}"
+            )
+
+
 def divided(
     agent_class: Any, size: int, given: Mapping[str, Any], own: Iterable[str], columns: Iterable[str] = ()
 ) -> Arguments:
@@ -87,10 +104,13 @@ def divided(
 
 
 @lru_cache(maxsize=64)
-def _parameters(init: Callable[..., None]) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
-    """Return the names of the parameters of an ``__init__`` after the model, those without a default, if it has **."""
+def _parameters(init: Callable[..., None], first: int = 2) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return the names of an ``__init__``'s parameters from the first, those without a default, and whether it has **.
+
+    That of an agent has the agent and the model before.
+    """
     try:
-        parameters = list(inspect.signature(init).parameters.values())[2:]
+        parameters = list(inspect.signature(init).parameters.values())[first:]
     except ValueError:
         # Some classes written in C have no signature.
         return (), (), True

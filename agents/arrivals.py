@@ -13,6 +13,7 @@ from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
 from teamsight.agents.decisions.new_timetable import new_timetable
 from teamsight.agents.decisions.other_policies import OtherPolicy
 from teamsight.agents.decisions.timetable import Timetable
+from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
 from teamsight.agents.policy_state import state_of_more
 from teamsight.agents.world_data import WorldData
@@ -75,7 +76,7 @@ def join(group: Group, new: Extended) -> None:
     """Replace the arrays of a group."""
     group.founders, group.first_abilities = new.founders, new.first_abilities
     group.bodies, group.ranges, group.arrived_at = new.bodies, new.ranges, new.arrived_at
-    group.timetable, group.others = new.timetable, new.others
+    put(group, timetable=new.timetable, others=tuple(new.others))
     group.columns.replace(new.columns)
     for channel in group.channels.values():
         channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))

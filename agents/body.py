@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import wraps
+from types import FunctionType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -68,6 +70,8 @@ class Body(mesa_bases.Agent):
         team = vars(cls).get("team")
         if "team" in vars(cls) and not isinstance(team, Team):
             cls.team = Team(team)  # type: ignore[assignment]
+        if isinstance(own := vars(cls).get("step"), FunctionType):
+            cls.step = _noted(own)  # type: ignore[method-assign]
 
     def __init__(self, model: Any) -> None:
         if "group" not in self.__dict__:
@@ -168,6 +172,10 @@ class Body(mesa_bases.Agent):
         """
         return self.group.host.decide(self, percept, rng)
 
+    def step(self) -> None:
+        """Called before each step of the world, if a subclass overrides it. It moves nobody: `World.step` does."""
+        self.model._stepper.note_step_of(self)
+
     @property
     def neighbours(self) -> list[Body]:
         """The teammates within awareness range, whether or not the degree of awareness shows them."""
@@ -265,3 +273,14 @@ class Body(mesa_bases.Agent):
     def _relation(self, channel: str) -> Relation | None:
         self.group.host.find_neighbours()
         return self.group.relations.get(channel)
+
+
+def _noted(step: Any) -> Any:
+    """Return a user's ``step`` of an agent, which notes who calls it."""
+
+    @wraps(step)
+    def noted(self: Body, *arguments: Any, **named: Any) -> Any:
+        self.model._stepper.note_step_of(self)
+        return step(self, *arguments, **named)
+
+    return noted

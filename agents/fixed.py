@@ -33,7 +33,7 @@ def _refusal(name: str, cure: str) -> Callable[[Any, Any], None]:
 
 
 class Kept:
-    """An attribute that is put into the object's dictionary once, and cannot be set afterwards.
+    """An attribute that is put into the object's dictionary by `put`, and cannot be set.
 
     Without a `__get__`, so reading it costs nothing.
     """
@@ -44,5 +44,10 @@ class Kept:
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
 
-    def __set__(self, agent: Any, value: Any) -> None:
+    def __set__(self, owner: Any, value: Any) -> None:
         raise AttributeError(f"{self._name}={checks.shown(value)}: cannot be set; {self._cure}")
+
+
+def put(owner: object, **values: Any) -> None:
+    """Put attributes that are `Kept` into an object's dictionary."""
+    vars(owner).update(values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Generic, overload
 from weakref import WeakValueDictionary
 
@@ -17,7 +17,7 @@ from teamsight.agents.columns import Column, Columns
 from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.decisions.cycle import CycleLike
 from teamsight.agents.engine.readings import Readings
-from teamsight.agents.fixed import refusing
+from teamsight.agents.fixed import put, refusing
 from teamsight.agents.given import Numbers, PlacementName, Points, Rows
 from teamsight.agents.host_protocol import Host
 from teamsight.agents.perceiving import Perceiving
@@ -52,26 +52,21 @@ Floats = npt.NDArray[np.float64]
     heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
     active="set that of one agent, as in robots[0].active = False",
     identity="identities are given by the world; add_column makes numbers of your own",
+    agents="robots.add(1) adds one, and robots[0].remove() takes one out",
 )
 class Group(Perceiving, Generic[A]):
     """Agents of one class that share a policy and a degree of awareness: ``Group[Scout]`` is a group of scouts.
 
     Attributes
     ----------
-    decided_at, policies, timetable, …
-        How its agents decide; see `Deciding`.
-    channels, neighbours, percept, …
-        What they perceive; see `Perceiving`.
+    policies, channels, percept, …
+        How its agents decide, and what they perceive; see `Deciding` and `Perceiving`.
     name : str
         The group's name in its world.
     number : int
         Its index among the groups of its world.
-    team : str or None
-        Groups of the same team are teammates.
     agent_class, first_size : type, int
         The class of its agents, and their number when the group was added.
-    agents : list of Body
-        One for each row of the arrays.
     bodies : Bodies
         The arrays behind `position`, `heading`, `speed` and `turn_limit`. Values written into them are not checked.
     ranges : tuple of two ndarray, shape (n,), float64
@@ -111,10 +106,10 @@ class Group(Perceiving, Generic[A]):
         self.agent_class, self.first_size = agent_class, len(bodies)
         self.bodies = bodies
         self.ranges = ranges
-        self.rules: tuple[Any, Awareness] = policy, awareness
+        put(self, rules=(policy, awareness), others=(), timetable=None)
         self.columns = Columns(name)
-        self.agents: list[A] = []
-        self.others, self.timetable, self.due = [], None, None
+        self._agents: list[A] = []
+        self.due = None
         self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
         self.departed: WeakValueDictionary[int, A] = WeakValueDictionary()
@@ -181,7 +176,7 @@ class Group(Perceiving, Generic[A]):
 
     def __iter__(self) -> Iterator[A]:
         # A copy, so that agents can leave, or come, in a loop over them.
-        return iter(list(self.agents))
+        return iter(self.agents)
 
     @overload
     def __getitem__(self, row: int | np.integer[Any]) -> A: ...  # type: ignore[overload-overlap]
@@ -189,9 +184,9 @@ class Group(Perceiving, Generic[A]):
     def __getitem__(self, row: slice | Rows) -> list[A]: ...
     def __getitem__(self, row: int | np.integer[Any] | slice | Rows) -> A | list[A]:
         try:
-            return self.agents[row]  # type: ignore[index]
+            return self._agents[row]  # type: ignore[index]
         except TypeError:
-            return [self.agents[one] for one in rows_of(row, len(self), self.name)]
+            return [self._agents[one] for one in rows_of(row, len(self), self.name)]
 
     def __repr__(self) -> str:
         inactive = note_of_inactive(self.bodies.active)
@@ -214,8 +209,13 @@ class Group(Perceiving, Generic[A]):
         return self._range_shape
 
     @property
+    def agents(self) -> tuple[A, ...]:
+        """Its agents, one for each row of the arrays."""
+        return tuple(self._agents)
+
+    @property
     def members_so_far(self) -> int:
-        """The number of agents that have ever been in the group; the next member has this number."""
+        """The number of agents ever in the group; the next member has this number."""
         return sum(one.size for one in self.founders)
 
     def add(
@@ -294,6 +294,6 @@ class Group(Perceiving, Generic[A]):
         return new_column(self, name, fill)
 
 
-def team_of(groups: list[Group], group: Group) -> list[Group]:
+def team_of(groups: Sequence[Group], group: Group) -> list[Group]:
     """Return the groups of a group's team, itself included; none without a team."""
     return [other for other in groups if other.team == group.team] if group.team is not None else []

@@ -24,6 +24,7 @@ from teamsight.agents.decisions.timetabling import (
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.engine.state_rows import take_rows
+from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
 from teamsight.agents.mesa_bases import Agent, Model
 from teamsight.agents.places import checked_positions
@@ -80,7 +81,7 @@ class WorldHost:
         except BaseException:
             undo.undo()
             raise
-        self._data.sources.joined(group.agents)
+        self._data.sources.joined(group._agents)
         return group
 
     def extend(self, group: Group[A], count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[A]:
@@ -121,7 +122,7 @@ class WorldHost:
                 if "unique_id" not in attributes:
                     raise TypeError(f"{made.__name__}.__init__ must call super().__init__(model)")
                 check_names(made, attributes)
-                group.agents.append(agent)
+                group._agents.append(agent)
         group.is_growing = False
         # What __init__ has set is what the agents begin with, after a reset too.
         if group.timetable is not None:
@@ -140,8 +141,8 @@ class WorldHost:
             attributes = agent.__dict__
             attributes["group"], attributes["_row"] = group, row
             init(agent, model)
-            group.agents.append(agent)
-        group.bodies.identity[first:] = [agent.unique_id for agent in group.agents[first:]]
+            group._agents.append(agent)
+        group.bodies.identity[first:] = [agent.unique_id for agent in group._agents[first:]]
 
     def _check_complete(self, group: Group, what: str) -> None:
         """Refuse to change the agents of a group that are being made."""
@@ -205,12 +206,12 @@ class WorldHost:
             channel.works = channel.works[keep]
         group.ranges = group.ranges[0][keep], group.ranges[1][keep]
         group.columns.replace(columns)
-        group.others = others
+        put(group, others=tuple(others))
         if group.timetable is not None:
-            group.timetable = group.timetable.rows(keep)
-        group.agents.pop(row)
+            put(group, timetable=group.timetable.rows(keep))
+        group._agents.pop(row)
         for place in range(row, size - 1):
-            group.agents[place].row = place
+            group._agents[place].row = place
         agent.row = -1
         group.departed[member] = agent
         group.begin(state, decided)

@@ -92,7 +92,7 @@ def _check_column(name: str, group: Group, column: str, fill: Any) -> None:
                 f"{name}.columns: {group.name} have a column {column!r} of {array.dtype} and shape {array.shape}; it "
                 f"must be of {kind}, one for each agent: add_column({column!r}, {fill!r})"
             )
-    elif not all(is_free(agent, column) for agent in group.agents):
+    elif not all(is_free(agent, column) for agent in group._agents):
         raise ValueError(f"{name}.columns: agents of {group.name!r} have the attribute {column!r}; take another name")
 
 

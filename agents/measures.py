@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import mesa
 
 from teamsight.agents import mesa_bases
+from teamsight.agents.arguments import check_names
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.fixed import refusing
+from teamsight.agents.group import Group
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates
@@ -23,11 +25,13 @@ from teamsight.world.interaction import Interaction
     arena="all agents were placed in it; build another world",
     seed_used="start again with reset(rng)",
     tick="run(n) makes steps, reset() starts again, and restore(state) goes back",
+    groups="add() adds one",
     interactions="interact() adds one",
     path="it follows from the policies and from what is recorded",
     observed="it is measured",
     observed_fraction="it is measured; reset() starts again",
-    mean_neighbours="it is measured",
+    mean_degree="it is measured",
+    mean_neighbours="it is measured; reset() starts again",
     max_neighbours="it is measured; reset() starts again",
 )
 class Measures(mesa_bases.Model):
@@ -37,6 +41,11 @@ class Measures(mesa_bases.Model):
     _data: WorldData
     _engine: Engine
     _stepper: Stepper
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Self:
+        # Before Python's own error, which suggests nothing.
+        check_names(cls, named)
+        return super().__new__(cls)
 
     # Type checkers would take every attribute to exist.
     if not TYPE_CHECKING:
@@ -84,9 +93,14 @@ class Measures(mesa_bases.Model):
         return self._data.history.observed_fraction
 
     @property
+    def mean_degree(self) -> float:
+        """The mean number of neighbours of a robot now: of robots within its awareness range."""
+        return self._engine.present("mean_degree")
+
+    @property
     def mean_neighbours(self) -> float:
-        """The mean number of robots within a robot's awareness range now."""
-        return self._engine.present("mean_neighbours")
+        """The mean over robots and completed steps of the number of neighbours; `mean_degree` is the present one."""
+        return self._data.history.mean_neighbours
 
     @property
     def max_neighbours(self) -> int:
@@ -105,9 +119,14 @@ class Measures(mesa_bases.Model):
         return neighbours(self._data.groups)
 
     @property
-    def interactions(self) -> list[Interaction]:
+    def groups(self) -> tuple[Group, ...]:
+        """The groups, in the order in which they were added; `World.add` adds one."""
+        return tuple(self._data.groups)
+
+    @property
+    def interactions(self) -> tuple[Interaction, ...]:
         """What happens between bodies in each step, in this order; `World.interact` adds to it."""
-        return [placed.interaction for placed in self._data.interactions]
+        return tuple(placed.interaction for placed in self._data.interactions)
 
     @property
     def datacollector(self) -> mesa.DataCollector:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import itertools
 import math
 from functools import partial
 from typing import Any, NamedTuple
@@ -52,11 +51,13 @@ def put_generators(model: Any, saved: Generators) -> None:
 
 
 def take_over_step(model: mesa.Model) -> None:
-    """Wrap the user's ``step``, in place of mesa 3.5's wrapper.
+    """Wrap the user's ``step``, in place of mesa 3.5's wrapper, and count the agents from 1.
 
     mesa 3.5 steps through an event list. After a step has raised, it silently does nothing; and it cannot count many
     steps at once. The user's own mesa events are still processed at their times.
     """
+    if not hasattr(model, "agent_id_counter"):
+        model.agent_id_counter = 1
     schedule = getattr(model, "_default_schedule", None)
     if schedule is not None:
         schedule.stop()
@@ -65,18 +66,25 @@ def take_over_step(model: mesa.Model) -> None:
 
 
 def _counted_step(model: mesa.Model, *arguments: Any, **named: Any) -> None:
-    model._stepper.finish_tick()
-    steps, tick = model.steps, model.tick
+    stepper = model._stepper
+    stepper.finish_tick()
+    steps, tick, calls = model.steps, model.tick, stepper.calls
     if has_events(model):
         _process_until(model, (steps + 1.0, _HIGH, model._step_event))
+    stepper.in_own_step = True
     try:
         count_steps(model, 1)
         model._user_step(*arguments, **named)
+        if stepper.calls == calls:
+            stepper.check_step_made()
+            set_counters(model, steps + model.tick - tick)
     except BaseException:
         set_counters(model, steps + model.tick - tick)
         raise
+    finally:
+        stepper.in_own_step = False
     end_step(model)
-    model._stepper.finish_tick()
+    stepper.finish_tick()
 
 
 def end_step(model: mesa.Model) -> None:
@@ -132,19 +140,24 @@ def has_events(model: mesa.Model) -> bool:
 
 def next_identity(model: mesa.Model) -> int:
     """Return the `unique_id` of the next agent."""
-    if hasattr(model, "agent_id_counter"):
-        return int(model.agent_id_counter)
-    following = int(next(mesa.Agent._ids[model]))
-    set_next_identity(model, following)
-    return following
+    return int(model.agent_id_counter)
 
 
 def set_next_identity(model: mesa.Model, identity: int) -> None:
     """Set the `unique_id` of the next agent."""
-    if hasattr(model, "agent_id_counter"):
-        model.agent_id_counter = identity
-    else:
-        mesa.Agent._ids[model] = itertools.count(identity)
+    model.agent_id_counter = identity
+
+
+def number(model: mesa.Model, agent: mesa.Agent) -> None:
+    """Give an agent that is being made its `unique_id`, as mesa 3.5 does.
+
+    mesa 3.3 has counted it in a dictionary of all models, which would keep them in memory for ever.
+    """
+    numbers = getattr(mesa.Agent, "_ids", None)
+    if numbers is not None:
+        numbers.pop(model, None)
+        agent.unique_id = model.agent_id_counter
+        model.agent_id_counter += 1
 
 
 def signature_for_batches(model_class: type[mesa.Model]) -> inspect.Signature | None:
@@ -163,10 +176,3 @@ def signature_for_batches(model_class: type[mesa.Model]) -> inspect.Signature | 
         if name not in names
     ]
     return signature.replace(parameters=[*own[:-1], *passed_on, own[-1]])
-
-
-def release(model: mesa.Model) -> None:
-    """Drop the references to a model that mesa 3.3 would keep."""
-    numbers = getattr(mesa.Agent, "_ids", None)
-    if numbers is not None:
-        numbers.pop(model, None)

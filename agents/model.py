@@ -55,8 +55,6 @@ class World(RunMethods):
 
     Attributes
     ----------
-    groups : list of Group
-        The groups, in the order in which they were added.
     clock : Clock
         The SimPy environment of the world, in ticks: events and processes.
     recording : Recording
@@ -77,7 +75,6 @@ class World(RunMethods):
     An operation that fails changes nothing.
     """
 
-    groups: list[Group[Body]]
     clock: Clock
 
     def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
@@ -89,7 +86,6 @@ class World(RunMethods):
         self.random = random.Random(data.seed)
         self.agents.random = self.random
         mesa_compat.take_over_step(self)
-        self.groups = data.groups
         self.clock = data.timeline.clock
         self._engine = Engine(data)
         self.recording = Recording(data, self._engine)

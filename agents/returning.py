@@ -27,7 +27,7 @@ def bring_back(model: Model, group: Group, member: npt.NDArray[np.int64], identi
 
     An agent that has left and is still in use somewhere comes back itself; else a new one takes its place.
     """
-    present = dict(zip(group.bodies.member.tolist(), group.agents, strict=True))
+    present = dict(zip(group.bodies.member.tolist(), group._agents, strict=True))
     rows = {number: row for row, number in enumerate(present)}
     wanted = member.tolist()
     group.columns.replace(group.columns.rearranged([rows.get(number, -1) for number in wanted]))
@@ -43,7 +43,7 @@ def bring_back(model: Model, group: Group, member: npt.NDArray[np.int64], identi
         agent.unique_id = unique_id
         agent.row = row
         agents.append(agent)
-    group.agents = agents
+    group._agents = agents
 
 
 def _returned(model: Model, group: Group, number: int) -> Any:

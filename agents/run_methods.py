@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING, Literal
 
-from teamsight.agents import mesa_compat
+from teamsight.agents import mesa_bases, mesa_compat
 from teamsight.agents.events.mesa_events import MesaEvents
 from teamsight.agents.state import State, StateKeeper
 from teamsight.core import checks
@@ -33,14 +33,18 @@ class RunMethods(MesaEvents):
         """
         self._stepper.run(steps, progress=progress)
 
+    def register_agent(self, agent: mesa_bases.Agent) -> None:
+        """Take an agent into the model and give it its `unique_id`; mesa calls this when an agent is made."""
+        mesa_compat.number(self, agent)
+        super().register_agent(agent)
+
     def run_for(self, duration: int) -> None:
         """Make this many steps; mesa's name for `run`."""
         self.run(duration)
 
     def run_until(self, end_time: int) -> None:
         """Make steps until `tick` is `end_time`."""
-        cure = "reset() goes back"
-        self.run(checks.count("end_time", end_time, least=self.tick, cure=cure) - self.tick)
+        self.run(checks.count("end_time", end_time, least=self.tick, cure="reset() goes back") - self.tick)
 
     def _advance_time(self, until: float) -> None:
         """Make steps until a time; mesa's simulators call this."""
@@ -153,9 +157,8 @@ class RunMethods(MesaEvents):
         self._states.begin(seed, start, run, states, is_kept=True)
 
     def close(self) -> None:
-        """Release the model, which mesa 3.3 would otherwise keep in memory; recordings stop and are written."""
+        """Stop the model for good; recordings stop and are written."""
         self.running = False
         self._stepper.is_closed = True
-        mesa_compat.release(self)
         for watcher in list(self._data.watchers):
             watcher.close()

@@ -18,6 +18,7 @@ from teamsight.agents.engine.placed_interaction import InteractionSaved, check_i
 from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
+from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
 from teamsight.agents.mesa_compat import Generators
 from teamsight.agents.policy_state import first_state_of_members
@@ -159,8 +160,7 @@ class StateKeeper:
                 note_conditions(group)
                 group.columns.replace(old.columns)
                 group.arrived_at = old.arrived_at
-                group.timetable = old.timetable
-                group.others = others_of(group, old.others)
+                put(group, timetable=old.timetable, others=tuple(others_of(group, old.others)))
                 group.begin(old.policy_state, old.decided)
             for placed, kept in zip(data.interactions, saved.interactions, strict=True):
                 placed.put_back(kept)

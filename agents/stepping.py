@@ -9,9 +9,10 @@ from time import monotonic
 import mesa
 
 from teamsight.agents import mesa_compat
+from teamsight.agents.body import Body
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.events.timeline import CONDITION
+from teamsight.agents.events.timeline import CONDITION, OWN_STEP
 from teamsight.agents.group import Group
 from teamsight.agents.progress import RunProgress
 from teamsight.agents.recording.collector import HistoryCollector, Rows
@@ -21,12 +22,11 @@ from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import Policy
 from teamsight.policies.registry import label
+from teamsight.world.noise import PERIOD
 
 WAITING = "a process waits for a condition in Python, world.until(…)"
-
-
-#: Of the warning for a group that does not decide.
-IDLE = "idle"
+#: Of the warnings for a group that does not decide, and for a step of an agent, which moves nobody.
+IDLE, NOBODY = "idle", "moves nobody"
 
 
 class Stepper:
@@ -45,10 +45,13 @@ class Stepper:
         # Why steps were made one by one; the user was warned of each reason.
         self.warned: set[str | tuple[str, str]] = set()
         self.is_closed = False
+        # How often `step` was called, and whether the model's own is being called, which must call it.
+        self.calls, self.in_own_step = 0, False
 
     def step(self) -> None:
         """Make one step, unless an event before it stops the model."""
         timeline = self._timeline
+        self.calls += 1
         timeline.check_outside("step()")
         tick = timeline.tick
         goes_on = self._process_events()
@@ -64,7 +67,10 @@ class Stepper:
         """Make `steps` steps, in one compiled call unless something needs Python in between; see `World.run`."""
         timeline, model = self._timeline, self._model
         timeline.check_outside("run()")
-        shown = RunProgress(checks.count("steps", steps, least=0), checks.flag("progress", progress))
+        steps = checks.count("steps", steps, least=0)
+        cure = f"noise repeats after {PERIOD:,} ticks; to end a run earlier, an event can set world.running = False"
+        checks.count("steps", steps, least=0, most=PERIOD - timeline.tick, cure=cure)
+        shown = RunProgress(steps, checks.flag("progress", progress))
         # An event may reset the tick; the number of steps to make stays the same.
         end = timeline.tick - timeline.jumps + shown.steps
         reason = self.needs_python()
@@ -157,8 +163,8 @@ class Stepper:
         for group in self._data.groups:
             if _overrides_step(group):
                 self._engine.prepare()
-                with self._timeline.calling("an agent's own step"):
-                    for agent in list(group.agents):
+                with self._timeline.calling(OWN_STEP):
+                    for agent in list(group._agents):
                         # The step of another agent may have removed this one.
                         if agent._row >= 0:
                             agent.step()
@@ -232,10 +238,30 @@ class Stepper:
         state = "was closed" if self.is_closed else "is stopped (running is False)"
         self._warn(f"run() makes no step: the model {state}; set model.running = True, or use reset()")
 
-    def _warn(self, message: str) -> None:
-        """Warn once."""
-        if message not in self.warned:
-            self.warned.add(message)
+    def note_step_of(self, agent: Body) -> None:
+        """Warn once of a call of an agent's ``step`` that is not the world's, as by ``agents.do("step")``."""
+        name = type(agent).__name__
+        if self._timeline.inside == OWN_STEP:
+            return
+        if type(agent).step is not Body.step:
+            self._warn(
+                f"{name}.step was called, and each step of the world calls it too, so it is called twice; leave out "
+                'agents.do("step") or shuffle_do("step")'
+            )
+        # In a model's own step it may be meant for other agents of the user's.
+        elif not self.in_own_step:
+            self._warn(f"{name}.step() moves nobody: robots and targets move together, by world.step()", NOBODY)
+
+    def check_step_made(self) -> None:
+        """Refuse a model whose own ``step`` has made none, which would never end, unless it has stopped the model."""
+        if self._model.running:
+            what = f"{type(self._model).__name__}.step made no step"
+            raise TypeError(f"{what}: call super().step() in it, which moves all agents together")
+
+    def _warn(self, message: str, topic: str = "") -> None:
+        """Warn once of a topic, by default of what the message says."""
+        if (topic or message) not in self.warned:
+            self.warned.add(topic or message)
             warnings.warn(message, stacklevel=5)
 
     def _collect(self, make_steps: Callable[..., None], *number: int) -> None:
@@ -271,4 +297,4 @@ class Stepper:
 
 
 def _overrides_step(group: Group) -> bool:
-    return bool(group.agents) and type(group.agents[0]).step is not mesa.Agent.step
+    return bool(group._agents) and type(group._agents[0]).step is not Body.step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -54,17 +55,17 @@ class Teammates(NamedTuple):
         return int(self.sizes.max(initial=0))
 
 
-def on_teams(groups: list[Group]) -> list[Group]:
+def on_teams(groups: Iterable[Group]) -> list[Group]:
     """Return the groups that are on a team."""
     return [group for group in groups if group.team is not None]
 
 
-def of_team(groups: list[Group], team: str | None) -> list[Group]:
+def of_team(groups: Iterable[Group], team: str | None) -> list[Group]:
     """Return the groups of a team, or for None those of all teams."""
     return [group for group in on_teams(groups) if team in (None, group.team)]
 
 
-def team_names(groups: list[Group]) -> list[str]:
+def team_names(groups: Iterable[Group]) -> list[str]:
     """Return the names of the teams, in the order of their first groups."""
     return list(dict.fromkeys(group.team for group in groups if group.team is not None))
 

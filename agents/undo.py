@@ -50,13 +50,13 @@ class _Kept:
     def __init__(self, group: Group) -> None:
         self._group = group
         self._attributes: dict[str, Any] = vars(group).copy()
-        self._agents, self._columns = group.agents.copy(), group.columns.kept()
+        self._agents, self._columns = group._agents.copy(), group.columns.kept()
         self._works = {name: channel.works for name, channel in group.channels.items()}
 
     def put_back(self, model: Model) -> None:
         """Give the group what it had."""
         vars(self._group).update(self._attributes)
-        self._group.agents = self._agents
+        self._group._agents = self._agents
         self._group.columns.go_back(self._columns)
         for name, works in self._works.items():
             self._group.channels[name].works = works

@@ -48,13 +48,12 @@ def write(study: Study, folder: Path) -> dict[str, Any]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    from teamsight.analysis.runs.checkpoint import code_digest
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.sweep import common_of
 
     plan, place = study.plan(), StudyFolder(folder)
     common = common_of(study, plan.types)
-    place.prepare(study, plan, code=code_digest(), sources=common.sources)
+    place.prepare(study, plan, code=common.code, sources=common.sources)
     names = [f"{one:016x}" for one in plan.ids.tolist()]
     values = [plan.parameters(number) for number in range(plan.settings)]
     parts = 0

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.paper.learned_gain import gains_of
 from teamsight.analysis.plot import markdown
@@ -24,7 +25,7 @@ from teamsight.core.kernel import inlined
 from teamsight.policies import ACmommt
 from teamsight.policies.handmade.target_tracks import AGE, X, Y, no_target_tracks, update_target_tracks
 from teamsight.policies.interface import Floats, PolicyState
-from teamsight.policies.lazy.lazy_regression import LazyRegression, _follow
+from teamsight.policies.lazy.lazy_regression import LazyRegression, follow_forces
 from teamsight.policies.lazy.readings import KINDS, readings_of
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import keep_reward
@@ -79,7 +80,7 @@ def _turn_to(x: float, y: float, i: int, action: Any) -> None:
 @inlined
 def _return_to_lost(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     """A robot that senses no target heads for the one that it lost last, where it expects it."""
-    _follow(percept, arrays, noise, action)
+    follow_forces(percept, arrays, noise, action)
     state = arrays.state
     for i in range(percept.heading.shape[0]):
         count = update_target_tracks(i, percept, state, _FARTHEST * percept.sensing_range[i], _OLDEST)
@@ -94,7 +95,7 @@ def _return_to_lost(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 @inlined
 def _leave_trail(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     """A robot that senses neither target nor teammate heads away from the mean of its fading trail."""
-    _follow(percept, arrays, noise, action)
+    follow_forces(percept, arrays, noise, action)
     for i in range(percept.heading.shape[0]):
         trail = arrays.state.floats[i, 0]
         trail[X] = _FADING * (trail[X] - percept.moved[i, 0])
@@ -145,7 +146,7 @@ def main() -> None:
     others = {"evolved": ("evolved", "ring"), "strongest A-CMOMMT": (STRONGEST, "pairwise")}
     experiments += [
         Experiment(name, {"policy": policy, "awareness": degree}, GRID.cells, replicates=few)
-        for name, (policy, degree) in others.items()
+        for name, (policy, degree) in (BY_HAND | others).items()
     ]
     with WorkerPool(WORKERS, IMPORTS) as pool:
         (tables,) = make_tables([Request({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)

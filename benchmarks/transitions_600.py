@@ -1,6 +1,7 @@
 """What 600 transitions give: `LazyRegression` from many unselected explorations, on the whole grid of Figure 11.
 
-Nothing was chosen on the root seed "learning: report", neither on its explorations nor on its worlds.
+Beside it are teams of the same form whose force of free targets is set by hand: what it observes beyond them was
+learned. Nothing was chosen on the root seed "learning: report", neither on its explorations nor on its worlds.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.paper.learned_gain import gains_of
 from teamsight.analysis.plot import markdown
@@ -23,13 +25,21 @@ from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.policies import ACmommt
 from teamsight.policies.lazy.lazy_regression import LazyRegression
+from teamsight.policies.lazy.readings import TAKEN, TEAMMATE
 from teamsight.policies.memory import LazyMemory
 
 ROOT = root("learning: report")
 EXPLORATIONS, MANY, STEPS, WORKERS = 40, 200, 600, 2
 #: Bandwidths of collective learners, of which the best counts; None is the default.
 BANDWIDTHS = (None, 0.2, 0.6)
-COOPERATIVE, DESIGNED, RANDOM = "cooperative", "A-CMOMMT, wandering", "random walk"
+COOPERATIVE, BY_HAND_LAW, RANDOM = "cooperative", "by hand, f = d", "random walk"
+#: Teams that learn nothing, each with its degree of awareness. The strongest A-CMOMMT is the best of those that
+#: `teamsight evolve test` screened.
+OTHERS = BY_HAND | {
+    "A-CMOMMT, wandering": (ACmommt(idle="wander"), "pairwise"),
+    "strongest A-CMOMMT": (ACmommt(idle="wander", weights="shared", turn_probability=0, gain=4), "pairwise"),
+    RANDOM: ("random-walk", "none"),
+}
 
 
 def main() -> None:
@@ -51,8 +61,10 @@ def simulate(grid: Grid, share: float) -> dict[str, pd.DataFrame]:
     experiments = [
         Experiment(COOPERATIVE, cooperative(memories), grid.cells, replicates=many),
         *(Experiment(named(one), collective(memories, one), grid.cells, replicates=few) for one in BANDWIDTHS),
-        Experiment(DESIGNED, {"policy": ACmommt(idle="wander"), "awareness": "pairwise"}, grid.cells, replicates=few),
-        Experiment(RANDOM, {"policy": "random-walk", "awareness": "none"}, grid.cells, replicates=few),
+        *(
+            Experiment(name, {"policy": policy, "awareness": degree}, grid.cells, replicates=few)
+            for name, (policy, degree) in OTHERS.items()
+        ),
     ]
     with WorkerPool(WORKERS, IMPORTS) as pool:
         (tables,) = make_tables([Request({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
@@ -74,7 +86,11 @@ def collective(memories: list[LazyMemory], bandwidth: float | None) -> Callable[
 
 def _variant(policies: list[LazyRegression], awareness: str, number: int) -> Variant:
     policy = policies[number]
-    return Variant({"policy": policy, "awareness": awareness}, {"exploration": policy.memory.settings["seed"]})
+    columns = {
+        "exploration": policy.memory.settings["seed"],
+        "heeds_teammates": policy.learned[[TAKEN, TEAMMATE]].any(),
+    }
+    return Variant({"policy": policy, "awareness": awareness}, columns)
 
 
 def named(bandwidth: float | None) -> str:
@@ -83,28 +99,27 @@ def named(bandwidth: float | None) -> str:
 
 
 def report(tables: dict[str, pd.DataFrame]) -> str:
-    """Return what each team observes, and by how much the cooperative learner exceeds it, as Markdown."""
-    few = tables[RANDOM]["replicate"].nunique()
-    first = tables[COOPERATIVE].query("replicate < @few")
+    """Return what each team observes, and by how much the learned one and one by hand exceed it, as Markdown."""
+    count, learned = tables[RANDOM]["replicate"].nunique(), tables[COOPERATIVE]
+    few = {name: table[table["replicate"] < count] for name, table in tables.items()}
     rows = []
     for name, table in tables.items():
         means = 100 * table.groupby("replicate")["observed_fraction"].mean().to_numpy()
-        more = "" if name == COOPERATIVE else written(gains_of(first, table).average(), sign="+")
-        rows.append([name, str(len(means)), written(interval_of(means)), more, f"{means.min():.1f}"])
-    means = 100 * tables[COOPERATIVE].groupby("replicate")["observed_fraction"].mean().to_numpy()
+        more = [
+            "" if name == one else written(gains_of(few[one], few[name]).average(), sign="+")
+            for one in (COOPERATIVE, BY_HAND_LAW)
+        ]
+        rows.append([name, str(len(means)), written(interval_of(means)), *more, f"{means.min():.1f}"])
+    means = 100 * learned.groupby("replicate")["observed_fraction"].mean().to_numpy()
     below = ", ".join(f"{(means < limit).sum()} below {limit} %" for limit in (60, 70, 75))
     quantiles = ", ".join(f"{one:.1f}" for one in np.quantile(means, (0.01, 0.05, 0.5)))
-    table = markdown.table(
-        [
-            "team",
-            "explorations",
-            "observed targets [%]",
-            f"cooperative minus this, {few} explorations [pp]",
-            "worst [%]",
-        ],
-        rows,
+    heeding = learned.groupby("replicate")["heeds_teammates"].first().sum()
+    heads = [f"{one} minus this, {count} explorations [pp]" for one in (COOPERATIVE, BY_HAND_LAW)]
+    table = markdown.table(["team", "explorations", "observed targets [%]", *heads, "worst [%]"], rows)
+    return (
+        f"{table}\n\nof {len(means)} cooperative teams: {below}; 1 %, 5 % and 50 % quantiles: {quantiles} %; in "
+        f"{heeding} taken targets or teammates exert a force"
     )
-    return f"{table}\n\nof {len(means)} cooperative teams: {below}; 1 %, 5 % and 50 % quantiles: {quantiles} %"
 
 
 def written(one: Interval, sign: str = "") -> str:

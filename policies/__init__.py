@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.b_cmommt import BCmommt
     from teamsight.policies.handmade.centroid import Centroid
     from teamsight.policies.handmade.evasive import Evasive
+    from teamsight.policies.handmade.follow_free import FollowFree
     from teamsight.policies.handmade.p_cmommt import PCmommt
     from teamsight.policies.handmade.random_walk import RandomWalk
     from teamsight.policies.handmade.seek_charger import SeekCharger
@@ -54,6 +55,7 @@ _HOMES = {
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
     "FixedPriority": "teamsight.policies.braitenberg.fixed_priority",
+    "FollowFree": "teamsight.policies.handmade.follow_free",
     "Floats": "teamsight.policies.interface",
     "LazyQ": "teamsight.policies.lazy.lazy_q",
     "Evolved": "teamsight.policies.evolved.policy",
@@ -87,10 +89,10 @@ _HOMES = {
 
 __all__ = [
     "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "BCmommt", "BasisBehaviours", "Centroid", "CompiledPolicy",
-    "Evasive", "Evolved", "FixedPriority", "Floats", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ",
-    "NeighbourList", "OnlineQ", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays",
-    "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ",
-    "check_policy", "column_of", "go", "turn_to", "turned",
+    "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ",
+    "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
+    "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey",
+    "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

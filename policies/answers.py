@@ -10,6 +10,9 @@ import numpy as np
 from teamsight.core import checks
 from teamsight.policies.interface import Action
 
+# A little more, for rounding.
+_FULL_TURN = 2.0 * math.pi * (1.0 + 1e-9)
+
 
 def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
     """Return (turn, distance) as two numbers, or raise an error if a rule returned anything else for robot `i`."""
@@ -23,6 +26,11 @@ def check_answer(name: str, answer: Any, i: int) -> tuple[float, float]:
         ) from None
     if not (math.isfinite(turn) and math.isfinite(distance)):
         raise ValueError(f"{name}: returned (turn, distance) = ({turn}, {distance}) for robot {i}; both must be finite")
+    if abs(turn) > _FULL_TURN:
+        raise ValueError(
+            f"{name}: returned the turn {turn:g} for robot {i}; it is in radians, from -2π to 2π: np.radians(turn) of "
+            "degrees, or turn % (2 * np.pi)"
+        )
     return turn, distance
 
 

@@ -173,7 +173,12 @@ def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noi
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, state)")
     action, after = answer
-    check_action(name, action, len(percept.heading))
+    try:
+        check_action(name, action, len(percept.heading))
+    except ValueError as error:
+        if blamed := _not_finite_by(policy, percept, state, noise, action):
+            raise ValueError(f"{error}. {blamed}") from None
+        raise
     again = policy.decide(percept, state, noise)[0]
     if not _are_equal(action, again):
         raise ValueError(f"{name}.decide returned different actions for equal arguments; use `noise` only")
@@ -183,6 +188,35 @@ def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noi
         if not _are_equal(action, alone):
             raise ValueError(f"{name}.reads_teammates is False, but its actions depend on teammates; return True")
     return after
+
+
+def _not_finite_by(policy: Policy, percept: Percept, state: Any, noise: npt.NDArray[np.float64], action: Any) -> str:
+    """Return which columns make an action that is not finite, since some are NaN; empty if it has another cause."""
+    if not policy.columns or _is_finite(action):
+        return ""
+    others = len(percept.heading) + 1
+    identity = np.where(percept.teammates.identity < 0, others, percept.teammates.identity)
+    shown = percept._replace(teammates=percept.teammates._replace(identity=identity))
+    filled = {name: np.nan_to_num(getattr(percept.columns, name)) for name in policy.columns}
+
+    def is_finite_without(*names: str) -> bool:
+        # The robots themselves have every column.
+        own = np.arange(len(next(iter(filled.values())))) < others
+        missing = {name: np.where(own, filled[name], np.nan) for name in names}
+        columns = percept.columns._replace(**(filled | missing))
+        return _is_finite(policy.decide(shown._replace(columns=columns), state, noise)[0])
+
+    if not is_finite_without():
+        return ""
+    names = " and ".join(repr(name) for name in policy.columns if not is_finite_without(name))
+    return names and (
+        f"It comes of the column {names}, which is NaN for agents that do not have it and for hidden identities: test "
+        "what column_of returns, as by np.isnan"
+    )
+
+
+def _is_finite(action: Any) -> bool:
+    return all(np.isfinite(np.asarray(part, float)).all() for part in action)
 
 
 def _arrays(value: Any) -> list[npt.NDArray[Any]]:

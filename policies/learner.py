@@ -15,7 +15,7 @@ from teamsight.core import checks
 from teamsight.core.card import card, shown
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.interface import Percept
+from teamsight.policies.interface import Percept, Policy
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.memory.transitions import MOST
 from teamsight.policies.rewards import Reward, name_of, own_reward
@@ -92,16 +92,7 @@ class Learner(CompiledPolicy):
         return False  # A learner reads the situation vector.
 
     def check_percept(self, percept: Percept) -> None:
-        name, width = type(self).__name__, percept.situation.shape[1]
-        if width != self.inputs:
-            raise ValueError(f"{name}: the percept's situations have {width} components; it compares {self.inputs}")
-        # Written so that NaN is found too.
-        wrong = np.flatnonzero(~(np.abs(percept.situation) <= MOST).all(axis=1))
-        if len(wrong):
-            raise ValueError(
-                f"{name}: the situation of robot {wrong[0]} holds NaN or more than {MOST:g}; give 1 where nothing is "
-                "sensed"
-            )
+        check_situations(self, percept)
 
     @cached_property
     def _digest(self) -> str:
@@ -121,6 +112,19 @@ class Learner(CompiledPolicy):
         rows = [("learned from", f"{len(self.memory):,} transitions"), ("reward", name_of(self.reward))]
         names = (part.name for part in fields(self) if part.init and part.name not in ("memory", "reward"))
         return card(type(self).__name__, [*rows, *((name, repr(getattr(self, name))) for name in names)])
+
+
+def check_situations(policy: Policy, percept: Percept) -> None:
+    """Raise an error if the situations of a percept are not as wide as those of a policy, or no numbers."""
+    name, width = type(policy).__name__, percept.situation.shape[1]
+    if width != policy.inputs:
+        raise ValueError(f"{name}: the percept's situations have {width} components; it compares {policy.inputs}")
+    # Written so that NaN is found too.
+    wrong = np.flatnonzero(~(np.abs(percept.situation) <= MOST).all(axis=1))
+    if len(wrong):
+        raise ValueError(
+            f"{name}: the situation of robot {wrong[0]} holds NaN or more than {MOST:g}; give 1 where nothing is sensed"
+        )
 
 
 def components(memory: LazyMemory, inputs: int | None) -> int:

@@ -1,6 +1,7 @@
 """The command line as a program: ``teamsight`` and ``python -m teamsight``.
 
-Ctrl-C ends the program with status 130 and one line, at any time. So this module imports nothing that Python has not
+Ctrl-C ends the program with status 130 and one line, at any time, and so does SIGTERM, which clusters send before they
+kill a job. So this module imports nothing that Python has not
 loaded before: until the handler below is set, Python itself would print a traceback.
 """
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 _INTERRUPTED = 130
+_SIGNALS = (_signal.SIGINT, _signal.SIGTERM)
 _PACKAGES = ("teamsight.agents", "teamsight.analysis", "teamsight.policies", "teamsight.world")
 
 
@@ -24,6 +26,8 @@ def main() -> NoReturn:
     # A program that a shell runs in the background ignores Ctrl-C; leave that as it is.
     if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
         _signal.signal(_signal.SIGINT, _interrupt)
+    if _signal.getsignal(_signal.SIGTERM) == _signal.SIG_DFL:
+        _signal.signal(_signal.SIGTERM, _terminate)
     try:
         from teamsight.cli import main as run
 
@@ -32,7 +36,7 @@ def main() -> NoReturn:
         _leave("teamsight: interrupted\n")
     except SystemExit as end:
         # The work is done. While Python shuts down, Ctrl-C would print a traceback.
-        _signal.signal(_signal.SIGINT, _signal.SIG_IGN)
+        _ignore_signals()
         if end.code == _INTERRUPTED:
             _leave()
         raise
@@ -47,6 +51,18 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
         finally:  # standard error may be closed
             os._exit(_INTERRUPTED)
     raise KeyboardInterrupt
+
+
+def _terminate(number: int, frame: FrameType | None) -> None:
+    """Do what Ctrl-C would do now, which may be deferred; end also a program in the background, which ignores it."""
+    if _signal.getsignal(_signal.SIGINT) == _signal.SIG_IGN:
+        _interrupt(number, frame)
+    _signal.raise_signal(_signal.SIGINT)
+
+
+def _ignore_signals() -> None:
+    for number in _SIGNALS:
+        _signal.signal(number, _signal.SIG_IGN)
 
 
 def _is_loading(frame: FrameType | None) -> bool:
@@ -64,7 +80,7 @@ def _is_loading(frame: FrameType | None) -> bool:
 
 def _leave(message: str = "") -> NoReturn:
     """Exit after an interrupt; Python itself may exit by the signal instead of with the status."""
-    _signal.signal(_signal.SIGINT, _signal.SIG_IGN)
+    _ignore_signals()
     import atexit
     import contextlib
 

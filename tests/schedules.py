@@ -194,7 +194,7 @@ class Schedule(RuleBasedStateMachine):
 
 def facts(world: World) -> list[Any]:
     """Return all that can be read of a world, to the last bit."""
-    seen: list[Any] = [world.tick, repr((world.observed, world.mean_neighbours)), world.max_neighbours]
+    seen: list[Any] = [world.tick, repr((world.observed, world.mean_degree)), world.max_neighbours]
     seen += [repr((world.observed_fraction, world.recording.mean_neighbours)), len(world.agents), repr(world)]
     for group in world.groups:
         arrays = [group.position, group.heading, group.bodies.moved, group.active, group.identity]

@@ -59,7 +59,7 @@ def shown(percept: NeighbourList) -> list[dict[int, tuple[float, float]]]:
 
 def fingerprint(world: World) -> list[bytes]:
     """Return all that a user can see of what has happened."""
-    seen: list[Any] = [world.tick, world.observed, world.observed_fraction, world.mean_neighbours, world.max_neighbours]
+    seen: list[Any] = [world.tick, world.observed, world.observed_fraction, world.mean_degree, world.max_neighbours]
     for group in world.groups:
         seen += [group.position, group.heading, group.identity, *(group.policy_state or ())]
         for channel in group.channels:

@@ -63,8 +63,13 @@ def check_interaction(
     for sizes, spread in _SCENES:
         numbers = {role: sizes[at % len(sizes)] for at, role in enumerate(interaction.roles)}
         scene = _Scene(interaction, arena or Torus(10.0, 10.0), numbers, spread, rng)
-        for _ in range(steps):
-            scene.step()
+        try:
+            for _ in range(steps):
+                scene.step()
+        except ValueError as error:
+            if empty := [role for role, size in numbers.items() if not size]:
+                raise ValueError(f"{error} (with 0 bodies in the role {empty[0]!r}, as when all have left)") from None
+            raise
 
 
 class _Scene:

@@ -13,6 +13,14 @@ from teamsight.core import checks
 _started: weakref.WeakSet[GeneratorType[Any, Any, Any]] = weakref.WeakSet()
 
 
+class NoGeneratorError(TypeError, ValueError):
+    """A process was started with what is no generator. SimPy raises a ValueError."""
+
+
+class NoEventError(TypeError, RuntimeError):
+    """A process has yielded what is no event of its clock. SimPy raises a RuntimeError."""
+
+
 class CheckedGenerator:
     """Stands for a generator in a SimPy process.
 
@@ -21,7 +29,7 @@ class CheckedGenerator:
 
     Raises
     ------
-    TypeError
+    NoGeneratorError
         If it is not a generator.
     ValueError
         If a process was made of it before.
@@ -29,8 +37,8 @@ class CheckedGenerator:
 
     def __init__(self, clock: Any, generator: Generator[Any, Any, Any]) -> None:
         if not hasattr(generator, "throw"):
-            raise TypeError(
-                f"process({checks.shown(generator)}): must be a generator; call the function that yields: process(f(…))"
+            raise NoGeneratorError(
+                f"process({checks.shown(generator)}): is not a generator; call the function that yields: process(f(…))"
             )
         self._clock, self._generator, self._beginnings = clock, generator, clock.beginnings
         self.__name__ = getattr(generator, "__name__", type(generator).__name__)
@@ -64,7 +72,8 @@ class CheckedGenerator:
             wrong = self._what_is_wrong(event)
             if not wrong:
                 return event
-            event = self._generator.throw(TypeError(f"process {self.__name__}: yielded {checks.shown(event)}, {wrong}"))
+            what = f"Invalid yield value \"{checks.shown(event)}\""
+            event = self._generator.throw(NoEventError(f"process {self.__name__}: {what}, {wrong}"))
         return self._end()
 
     def _what_is_wrong(self, event: Any) -> str:

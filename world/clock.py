@@ -7,6 +7,7 @@ import math
 import weakref
 from collections.abc import Callable, Generator
 from heapq import heapify, heappop, heappush
+from numbers import Integral
 from typing import Any
 
 import simpy
@@ -85,7 +86,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         Of simultaneous events, that with the lowest priority comes first, and of these that which was planned first.
         """
         if type(time) is not float or not self._now <= time < math.inf:
-            time = checks.number("time", time)
+            time = _exact("time", time)
             if time < self._now:
                 raise ValueError(f"time={time:g}: has passed; it must be at least the present time, {self._now:g}")
         return Planned(self, time, priority, next(self._eid), action, arguments)
@@ -102,7 +103,8 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         Raises
         ------
         TypeError
-            If it is not a generator. A process that yields what is no event of this clock receives a TypeError there.
+            If it is not a generator; also a ValueError, as in SimPy. A process that yields what is no event of this
+            clock receives a TypeError there, which is also a RuntimeError, as in SimPy.
         ValueError
             If a process was started with this generator before.
         """
@@ -118,7 +120,9 @@ class Clock(simpy.Environment):  # type: ignore[misc]
         value : object, optional
             The value of the event, which the waiting process receives.
         """
-        return simpy.Timeout(self, checks.number("delay", delay, least=0), value)
+        if (delay := _exact("delay", delay)) < 0:
+            raise ValueError(f"Negative delay {delay:g}: delay must be at least 0")
+        return simpy.Timeout(self, delay, value)
 
     def resource(self, capacity: int) -> Any:
         """Return a ``simpy.Resource`` of this clock, of which so many users can have one unit at the same time."""
@@ -142,7 +146,7 @@ class Clock(simpy.Environment):  # type: ignore[misc]
             If the delay is negative, infinite or NaN.
         """
         if not 0 <= delay < math.inf:
-            raise ValueError(f"delay={delay}: must be a finite number, at least 0")
+            checks.number("delay", delay, least=0)
         if type(event) is simpy.events.Initialize:
             self._processes.add(event.callbacks[0].__self__)
         event.links = self.links_to(self._now + delay)
@@ -278,6 +282,12 @@ class Clock(simpy.Environment):  # type: ignore[misc]
     @order.setter
     def order(self, order: int) -> None:
         self._eid = itertools.count(order)
+
+
+def _exact(name: str, time: Any) -> float:
+    """Return a time as a finite number; whole numbers stay ints, as in SimPy."""
+    number = checks.number(name, time)
+    return int(time) if isinstance(time, Integral) else number
 
 
 def _process_of(callback: Any) -> Any:

@@ -28,6 +28,8 @@ _WEYL_0 = np.uint64(0x9E3779B9)
 _WEYL_1 = np.uint64(0xBB67AE85)
 
 TICKS_A_BLOCK = 4
+#: The number of ticks after which noise repeats: the counter of blocks has 32 bits.
+PERIOD = TICKS_A_BLOCK << 32
 LANES = 8
 
 

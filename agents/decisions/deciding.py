@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
+from teamsight.agents.fixed import Kept
 from teamsight.agents.settings import Settings
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Policy
@@ -29,7 +30,7 @@ class Deciding(Settings):
         The policy and the degree of awareness; `World.adjust` changes them.
     policy_state : object
         The state of the policy; rows as in `agents`.
-    others : list of OtherPolicy
+    others : tuple of OtherPolicy
         Further policies, which single robots have or have had.
     timetable : Timetable or None
         When robots decide and by which policy, if not all at every step and by the group's.
@@ -43,13 +44,13 @@ class Deciding(Settings):
         The present tick, which percepts show: an array of the world.
     """
 
-    rules: tuple[Any, Any]
+    rules: tuple[Any, Any] = Kept("set the policy or the degree, as in robots.policy = 'centroid'")  # type: ignore[assignment]
     policy_state: Any
     action: Action
     decides_alone: bool
     has_conditions: bool
-    others: list[OtherPolicy]
-    timetable: Timetable | None
+    others: tuple[OtherPolicy, ...] = Kept("set that of one robot, as in robots[0].policy = 'centroid'")  # type: ignore[assignment]
+    timetable: Timetable | None = Kept("set the cycle, as in robots.cycle = Cycle(5)")  # type: ignore[assignment]
     due: DueArrays | None
     first_cycle: Cycle = EVERY_STEP
     arrived_at: Integers

@@ -8,6 +8,7 @@ import numpy as np
 
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
 from teamsight.agents.decisions.timetable import Timetable
+from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
 
 if TYPE_CHECKING:
@@ -30,7 +31,8 @@ def new_timetable(data: WorldData, group: Group, cycle: Cycle = EVERY_STEP) -> T
 
 def put_timetable(group: Group, table: Timetable) -> None:
     """Give a group a timetable; its records must be bound again."""
-    group.timetable, group.action = table, table.action
+    put(group, timetable=table)
+    group.action = table.action
 
 
 def give_timetables(data: WorldData) -> None:

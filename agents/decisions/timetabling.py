@@ -12,6 +12,7 @@ from teamsight.agents.decisions.new_timetable import new_timetable, put_timetabl
 from teamsight.agents.decisions.other_policies import OtherPolicy
 from teamsight.agents.decisions.timetable import Timetable
 from teamsight.agents.engine.state_rows import put_rows, take_rows
+from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.policy_state import first_state
 from teamsight.agents.resolve import check_channels, check_fit, policy_of
@@ -80,7 +81,7 @@ def set_policy_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) 
     if index < 0:
         check_channels(group, policy)
         check_policies(group, [policy], team_of(data.groups, group))
-        others = [*others, OtherPolicy(policy, first_state(policy, len(group)))]
+        others = (*others, OtherPolicy(policy, first_state(policy, len(group))))
     table = group.timetable or new_timetable(data, group)
     with deferred():
         if index >= 0:
@@ -89,7 +90,7 @@ def set_policy_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) 
             index = len(others)
         table.policy[row] = index
         if others is not group.others:
-            group.others = others
+            put(group, others=others)
             put_timetable(group, table)
             # The buffers for noise and situations depend on all policies.
             group.begin(group.policy_state, group.decided)
@@ -104,15 +105,15 @@ def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None
     before = group.rules
     try:
         for policy in policies:
-            group.rules = policy, before[1]
+            put(group, rules=(policy, before[1]))
             check_fit(group, team)
     finally:
-        group.rules = before
+        put(group, rules=before)
 
 
 def begin_policy(group: Group, state: Any) -> None:
     """Let all robots decide by a new policy of the group, which has been set, with its first state."""
-    group.others = []
+    put(group, others=())
     if group.timetable is not None:
         group.timetable.policy[:] = 0
     group.begin(state)

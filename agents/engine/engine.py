@@ -256,6 +256,6 @@ class Engine(LoopCalls):
             self.is_bound = False
 
     def present(self, name: str) -> float:
-        """Return `observed` or `mean_neighbours` for the present positions."""
+        """Return `observed` or `mean_degree` for the present positions."""
         self.prepare()
         return self.stretch.reading(name, self._is_recorded)

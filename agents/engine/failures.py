@@ -98,7 +98,7 @@ def bad_interaction(data: WorldData, world: WorldArrays, where: int) -> ValueErr
         BAD_SPEED: f"with the speed {x:g}; speeds must be finite and at least 0",
         BAD_REWARD: f"with the reward {x:g}; rewards must be finite",
     }[int(progress["what"])]
-    agent = placed.roles[role].agents[int(progress["body"])]
+    agent = placed.roles[role]._agents[int(progress["body"])]
     return ValueError(f"{placed.name}: its kernel left {agent!r} at tick {int(progress['tick'])} {wrong}; {cure}")
 
 

@@ -85,8 +85,8 @@ class Deliberation:
         """Return the action of the robots that decide."""
         group = self.group
         if group.decides_alone:
-            name = f"{type(group.agents[0]).__name__}.decide" if group.agents else ""
-            return self._of_each(self.rows, [group.agents[row].decide for row in self.rows], name)
+            name = f"{type(group._agents[0]).__name__}.decide" if group._agents else ""
+            return self._of_each(self.rows, [group._agents[row].decide for row in self.rows], name)
         action = Action(np.zeros((len(self.rows), 2)), np.zeros(len(self.rows)))
         for index, policy in enumerate(group.policies):
             places = np.flatnonzero(self._choices == index)

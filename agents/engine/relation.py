@@ -31,7 +31,7 @@ class Members(Protocol):
     channels: dict[str, Channel]
     bodies: Bodies
     ranges: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
-    agents: list[Any]
+    _agents: list[Any]
     readings: dict[str, Readings]
     has_conditions: bool
 
@@ -143,7 +143,7 @@ class Relation:
         found = []
         for index in indices[start[row] : start[row + 1]]:
             place = bisect_right(first, index) - 1
-            found.append(self.observed[place].agents[index - first[place]])
+            found.append(self.observed[place]._agents[index - first[place]])
         return found
 
     def observers_of(self, agent: Any) -> list[Any]:
@@ -153,7 +153,7 @@ class Relation:
         start, indices = self.true_lists
         edges = np.flatnonzero(indices[: start[-1]] == self.first[agent.group.number] + agent.row)
         rows = np.searchsorted(start, edges, side="right") - 1
-        return [self.observers.agents[row] for row in rows]
+        return [self.observers._agents[row] for row in rows]
 
     @property
     def graph(self) -> NeighbourList:

@@ -164,7 +164,7 @@ def _found(model: Model, data: WorldData, owner: Owner) -> Any:
     if kind == "source":
         return data.sources.known[number]
     group = data.groups[number]
-    return group.agents[group.bodies.member.tolist().index(member)]
+    return group._agents[group.bodies.member.tolist().index(member)]
 
 
 def _cannot_save(reason: str) -> TypeError:

@@ -135,7 +135,7 @@ class EventSource:
     def agent(self, member: int) -> Any:
         """Return the agent of the group that is this member; None if it has left."""
         row = self.row(member)
-        return None if row < 0 else self._its_group().agents[row]
+        return None if row < 0 else self._its_group()._agents[row]
 
     def row(self, member: int) -> int:
         """Return the present row of a member in the arrays of the group; -1 if it has left."""

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from teamsight.world.clock import Clock
 
-DECIDE, EVENT, CONDITION = "decide", "an event", "a condition"
+DECIDE, EVENT, CONDITION, OWN_STEP = "decide", "an event", "a condition", "an agent's own step"
 
 
 class Timeline:

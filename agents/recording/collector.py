@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import mesa
-import numpy as np
 
 from teamsight.agents.recording.history import Stretch
-from teamsight.agents.recording.totals import Totals
+from teamsight.agents.recording.totals import Sums
 
 REPORTERS = {
-    name: name for name in ("observed", "observed_fraction", "mean_neighbours", "max_neighbours", "seed_used")
+    name: name
+    for name in ("observed", "observed_fraction", "mean_degree", "mean_neighbours", "max_neighbours", "seed_used")
 }
 
 
@@ -28,22 +28,22 @@ class Rows:
         The first row, and the row after the last.
     tick : int
         The step of the last row.
-    earlier : tuple of Totals and int
-        The sums of observed targets over earlier stretches, and the largest degree in them.
+    earlier : Sums
+        The sums of earlier stretches.
     """
 
     stretch: Stretch
     first: int
     last: int
     tick: int
-    earlier: tuple[Totals, int]
+    earlier: Sums
 
 
 class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     """A DataCollector that is filled from the history, so that it needs no Python between steps.
 
-    It reports ``observed`` and ``mean_neighbours`` of each step, ``observed_fraction`` and ``max_neighbours`` over all
-    steps so far, and ``seed_used``, with which a run of a batch can be repeated.
+    It reports ``observed`` and ``mean_degree`` of each step, ``observed_fraction``, ``mean_neighbours`` and
+    ``max_neighbours`` over all steps so far, and ``seed_used``, with which a run of a batch can be repeated.
     """
 
     def __init__(self) -> None:
@@ -105,13 +105,10 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
     def _fill(self, new: Rows) -> None:
         columns = new.stretch.columns(new.first, new.last)
         count = new.last - new.first
-        (totals, largest), (before, most_before) = new.earlier, new.stretch.sums(new.first)
-        mean = new.stretch.running_fraction(totals.plus(before), new.first, new.last)
-        self._model_vars["observed"].extend(columns["observed"].tolist())
-        self._model_vars["observed_fraction"].extend(mean.tolist())
-        self._model_vars["mean_neighbours"].extend(columns["mean_neighbours"].tolist())
-        most = np.maximum.accumulate(np.concatenate([[max(largest, most_before)], columns["max_neighbours"]]))[1:]
-        self._model_vars["max_neighbours"].extend(most.tolist())
+        before = new.earlier.plus(new.stretch.sums(new.first))
+        values = {"observed": columns["observed"], "mean_degree": columns["mean_neighbours"]}
+        for name, column in (values | new.stretch.running(before, new.first, new.last)).items():
+            self._model_vars[name].extend(column.tolist())
         # The seed of a model does not change while it runs.
         self._model_vars["seed_used"].extend(self._model_vars["seed_used"][-1:] * count)
         if hasattr(self, "_steps"):

@@ -12,7 +12,7 @@ import pandas as pd
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.records import CONDITIONAL_COLUMNS, HISTORY_COLUMNS
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.recording.totals import NOTHING, Totals, running_means, totals_of
+from teamsight.agents.recording.totals import Sums, running_means, totals_of
 from teamsight.core.buffer import Buffer
 
 _EDGES, _LARGEST, _OBSERVED, _ACTIVE, _ACTIVE_OBSERVED = range(CONDITIONAL_COLUMNS)
@@ -53,8 +53,7 @@ class Stretch:
         self.buffer = Buffer(shape, np.int64, _FIRST_ROWS)
         # The same numbers for the positions before the first step.
         self.present = np.zeros(shape, np.int64)
-        self._sums: tuple[Totals, int] = (NOTHING, 0)
-        self._summed = 0
+        self._sums, self._summed = Sums(), 0
 
     def emptied(self) -> Stretch:
         """Return a new stretch of the same relations, without rows."""
@@ -64,7 +63,7 @@ class Stretch:
         room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
         other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
         other.scores = Buffer(self.scores.array.shape[1:], np.float64, room)
-        other._sums, other._summed = (NOTHING, 0), 0
+        other._sums, other._summed = Sums(), 0
         return other
 
     def make_room(self, steps: int) -> None:
@@ -77,22 +76,25 @@ class Stretch:
         """The number of recorded steps."""
         return self.buffer.rows
 
-    def sums(self, last: int | None = None) -> tuple[Totals, int]:
-        """Return the sums of observed targets, and the largest degree, of the rows before `last`; by default of all.
+    def sums(self, last: int | None = None) -> Sums:
+        """Return the sums of the rows before `last`; by default of all.
 
         They are computed when they are asked for, since the loop may stop at every step.
         """
         last = self.rows if last is None else last
         if last < self._summed:
-            return self._added((NOTHING, 0), self.buffer.array[:last])
+            return self._sums_of(self.buffer.array[:last])
         if last > self._summed:
-            self._sums, self._summed = self._added(self._sums, self.buffer.array[self._summed : last]), last
+            new = self._sums_of(self.buffer.array[self._summed : last])
+            self._sums, self._summed = self._sums.plus(new), last
         return self._sums
 
-    def _added(self, before: tuple[Totals, int], rows: Integers) -> tuple[Totals, int]:
-        """Return sums with those of later rows."""
-        new = totals_of(self._targets_of(rows), self._observed_of(rows))
-        return before[0].plus(new), max(before[1], int(rows[:, self._teammates, _LARGEST].max(initial=0)))
+    def _sums_of(self, rows: Integers) -> Sums:
+        return Sums(
+            totals_of(self._targets_of(rows), self._observed_of(rows)),
+            totals_of(self._robots_of(rows), self._edges_of(rows)),
+            int(rows[:, self._teammates, _LARGEST].max(initial=0)),
+        )
 
     def _targets_of(self, rows: Integers) -> int | Integers:
         """Return the number of active targets in each of some rows; one number if it is always the same."""
@@ -121,13 +123,8 @@ class Stretch:
         largest = self.buffer.written[first:, self._teammates, _LARGEST].max(axis=0, initial=0)
         return dict(zip(self._groups, largest.tolist(), strict=True))
 
-    @property
-    def edges(self) -> Totals:
-        """The sums of the numbers of neighbours, by the number of robots."""
-        return totals_of(self._robots_of(self.buffer.written), self._edges_of(self.buffer.written))
-
     def reading(self, name: str, is_recorded: bool) -> float:
-        """Return `observed` or `mean_neighbours` of the last row, or of the present before it is recorded."""
+        """Return `observed` or `mean_degree` of the last row, or of the present before it is recorded."""
         row = self.buffer.array[self.rows - 1] if is_recorded else self.present
         # Number by number: for one row that takes a fifth of the time of `columns`, and every run begins with it.
         if name == "observed":
@@ -152,10 +149,15 @@ class Stretch:
         )
         return dict(zip(COLUMNS, values, strict=True))
 
-    def running_fraction(self, before: Totals, first: int, last: int) -> npt.NDArray[np.float64]:
-        """Return the observed fraction after each row from `first` to before `last`, and all `before`."""
+    def running(self, before: Sums, first: int, last: int) -> dict[str, npt.NDArray[Any]]:
+        """Return the measures of a run after each row from `first` to before `last`, and all `before`."""
         rows = self.buffer.array[first:last]
-        return running_means(before, self._targets_of(rows), self._observed_of(rows))
+        degrees = rows[:, self._teammates, _LARGEST].max(axis=1, initial=before.largest)
+        return {
+            "observed_fraction": running_means(before.observed, self._targets_of(rows), self._observed_of(rows)),
+            "mean_neighbours": running_means(before.edges, self._robots_of(rows), self._edges_of(rows)),
+            "max_neighbours": np.maximum.accumulate(degrees),
+        }
 
 
 class History:
@@ -165,7 +167,7 @@ class History:
         self._stretches: list[Stretch] = []
         # Of the first stretches, which are finished; there may be thousands, if agents come and go.
         self._counted = 0
-        self._earlier: tuple[Totals, int] = (NOTHING, 0)
+        self._earlier = Sums()
 
     def begin(self, relations: list[Relation], scores: tuple[str, ...] = ()) -> Stretch:
         """Begin a new stretch, with scores of these names, and return it."""
@@ -184,25 +186,26 @@ class History:
         return self._stretches[-1]
 
     @property
-    def earlier(self) -> tuple[Totals, int]:
-        """The sums of all stretches but the last, and the largest degree in them."""
+    def earlier(self) -> Sums:
+        """The sums of all stretches but the last."""
         for stretch in self._stretches[self._counted : -1]:
-            totals, largest = stretch.sums()
-            self._earlier = self._earlier[0].plus(totals), max(self._earlier[1], largest)
+            self._earlier = self._earlier.plus(stretch.sums())
             self._counted += 1
         return self._earlier
 
     @property
+    def _sums(self) -> Sums:
+        return self.earlier.plus(self._stretches[-1].sums()) if self._stretches else self.earlier
+
+    @property
     def observed_fraction(self) -> float:
         """The mean share of targets that are observed, over the rows with targets; NaN before the first."""
-        totals, _ = self.earlier
-        return (totals.plus(self._stretches[-1].sums()[0]) if self._stretches else totals).mean_share
+        return self._sums.observed.mean_share
 
     @property
     def max_neighbours(self) -> int:
         """The largest degree in any row; 0 before the first."""
-        _, largest = self.earlier
-        return max(largest, self._stretches[-1].sums()[1]) if self._stretches else largest
+        return self._sums.largest
 
     def largest_of(self, team: str | None, first: int = 0) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on; 0 before the first."""
@@ -224,10 +227,7 @@ class History:
     @property
     def mean_neighbours(self) -> float:
         """The mean degree over the robots and steps of the rows with robots; NaN before the first."""
-        totals = NOTHING
-        for stretch in self._stretches:
-            totals = totals.plus(stretch.edges)
-        return totals.mean_share
+        return self._sums.edges.mean_share
 
     def frame(self, scores: tuple[str, ...] = ()) -> pd.DataFrame:
         """Return the rows as a table, indexed by step from 1; `scores` are there even if no step has any yet."""

@@ -44,6 +44,19 @@ class Totals(NamedTuple):
 NOTHING = Totals({}, 0)
 
 
+class Sums(NamedTuple):
+    """What was summed in some rows: observed targets, edges between neighbours, and the largest degree."""
+
+    observed: Totals = NOTHING
+    edges: Totals = NOTHING
+    largest: int = 0
+
+    def plus(self, other: Sums) -> Sums:
+        """Return the sums of these rows and of later ones."""
+        largest = max(self.largest, other.largest)
+        return Sums(self.observed.plus(other.observed), self.edges.plus(other.edges), largest)
+
+
 def totals_of(sizes: int | Integers, numbers: Integers) -> Totals:
     """Return the totals of rows with these numbers of targets, or the same in all, and of observed targets."""
     if isinstance(sizes, int):

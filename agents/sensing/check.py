@@ -16,6 +16,8 @@ from teamsight.world.sight import Sight
 _UNWRITTEN = -7_777_777
 # Nothing changes between two calls, so the room that the first call returns must suffice.
 _MOST_CALLS = 3
+# A place so far away that no sensor should depend on who is there.
+_FAR = 1e6
 
 # Numbers of observers and of others, the side of the square [ranges], and whether observers are observed.
 _SCENES = (
@@ -101,14 +103,26 @@ def _check_rows(name: str, sensor: Sensor, view: View) -> None:
     ample = _sensed(name, sensor, view, 10_000)
     for what, moved, cure in (
         ("observed agents", _shifted(view), "view.everyone[index]"),
-        ("observers", _preceded(view), "view.member[i]"),
+        ("observers", _with_observer(view, 0), "view.member[i]"),
     ):
         # Which agent a false detection shows may depend on all of them.
         if not np.array_equal(_true_offsets(ample), _true_offsets(_sensed(name, sensor, moved, 10_000))):
+            if what == "observers" and _reads_all_observers(name, sensor, view):
+                raise ValueError(
+                    f"{name}: sense writes something else if there is one observer more, far from all others; it may "
+                    "read other observers than i, but only those nearby"
+                )
             raise ValueError(
                 f"{name}: sense writes something else if the {what} have other row numbers; noise must be a function "
                 f"of {cure}, not of the row"
             )
+
+
+def _reads_all_observers(name: str, sensor: Sensor, view: View) -> bool:
+    """Return whether an observer far away changes what a sensor writes for the others, whose rows stay as they are."""
+    last = len(view.heading)
+    found = [_sensed(name, sensor, one, 10_000) for one in (view, _with_observer(view, last))]
+    return not np.array_equal(*map(_true_offsets, found))
 
 
 def _true_offsets(sensed: NeighbourList) -> Floats:
@@ -124,19 +138,20 @@ def _shifted(view: View) -> View:
     )
 
 
-def _preceded(view: View) -> View:
-    """Return the view with one more observer, at the first place, that has nothing in range."""
+def _with_observer(view: View, row: int) -> View:
+    """Return the view with one more observer in a row, far away and with nothing in range."""
 
-    def more(array: Any) -> Any:
-        return np.concatenate([np.ones((1, *array.shape[1:]), array.dtype), array])
+    def more(array: Any, value: Any) -> Any:
+        return np.insert(array, row, value, axis=0)
 
-    seen = view.in_range
-    heading = np.concatenate([[[1.0, 0.0]], view.heading])
-    shifted = _shifted(view) if view.own == 0 else view
-    return shifted._replace(
-        member=np.concatenate([[2**20], view.member]), position=more(view.position), heading=heading,
-        reach=more(view.reach), own=shifted.own - (shifted.own >= 0),
-        in_range=shifted.in_range._replace(start=np.concatenate([[0], seen.start])),
+    seen, own = view.in_range, view.own + row
+    if view.own >= 0:
+        # It is observed too.
+        seen = seen._replace(identity=seen.identity + (seen.identity >= own))
+        view = view._replace(everyone=np.insert(view.everyone, own, 2**20))
+    return view._replace(
+        member=more(view.member, 2**20), position=more(view.position, _FAR), heading=more(view.heading, (1.0, 0.0)),
+        reach=more(view.reach, 1.0), in_range=seen._replace(start=more(seen.start, seen.start[row])),
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Advice when there are too few trials for the risk: what they support, and what would be sufficient."""
+"""The answer of a report: the δ that the trials support, and what would be sufficient if they are too few."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ if TYPE_CHECKING:
     from teamsight.analysis.delta.estimate import DeltaEstimate
 
 
+# Fewer independent trials than this say nothing about how much trials differ.
+_SEVERAL = 2.0
+
+
 def trials_phrase(report: DeltaEstimate) -> str:
     """Return the number of trials, and the number of independent ones if there are fewer of these."""
     text = f"{report.trials:,} {report.trial}{'s' * (report.trials != 1)}"
@@ -17,49 +21,62 @@ def trials_phrase(report: DeltaEstimate) -> str:
     return f"{text} (equivalent to {report.independent:.1f} independent ones)"
 
 
-def supported_bound(report: DeltaEstimate) -> str:
-    """Return the largest number of neighbours in too few trials, and which risk they support; "" if it is N − 1."""
-    delta, what = report.supported_delta, "runs" if report.trial == "run" else f"independent {report.trial}s"
-    if delta >= report.robots - 1:
-        return ""
-    return (
-        f"δ = {delta} for a risk of {rounded_up(report.supported_risk):g}, the smallest that so few {report.trial}s "
-        f"support with {report.confidence:.0%} confidence; a risk of {report.risk:g} needs {report.trials_needed:,} "
-        f"{what}."
-    )
+def trial_phrase(report: DeltaEstimate) -> str:
+    """Return a description of one trial."""
+    if report.source == "simulation":
+        return f"a run of {report.length:g} steps"
+    if report.trial == "window":
+        return f"a window of {report.length:g}"
+    return f"a whole {report.trial} (of about {report.length:g})"
+
+
+def answer(report: DeltaEstimate) -> str:
+    """Return the one δ that the trials support, and its risk."""
+    trial, share = f"A trial is {trial_phrase(report)}.", f"{100 * report.risk:g} %"
+    if report.independent < _SEVERAL:
+        what = "simulation" if report.recorded is None else "record"
+        return (
+            f"This {what} is one observation, {trials_phrase(report)}: its largest number of neighbours is "
+            f"{report.largest}, which says little about others."
+        )
+    if report.cautions:
+        return (
+            f"δ = {report.delta} (point estimate), if the record is right: exceeded in at most {share} of the trials. "
+            f"{trial}"
+        )
+    sure = f"with {report.confidence:.0%} confidence"
+    if not report.supported:
+        return f"{_supported(report, sure)} {trial}"
+    lower = f" The point estimate is δ = {report.delta}." * (report.delta != report.delta_safe)
+    return f"δ = {report.delta_safe} {sure}: exceeded in at most {share} of the trials. {trial}{lower}"
+
+
+def _supported(report: DeltaEstimate, sure: str) -> str:
+    """Return the δ that too few trials support, with its risk: the largest number found, or one less than N − 1."""
+    most, delta = report.robots - 1, report.supported_delta
+    if most < 1:
+        return "A single robot has no neighbours: δ = 0 cannot be exceeded."
+    of_these = f"the smallest that so few {report.trial}s support {sure}"
+    if delta < most:
+        outside = f" Outside of them {report.largest} was found." * (report.largest > delta)
+        return f"δ = {delta} for a risk of {rounded_up(report.supported_risk):g}, {of_these}.{outside}"
+    row = report.exceedance.iloc[most - 1]
+    met = f"in {int(row['exceeding']):,} of them some robot had all N − 1 = {most} teammates as neighbours"
+    if report.delta_low == most:
+        return f"δ = {most}, which cannot be exceeded: {met}, which is too often for δ = {most - 1}."
+    return f"δ = {most - 1} for a risk of {rounded_up(row['high']):g}, {of_these}: {met}."
 
 
 def advice(report: DeltaEstimate) -> list[str]:
-    """Return which risk the trials support, and how many trials the stated risk needs."""
-    most = report.robots - 1
-    if report.delta_low == most > 0:
-        row = report.exceedance.iloc[most - 1]
-        return [
-            f"In {int(row['exceeding']):,} of them some robot had all N − 1 = {most} teammates as neighbours, "
-            f"which is too often for δ = {most - 1}. Only δ = {most} remains, which cannot be exceeded."
-        ]
+    """Return how many trials the stated risk needs."""
+    if report.delta_low == report.robots - 1 > 0:
+        return []
+    what = "runs" if report.trial == "run" else f"independent {report.trial}s"
     return [
         f"These {trials_phrase(report)} cannot support a risk of {report.risk:g} with {report.confidence:.0%} "
-        f"confidence: at least {report.trials_needed:,} independent ones are needed, none of which exceeds δ.",
-        _supported(report),
+        f"confidence: it needs {report.trials_needed:,} {what}, none of which exceeds δ.",
         _cure(report),
     ]
-
-
-def _supported(report: DeltaEstimate) -> str:
-    most, delta = report.robots - 1, report.supported_delta
-    if delta < most:
-        outside = f"; outside of them {report.largest} was found" * (report.largest > delta)
-        return (
-            f"None of them exceeds δ = {delta}{outside}. Only δ = N − 1 = {most} cannot be exceeded."
-        )
-    if most < 1:
-        return "A single robot has no neighbours: δ = 0 cannot be exceeded."
-    row = report.exceedance.iloc[most - 1]
-    return (
-        f"In {int(row['exceeding']):,} of them some robot had all N − 1 = {most} teammates as neighbours; "
-        f"they support a risk of {rounded_up(row['high']):g} for δ = {most - 1}."
-    )
 
 
 def _cure(report: DeltaEstimate) -> str:

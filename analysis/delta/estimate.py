@@ -70,8 +70,8 @@ class DeltaEstimate:
     is_moving : bool
         Whether any robot moves.
     cautions : tuple of str
-        For trajectories, why the unit of the range may not be that of the positions, or the record not that of one
-        team; then no number is to be trusted.
+        For trajectories, why the unit of the range may not be that of the positions, the record not that of one team,
+        or its samples not where and when the robots were; then no number is to be trusted.
     notes : tuple of str
         Further conditions that limit the result.
     """
@@ -201,6 +201,7 @@ class DeltaEstimate:
 
     def _card(self) -> str:
         bound = f"{self.delta_safe}" if self.supported else f"{self.robots - 1}: too few {self.trial}s for this risk"
+        bound = "unknown: see the caution" if self.cautions else bound
         rows = [
             ("subject", self.subject),
             ("δ for the risk", f"{self.delta} for {self.risk:g}"),

@@ -10,8 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from teamsight.analysis.delta.advice import rounded_up
-from teamsight.analysis.delta.report_text import trial_phrase
+from teamsight.analysis.delta.advice import rounded_up, trial_phrase
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,16 +64,17 @@ def _draw_curve(axes: Axes, report: DeltaEstimate, floor: float) -> None:
 
 def _draw_choice(axes: Axes, report: DeltaEstimate, floor: float) -> None:
     axes.axhline(report.risk, color=_RED, linewidth=1.0, linestyle=":", label=f"risk {report.risk:g}")
-    same = report.supported and report.delta == report.delta_safe
+    sure = report.supported and not report.cautions
+    same = sure and report.delta == report.delta_safe
     label = f"δ = {report.delta}" + (f", also with {report.confidence:.0%} confidence" if same else "")
     axes.axvline(report.delta, color=_GREY, linewidth=1.2, label=label)
-    if report.supported and not same:
+    if sure and not same:
         label = f"δ = {report.delta_safe} with {report.confidence:.0%} confidence"
         axes.axvline(report.delta_safe, color=_GREY, linewidth=1.2, linestyle="-.", label=label)
     if not report.supported and report.delta_low < report.robots - 1:
         what = f"{'independent ' * (report.trial != 'run')}{report.trial}s"
         text = f"too few {what} for this risk: {report.trials_needed:,} needed"
-        if report.supported_delta < report.robots - 1:
+        if report.supported_delta < report.robots - 1 and not report.cautions:
             text += f"\nthese support a risk of {rounded_up(report.supported_risk):g}, for δ = {report.supported_delta}"
         box = {"facecolor": "white", "alpha": 0.85, "edgecolor": "none", "pad": 2}
         axes.text(0.02, 0.03, text, transform=axes.transAxes, color=_RED, fontsize=9, bbox=box)

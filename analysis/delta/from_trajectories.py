@@ -14,10 +14,18 @@ from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.delta.resample import Grid, make_grid
 from teamsight.analysis.delta.team_conditions import SQUARE_RANGES
 from teamsight.analysis.delta.trajectory_cautions import TrajectoryWarning, cautions, check_motion, scale_note, scale_of
+from teamsight.analysis.delta.trajectory_faults import faults, share_present
 from teamsight.analysis.delta.trajectory_files import check_trajectories
 from teamsight.analysis.delta.trajectory_neighbours import Neighbours, neighbours_over_time
 from teamsight.analysis.delta.trajectory_notes import notes
-from teamsight.analysis.delta.trajectory_trials import Trials, recordings, shorter_window, trials, window_frames
+from teamsight.analysis.delta.trajectory_trials import (
+    Trials,
+    independent_frames,
+    recordings,
+    shorter_window,
+    trials,
+    window_frames,
+)
 from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
@@ -85,14 +93,17 @@ def delta_from_trajectories(
     TrajectoryWarning
         If the unit of the range is probably not that of the positions: robots move more than a range between samples,
         never meet, or always fit into a tenth of a range. Or if a column group has several values in one run: all count
-        as one team. The report begins with the same sentences, `cautions`.
+        as one team. Or if the record has a fault: fewer than 95 % of the robots are present at a time, their number
+        differs between runs, in most runs their first samples are more than two intervals apart, or a step is above ten
+        medians and half a range. The report begins with the same sentences, `cautions`, and states no confidence.
 
     Notes
     -----
     Runs (a column of that name) are independent of each other. Successive windows of a run are correlated, so they
     count as fewer independent ones: see `exceedance.effective_number`, applied to their largest and to their mean
-    degree; the smaller result counts. The frames after the last complete window of a piece count for the largest
-    degree only, and so do windows with less than half as many robots as the median window.
+    degree; the smaller result counts, but at most that of all frames, `independent_frames`. The frames after the last
+    complete window of a piece count for the largest degree only, and so do windows with less than half as many robots
+    as the median window.
     """
     risk = checks.number("risk", risk, above=0.0, most=1.0)
     confidence = checks.number("confidence", confidence, above=0.5, most=0.999999)
@@ -106,8 +117,11 @@ def delta_from_trajectories(
         trajectories, awareness_range, range_shape=range_shape, arena=arena, step=step, max_gap=max_gap,
         progress=progress,
     )  # fmt: skip
-    tried = trials(found.over_time, grid, frames)
+    most = independent_frames(found.over_time, grid)
+    tried = trials(found.over_time, grid, frames, most)
     doubts = cautions(found, trajectories, scale, awareness_range, arena)
+    present = share_present(trajectories, found, tried)
+    doubts += faults(trajectories, found, tried, awareness_range, present, arena)
     for doubt in doubts:
         warnings.warn(doubt, TrajectoryWarning, stacklevel=2)
     return DeltaReport(
@@ -126,24 +140,24 @@ def delta_from_trajectories(
         unit="time units",
         trial=tried.kind,
         recorded=grid.frames * grid.step,
-        shorter=_shorter(found, tried, risk, confidence),
+        shorter=_shorter(found, tried, risk, confidence, most),
         over_time=found.over_time,
         frame=grid.step,
         is_moving=found.move > 0,
         cautions=doubts,
         notes=(
-            *notes(found, tried, awareness_range, window is not None), scale_note(scale, awareness_range),
+            *notes(found, tried, awareness_range, window is not None, present), scale_note(scale, awareness_range),
             *[SQUARE_RANGES] * (range_shape == "square"),
         ),
     )
 
 
-def _shorter(found: Neighbours, tried: Trials, risk: float, confidence: float) -> float | None:
+def _shorter(found: Neighbours, tried: Trials, risk: float, confidence: float, most: float) -> float | None:
     """Return the longest window that supports the risk [time], or None if there is none or the trials support it."""
     if exceedance.supports(tried.independent, risk, confidence):
         return None
     needed = exceedance.trials_needed(risk, confidence)
-    window = shorter_window(found.over_time, found.grid, tried.frames, needed)
+    window = shorter_window(found.over_time, found.grid, tried.frames, needed, most)
     return None if window is None else window * found.grid.step
 
 

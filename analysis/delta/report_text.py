@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
-from teamsight.analysis.delta.advice import advice, supported_bound, trials_phrase
+from teamsight.analysis.delta.advice import advice, answer, trials_phrase
 from teamsight.analysis.plot.markdown import page
 from teamsight.analysis.plot.markdown import table as markdown_table
 
@@ -27,15 +27,7 @@ class Section(NamedTuple):
 
 def sentences(report: DeltaEstimate) -> list[str]:
     """Return the conclusions, the most important first."""
-    said = [
-        f"δ = {report.delta} (point estimate): exceeded in at most {100 * report.risk:g} % of the trials. "
-        f"A trial is {trial_phrase(report)}."
-    ]
-    if report.supported:
-        also = "also " * (report.delta_safe == report.delta)
-        said[0] += f" δ = {report.delta_safe} {also}with {report.confidence:.0%} confidence."
-    elif bound := supported_bound(report):
-        said.insert(0, bound)
+    said = [answer(report)]
     said += [f"Largest number of neighbours: {report.largest}, in {trials_phrase(report)} of {report.robots} robots."]
     if not report.supported:
         said += advice(report)
@@ -46,15 +38,6 @@ def sentences(report: DeltaEstimate) -> list[str]:
         )
     said += _about_the_ring(report)
     return [*report.cautions, *said, *report.notes]
-
-
-def trial_phrase(report: DeltaEstimate) -> str:
-    """Return a description of one trial."""
-    if report.source == "simulation":
-        return f"a run of {report.length:g} steps"
-    if report.trial == "window":
-        return f"a window of {report.length:g}"
-    return f"a whole {report.trial} (of about {report.length:g})"
 
 
 def _about_the_ring(report: DeltaEstimate) -> list[str]:

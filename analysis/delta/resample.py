@@ -48,6 +48,8 @@ class Grid(NamedTuple):
         Longest gap between two samples of a robot that is interpolated.
     robots : int
         Largest number of robots in one piece.
+    interval : float
+        Median time between successive samples of a robot.
     """
 
     start: Floats
@@ -57,6 +59,7 @@ class Grid(NamedTuple):
     step: float
     max_gap: float
     robots: int
+    interval: float
 
     @property
     def frames(self) -> int:
@@ -137,7 +140,7 @@ def make_grid(trajectories: pd.DataFrame, step: float | None = None, max_gap: fl
             f"step={step:g}: the record spans {span:g}, which makes more than {_MOST_FRAMES:,} frames; "
             "give a longer step, or check the times"
         )
-    return Grid(start, (steps + _SAME).astype(np.int64) + 1, run, gaps, step, gap, robots)
+    return Grid(start, (steps + _SAME).astype(np.int64) + 1, run, gaps, step, gap, robots, median)
 
 
 def _pieces(trajectories: pd.DataFrame, max_gap: float) -> tuple[Floats, Floats, NDArray[np.int64], Floats, int]:

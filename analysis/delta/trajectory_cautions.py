@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from teamsight.analysis.delta.resample import Grid, blocks, trajectory_starts
+from teamsight.analysis.delta.resample import Floats, Grid, blocks, trajectory_starts
 
 if TYPE_CHECKING:
     from teamsight.analysis.delta.trajectory_neighbours import Neighbours
     from teamsight.world.arena import Arena
+
+Ints = NDArray[np.int64]
 
 # Robots that move more ranges than this between samples cannot be followed from one to the next.
 _MOST_MOVE = 10.0
@@ -23,7 +26,7 @@ _FINE = 0.5
 
 
 class TrajectoryWarning(UserWarning):
-    """Recorded positions that probably have another unit than the awareness range, or are not of one team."""
+    """Recorded positions that have faults, are not of one team, or have another unit than the awareness range."""
 
 
 class Scale(NamedTuple):
@@ -55,6 +58,28 @@ def scale_of(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None)
     arena : Arena, optional
         Moves are the shortest ways if it is periodic.
     """
+    _, wait, length = moves(trajectories, grid, arena)
+    move = length * np.maximum(1.0, grid.step / wait)
+    move = move[move > 0]
+    spans = (_span(trajectories[axis].to_numpy()) for axis in ("x", "y"))
+    return Scale(float(np.median(move)) if len(move) else 0.0, *spans)
+
+
+def moves(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None) -> tuple[Ints, Floats, Floats]:
+    """Return the moves of robots from sample to sample, without those over gaps.
+
+    Parameters
+    ----------
+    trajectories, grid, arena
+        See `scale_of`.
+
+    Returns
+    -------
+    row : ndarray of int64
+        Row of the later sample of each.
+    wait, length : ndarray of float64
+        Time between the samples [time], and their distance [length]; NaN if the robot is away at one of them.
+    """
     time, x, y = (trajectories[name].to_numpy() for name in ("time", "x", "y"))
     own = np.ones(len(time) - 1, bool)
     own[trajectory_starts(trajectories)[1:-1] - 1] = False
@@ -63,12 +88,10 @@ def scale_of(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None)
     way = np.column_stack([np.diff(x), np.diff(y)])[own]
     if arena is not None and max(arena.period) > 0:
         way = arena.displacement(np.zeros(2), way)
-    move = np.hypot(*way.T) * np.maximum(1.0, grid.step / wait[own])
-    move = move[move > 0]
-    return Scale(float(np.median(move)) if len(move) else 0.0, *map(_span, (x, y)))
+    return np.flatnonzero(own) + 1, wait[own], np.hypot(*way.T)
 
 
-def _span(values: np.ndarray[Any, np.dtype[np.float64]]) -> float:
+def _span(values: Floats) -> float:
     """Return the length that coordinates span; NaN stands for robots that are not there."""
     return float(np.nanmax(values) - np.nanmin(values))
 
@@ -92,11 +115,11 @@ def check_motion(scale: Scale, grid: Grid, awareness_range: float, frames: int |
     ValueError
         If they do.
     """
-    ranges, span = scale.move / awareness_range, f"{_shown(scale.width)} × {_shown(scale.height)}"
+    ranges, span = scale.move / awareness_range, f"{rounded(scale.width)} × {rounded(scale.height)}"
     if frames != 1 and ranges > _MOST_MOVE:
         raise ValueError(
-            f"awareness_range={awareness_range:g}: robots move {_shown(ranges)} ranges between samples (median "
-            f"{_shown(scale.move)}), at most {_MOST_MOVE:g}, so their neighbours in between are unknown; give the "
+            f"awareness_range={awareness_range:g}: robots move {rounded(ranges)} ranges between samples (median "
+            f"{rounded(scale.move)}), at most {_MOST_MOVE:g}, so their neighbours in between are unknown; give the "
             f"range in the unit of the positions, which span {span}, or record at least every "
             f"{grid.step * _FINE / ranges:.2g}"
         )
@@ -121,22 +144,22 @@ def cautions(
         Distances are periodic if it is.
     """
     said = []
-    span = f"the positions span {_shown(scale.width)} × {_shown(scale.height)}"
+    span = f"the positions span {rounded(scale.width)} × {rounded(scale.height)}"
     if (ranges := scale.move / awareness_range) > _USUAL_MOVE:
         said.append(
-            f"robots move {_shown(ranges)} awareness ranges between samples (median {_shown(scale.move)}; {span}). If "
-            "the unit is right, record more often: neighbours between samples are not found."
+            f"robots move {rounded(ranges)} awareness ranges between samples (median {rounded(scale.move)}; {span}). "
+            "If the unit is right, record more often: neighbours between samples are not found."
         )
     if not found.over_time["max_degree"].any():
         near = nearest(trajectories, found.grid, arena, found.range_shape)
         said.append(
             f"no two robots were ever within the awareness range of {awareness_range:g}; the nearest two were "
-            f"{_shown(near)} apart, {_shown(near / awareness_range)} ranges ({span})."
+            f"{rounded(near)} apart, {rounded(near / awareness_range)} ranges ({span})."
         )
     if are_all_near(found):
         said.append(
             f"every robot always has all others within the awareness range of {awareness_range:g}; they are at most "
-            f"{_shown(found.farthest)} apart, {_shown(found.farthest / awareness_range)} ranges ({span})."
+            f"{rounded(found.farthest)} apart, {rounded(found.farthest / awareness_range)} ranges ({span})."
         )
     doubts = [f"Check the unit: {sentence}" for sentence in said]
     if groups := trajectories.attrs.get("groups"):
@@ -155,7 +178,7 @@ def scale_note(scale: Scale, awareness_range: float) -> str:
     awareness_range : float
         Distance within which two robots are neighbours [length].
     """
-    move, width, height = (f"{_shown(length / awareness_range)}" for length in scale)
+    move, width, height = (f"{rounded(length / awareness_range)}" for length in scale)
     return (
         f"In awareness ranges of {awareness_range:g}: positions span {width} × {height}, and a robot that moves covers "
         f"{move} from one sample to the next (median)."
@@ -197,6 +220,6 @@ def nearest(
     return least
 
 
-def _shown(number: float) -> str:
+def rounded(number: float) -> str:
     """Return a number in three digits, without an exponent unless it is very large or small."""
     return f"{number:,.0f}" if 1000 <= number < 1e9 else f"{number:.3g}"

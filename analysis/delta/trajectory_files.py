@@ -22,6 +22,8 @@ _NUMBERS = ("time", "x", "y")
 _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
 # Text columns with more distinct values are not read as categories.
 _NAMES = 100_000
+# What separates columns in files that are not read.
+_OTHER_MARKS = ";\t|"
 
 
 def read_trajectories(
@@ -102,11 +104,27 @@ def _read(place: Path, kind: str) -> pd.DataFrame:
     except pa.ArrowException as error:
         reason = "the file is empty" if place.stat().st_size == 0 else _first_line(error)
         cure = f"write a {kind} file with the columns {', '.join(COLUMNS)}"
+        header = _first_text(place) if kind == "CSV" else ""
+        if "," not in header and any(mark in header for mark in _OTHER_MARKS):
+            # Commas in numbers make rows of more columns than the header has.
+            reason = f"its header is {header[:80]}"
+            cure = "separate the columns by commas, and write numbers with points, as in 0.5"
         raise ValueError(f"{place}: not a readable {kind} file ({reason}); {cure}") from error
     columns = {name: table.column(name) for name in table.column_names}
     if RUN in columns and pa.types.is_temporal(columns[RUN].type):
         columns[RUN] = columns[RUN].cast(pa.string())
     return pd.DataFrame({name: column.to_pandas() for name, column in columns.items()}, copy=False)
+
+
+def _first_text(place: Path) -> str:
+    """Return the first line of a text file, which may be compressed."""
+    import pyarrow as pa
+
+    try:
+        with pa.input_stream(place) as stream:
+            return (stream.read(1000).decode(errors="replace").splitlines() or [""])[0]
+    except (OSError, pa.ArrowException):
+        return ""
 
 
 def _first_line(error: Exception) -> str:
@@ -123,7 +141,7 @@ def _check_columns(found: list[Any], name: str) -> None:
         return
     spare = [column for column in names if column not in COLUMNS]
     hints = [f"rename {near!r} to {column!r}" for column in missing if (near := _near(column, spare))]
-    if len(names) == 1 and any(mark in names[0] for mark in ";\t|"):
+    if len(names) == 1 and any(mark in names[0] for mark in _OTHER_MARKS):
         hints = ["separate the columns by commas"]
     cure = f"; {', '.join(hints)}" if hints else f"; needed are {', '.join(COLUMNS)}"
     listed = ", ".join(repr(column) for column in missing)

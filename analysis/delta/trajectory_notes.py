@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from teamsight.analysis.delta.trajectory_faults import USUALLY_PRESENT
 from teamsight.analysis.delta.trajectory_trials import Trials, recordings
 
 if TYPE_CHECKING:
@@ -13,7 +14,9 @@ if TYPE_CHECKING:
     from teamsight.analysis.delta.trajectory_neighbours import Neighbours
 
 
-def notes(found: Neighbours, tried: Trials, awareness_range: float, chosen: bool) -> tuple[str, ...]:
+def notes(
+    found: Neighbours, tried: Trials, awareness_range: float, chosen: bool, present: float
+) -> tuple[str, ...]:
     """Return the notes of a report, one sentence or two each.
 
     Parameters
@@ -26,13 +29,14 @@ def notes(found: Neighbours, tried: Trials, awareness_range: float, chosen: bool
         Distance within which two robots are neighbours [length].
     chosen : bool
         Whether the window was given by the user.
+    present : float
+        Mean share of the robots that is present; a small one is a fault of the record.
     """
     grid = found.grid
     said = [f"Frames every {grid.step:g}; between samples of a robot up to {grid.max_gap:g} apart it moves in a line."]
     said += _of_recordings(grid)
     said += _of_trials(grid, tried, chosen)
-    present = float(found.over_time["robots"].mean()) / grid.robots
-    if present < 0.995:
+    if USUALLY_PRESENT <= present < 0.995:
         said.append(
             f"On average {present:.0%} of the robots are present in a frame; absent robots are not counted as "
             "neighbours, so numbers of neighbours may be too low."

@@ -23,6 +23,8 @@ _RECORDINGS = 10
 _USUAL = 0.5
 # Standard errors of an autocorrelation that may be chance, for trials with gaps between them.
 _ERRORS = 1.645
+# Smallest autocorrelation of frames that counts.
+_LEAST = 0.05
 # With so many times the windows needed, shorter ones would only be more correlated.
 _MOST_WINDOWS = 20
 
@@ -42,6 +44,8 @@ class Trials(NamedTuple):
         Number of trials left out because too few robots were present or the piece was too short.
     independent : float
         Effective number of independent trials.
+    kept : ndarray of bool, shape (frames,)
+        Whether each frame is in a trial.
     """
 
     kind: str
@@ -49,6 +53,7 @@ class Trials(NamedTuple):
     frames: int
     left_out: int
     independent: float
+    kept: NDArray[np.bool_]
 
 
 def recordings(grid: Grid) -> tuple[str, Ints]:
@@ -105,7 +110,28 @@ def window_frames(grid: Grid, window: float | None) -> int | None:
     return min(max(1, round(window / grid.step)), longest)
 
 
-def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
+def independent_frames(over_time: pd.DataFrame, grid: Grid) -> float:
+    """Return the effective number of independent frames, T/τ; a record has no more independent windows.
+
+    Parameters
+    ----------
+    over_time : DataFrame
+        All frames: run, time, robots, mean_degree, max_degree.
+    grid : Grid
+        Times of the frames.
+
+    Notes
+    -----
+    τ = 1 + 2 Σ ρ_t over the autocorrelations of the largest and of the mean degree of frames, before the first below
+    0.05; the larger τ counts. Few windows of slow robots show little of their correlation, the frames in them more.
+    """
+    several = recordings(grid)[0] == "run"
+    return exceedance.effective_number(
+        over_time["max_degree"], over_time["mean_degree"], run=over_time["run"] if several else None, least=_LEAST
+    )
+
+
+def trials(over_time: pd.DataFrame, grid: Grid, window: int | None, most: float = np.inf) -> Trials:
     """Return the trials of a record, with the largest degree of each.
 
     Parameters
@@ -116,6 +142,9 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
         Times of the frames.
     window : int, optional
         Length of a window [frames]; by default each recording is one trial.
+    most : float
+        Upper limit of the number of independent windows, from `independent_frames`. Trials with gaps between them may
+        exceed it, because their frames say nothing about the time in gaps.
 
     Notes
     -----
@@ -133,38 +162,49 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None) -> Trials:
     apart = len(grid.length) > 1 and (window is None or grid.length.max() < 2 * window)
     enough = enough & (table["robots"] >= _USUAL * table["robots"].median()).to_numpy()
     left, table = int((~enough).sum()), table[enough].reset_index(drop=True)
+    kept = _within(table.pop("first"), table.pop("last"), grid.frames)
     independent = exceedance.effective_number(
         table["max_neighbours"],
         table["mean_neighbours"],
         run=table["run"] if several else None,
         errors=_ERRORS if apart else 0.0,
     )
-    return Trials(kind, table, int(np.median(size)) if window is None else window, left, independent)
+    if kind == "window" and not apart:
+        independent = min(independent, most)
+    return Trials(kind, table, int(np.median(size)) if window is None else window, left, independent, kept)
 
 
-def shorter_window(over_time: pd.DataFrame, grid: Grid, most: int, needed: int) -> int | None:
+def shorter_window(
+    over_time: pd.DataFrame, grid: Grid, longest: int, needed: int, most: float = np.inf
+) -> int | None:
     """Return the longest window of which the record contains enough independent ones [frames], or None.
 
     Parameters
     ----------
-    over_time : DataFrame
+    over_time, grid, most
         See `trials`.
-    grid : Grid
-        See `trials`.
-    most : int
+    longest : int
         Upper limit, exclusive [frames].
     needed : int
         Number of independent windows that is enough.
     """
-    window = min(most - 1, grid.frames // needed)
+    window = min(longest - 1, grid.frames // needed)
     while window >= 1:
         count = int((grid.length // window).sum())
-        if count >= needed and trials(over_time, grid, window).independent >= needed:
+        if count >= needed and trials(over_time, grid, window, most).independent >= needed:
             return window
         if count > _MOST_WINDOWS * needed:
             return None
         window = min(window - 1, int(window / 1.1))
     return None
+
+
+def _within(first: pd.Series[int], last: pd.Series[int], frames: int) -> NDArray[np.bool_]:
+    """Return whether each frame is between the first and the last frame of a trial."""
+    change = np.zeros(frames + 1, np.int64)
+    change[first] += 1
+    change[last + 1] -= 1
+    return np.cumsum(change)[:-1] > 0
 
 
 def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
@@ -205,5 +245,7 @@ def _table(over_time: pd.DataFrame, first: Ints, last: Ints, robots: Any, larges
             "robots": robots,
             "max_neighbours": largest,
             "mean_neighbours": mean,
+            "first": first,
+            "last": last,
         }
     )

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.analysis.runs.checkpoint import Checkpoint, Key
+from teamsight.analysis.runs.checkpoint import Checkpoint, Key, code_digest
 from teamsight.analysis.runs.experiment import Grid
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
@@ -197,4 +197,5 @@ def _strategy(evolution: Evolution) -> Any:
 def _key(evolution: Evolution, generation: int) -> Key:
     """Return the texts that identify a generation: all earlier ones follow from the same settings."""
     worlds = f"cells={cells()}, targets={TARGETS}, steps={STEPS}, delta={DELTA}"
-    return "evolution", f"cma={check_installed().__version__}", str(evolution), worlds, f"generation={generation}"
+    library = f"cma={check_installed().__version__}"
+    return "evolution", library, str(evolution), worlds, f"generation={generation}", code_digest(__name__)

@@ -72,6 +72,11 @@ class Cell(NamedTuple):
     too_few, too_many : float
         The shares of seeds under which the exploration shows a smaller, and a larger, largest number of neighbours than
         the team with skill has; without a difference between the teams both are alike.
+    skill : Interval, optional
+        The objective of the team with skill over that of the exploration, each with its own degree; paired, positive is
+        better.
+    crowded : float
+        The share of the robot-steps of the team with skill in which a robot has more than δ(explore) neighbours.
     """
 
     task: str
@@ -89,6 +94,15 @@ class Cell(NamedTuple):
     explored: Interval | None = None
     too_few: float = 0.0
     too_many: float = 0.0
+    skill: Interval = Interval(math.inf, math.inf, math.inf)
+    crowded: float = 0.0
+
+    @property
+    def has_skill(self) -> Answer:
+        """Whether the team with skill is better than the one that explores, by the bounds of the difference."""
+        if self.skill.low > 0:
+            return "yes"
+        return "no" if self.skill.high <= 0 else "undecided"
 
     def is_enough(self, delta: int) -> Answer:
         """Return whether the objective with δ is within the tolerance of that with all N − 1 teammates."""
@@ -144,7 +158,9 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
     tolerance = plan.tolerance * abs(objective)
     shortfall, explored = _shortfalls(plan, task, size, curve, explore.delta)
     own = _rows(table, task, size, "skilled", OWN)
-    too_few, too_many = _missed(_rows(table, task, size, "explore"), own)
+    both = _rows(table, task, size, "explore").merge(own, on="replicate", validate="1:1", suffixes=("_explore", ""))
+    fewer = both["max_neighbours"] - both["max_neighbours_explore"]
+    better = task.objective.sign * (both["counted"] - both["counted_explore"])
     return Cell(
         task=task.name,
         gathers=task.gathers,
@@ -159,16 +175,17 @@ def cell(plan: Plan, table: pd.DataFrame, task: Task, size: int) -> Cell:
         gain=interval_of(task.objective.sign * (full - _at(curve, 0))),
         censored=float(np.isinf(own["value"].to_numpy()).mean()),
         explored=explored,
-        too_few=too_few,
-        too_many=too_many,
+        too_few=float((fewer > 0).mean()),
+        too_many=float((fewer < 0).mean()),
+        skill=interval_of(values_of(both.assign(counted=better))),
+        crowded=_share_above(own["robot_steps"], explore.delta),
     )
 
 
-def _missed(explore: pd.DataFrame, skilled: pd.DataFrame) -> tuple[float, float]:
-    """Return the shares of seeds under which the exploration shows fewer neighbours, and more."""
-    both = explore.merge(skilled, on="replicate", validate="1:1")
-    more = (both["max_neighbours_x"] - both["max_neighbours_y"]).to_numpy()
-    return float((more < 0).mean()), float((more > 0).mean())
+def _share_above(robot_steps: pd.Series[Any], delta: int) -> float:
+    """Return the share of robot-steps, in all runs together, with more than δ neighbours."""
+    above = sum(sum(counts[delta + 1 :]) for counts in robot_steps)
+    return float(above / max(sum(map(sum, robot_steps)), 1))
 
 
 def _shortfalls(
@@ -222,11 +239,11 @@ def _flat(one: Cell) -> dict[str, Any]:
     for name in ("explore", "skilled", "saturation"):
         found = getattr(one, name)
         row |= {f"{name}_delta": found.delta, f"{name}_low": found.low, f"{name}_high": found.high}
-    for name, interval in (("ratio", one.ratio), ("gain", one.gain)):
+    for name, interval in (("ratio", one.ratio), ("gain", one.gain), ("skill", one.skill)):
         row |= {name: interval.mean, f"{name}_low": interval.low, f"{name}_high": interval.high}
     enough = {f"enough_at_{team}": one.is_enough(getattr(one, team).delta) for team in ("explore", "skilled")}
-    further = {name: getattr(one, name) for name in ("objective", "tolerance", "censored", "too_few", "too_many")}
-    return row | further | enough
+    names = ("objective", "tolerance", "censored", "too_few", "too_many", "crowded", "has_skill")
+    return row | {name: getattr(one, name) for name in names} | enough
 
 
 def is_enough(shortfall: Interval, tolerance: float) -> Answer:

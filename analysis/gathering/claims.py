@@ -73,6 +73,11 @@ def _near_all(cell: Cell) -> Outcome:
     return "does not hold" if cell.explore.high < cell.size - 2 else "undecided"
 
 
+def _can_say(cell: Cell) -> bool:
+    """Return whether the order of both δ is open, and that of a team with skill."""
+    return cell.explore.low < cell.size - 1 and cell.has_skill != "no"
+
+
 _OPPOSITE: dict[Outcome, Outcome] = {"holds": "does not hold", "does not hold": "holds", "undecided": "undecided"}
 
 #: The claims that are judged for each cell, by name.
@@ -82,15 +87,17 @@ CLAIMS: dict[str, Claim] = {
         Claim(
             "G1", "Where success disperses the team, exploration shows at least as many neighbours as skill.",
             "holds if δ(explore) ≥ δ(skilled) for all values within the bounds, does not hold if for none; where "
-            "exploration shows all N − 1 it would hold whatever happens: not judged",
-            lambda cell: cell.gathers is False and cell.explore.low < cell.size - 1,
+            "exploration shows all N − 1 it would hold whatever happens, and where the team with skill is not better "
+            "than the one that explores it says nothing: not judged",
+            lambda cell: cell.gathers is False and _can_say(cell),
             lambda cell: _order(cell.skilled, cell.explore, strictly=False),
         ),
         Claim(
             "G2", "Where success gathers the team, exploration shows fewer neighbours than skill.",
             "holds if δ(explore) < δ(skilled) for all values within the bounds, does not hold if for none; where "
-            "exploration shows all N − 1 it would not hold whatever happens: not judged",
-            lambda cell: cell.gathers is True and cell.explore.low < cell.size - 1,
+            "exploration shows all N − 1 it would not hold whatever happens, and where the team with skill is not "
+            "better than the one that explores it says nothing: not judged",
+            lambda cell: cell.gathers is True and _can_say(cell),
             lambda cell: _order(cell.explore, cell.skilled, strictly=True),
         ),
         Claim(

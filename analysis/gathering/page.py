@@ -14,6 +14,7 @@ from teamsight.analysis.plot.style import minus
 from teamsight.analysis.stats.paired import Interval
 
 _GATHERS = {True: "yes", False: "no", None: "unknown"}
+_ANSWERS = {"yes": "yes", "no": "**no**", "undecided": "?"}
 _SIGNS = {"holds": "holds", "does not hold": "**fails**", "undecided": "?"}
 
 
@@ -39,7 +40,8 @@ def page(
     return markdown.page(
         "# The gathering index",
         "δ by random exploration, δ of the team with skill, and their ratio: above 1, exploration shows too few "
-        f"neighbours. Intervals in brackets hold together, for each task and N, with {CONFIDENCE:.0%}.",
+        f"neighbours, if the team with skill is the better one (by 95 %; ? is undecided). Intervals in brackets hold "
+        f"together, for each task and N, with {CONFIDENCE:.0%}.",
         index_table(cells),
         "## Where the objective saturates",
         "δ from which on the objective falls short of that with N − 1 teammates by at most the tolerance, whether it "
@@ -64,18 +66,18 @@ def page(
 def index_table(cells: Sequence[Cell]) -> str:
     """Return a row for each task and team size: δ of both teams, and their ratio."""
     columns = [
-        "task", "gathers", "N", "δ(explore)", "δ(skilled)", "gathering index", "an exploration shows fewer",
-        "shows more", "saturates at δ",
+        "task", "gathers", "N", "skilled is better", "δ(explore)", "δ(skilled)", "gathering index",
+        "an exploration shows fewer", "shows more", "robot-steps with more than δ(explore)", "saturates at δ",
     ]  # fmt: skip
     rows = (
         [
-            cell.task, _GATHERS[cell.gathers], f"{cell.size}", shown(cell.explore), shown(cell.skilled),
-            interval_text(cell.ratio), f"{cell.too_few:.0%}", f"{cell.too_many:.0%}",
-            shown(cell.saturation),
+            cell.task, _GATHERS[cell.gathers], f"{cell.size}", _ANSWERS[cell.has_skill], shown(cell.explore),
+            shown(cell.skilled), interval_text(cell.ratio), f"{cell.too_few:.0%}", f"{cell.too_many:.0%}",
+            f"{cell.crowded:.2%}", shown(cell.saturation),
         ]
         for cell in cells
     )  # fmt: skip
-    return markdown.table(columns, rows, align="llrrrrrrr")
+    return markdown.table(columns, rows, align="llrlrrrrrrr")
 
 
 def saturation_table(cells: Sequence[Cell]) -> str:
@@ -143,6 +145,16 @@ def summary(verdicts: Sequence[Verdict]) -> list[str]:
         overall = next(one for one in reversed(verdicts) if one.claim == name)
         lines.append(f"{name}: {overall.outcome} ({overall.measured})")
     return lines
+
+
+def cautions(cells: Sequence[Cell]) -> list[str]:
+    """Return one line for each cell whose team with skill is no better than the one that explores."""
+    return [
+        f"{cell.task}, N={cell.size}: the team with skill is not better than the one that explores ("
+        f"{interval_text(cell.skill)}), so its index says nothing of skill; give the task a better team, or more steps"
+        for cell in cells
+        if cell.has_skill == "no"
+    ]
 
 
 def interval_text(interval: Interval) -> str:

@@ -6,19 +6,22 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from teamsight.analysis.gathering.plan import Plan
-from teamsight.analysis.runs.checkpoint import Checkpoint, Key
+from teamsight.analysis.runs.checkpoint import Checkpoint, Key, code_digest, modules_of
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.task_runs import NEIGHBOURS, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.teams import active_team_graph
 from teamsight.tasks.task import Task
 from teamsight.tasks.treatments import Named
 
 if TYPE_CHECKING:
+    from teamsight.agents.model import World
     from teamsight.agents.reused_worlds import ReusedWorlds
 
 #: The δ of a team with a degree of awareness of its own.
@@ -40,6 +43,20 @@ class Team(NamedTuple):
 
 
 @dataclass(frozen=True)
+class _Exposure(TaskMeasure):
+    """A `TaskMeasure` that also counts the robot-steps with 0, 1, 2 … neighbours."""
+
+    def __call__(self, world: World, steps: int) -> dict[str, Any]:
+        counts, end = np.zeros(1, np.int64), world.tick + steps
+        while world.tick < end and world.running:
+            world.run(1)
+            here = np.bincount(active_team_graph(world, self.task.team).degree, minlength=len(counts))
+            here[: len(counts)] += counts
+            counts = here
+        return self.columns(world) | {"robot_steps": counts.tolist()}
+
+
+@dataclass(frozen=True)
 class _TeamRuns:
     """Runs of a team: a job that lets the team learn first, if it has to, so that workers train side by side."""
 
@@ -55,7 +72,7 @@ class _TeamRuns:
         # What a team has learned may have no text of its own, so it is known by how it was learned.
         return (
             task.name, canonical(scenario), treatment, f"{self.plan.degree} {delta}", f"training {self._root}",
-            f"steps={self.plan.steps_of(task)}", *seeds,
+            f"steps={self.plan.steps_of(task)}", *seeds, code_digest(__name__, *modules_of(task)),
         )  # fmt: skip
 
     @property
@@ -76,7 +93,9 @@ class _TeamRuns:
         parameters = task.parameters(treatment, scenario, awareness=awareness, rng=self._root)
         model = None if is_cmommt(task) else task.world
         steps = self.plan.steps_of(task)
-        runs = [Run(parameters, seed, steps, TaskMeasure(task), model) for seed in self.seeds]
+        # δ of both teams comes from these runs, and so does what a robot meets beyond it.
+        measure = _Exposure(task) if delta == OWN else TaskMeasure(task)
+        runs = [Run(parameters, seed, steps, measure, model) for seed in self.seeds]
         worlds.expect((run.parameters, run.seed) for run in runs)
         return [run.make(worlds) for run in runs]
 
@@ -125,7 +144,8 @@ def simulate(
     -------
     DataFrame
         task, size, treatment, delta (−1 for the degree of the team's own), training, replicate, seed, steps, value (of
-        the objective; infinite for a censored run), counted, max_neighbours, mean_neighbours.
+        the objective; infinite for a censored run), counted, max_neighbours, mean_neighbours, and for teams with a
+        degree of their own robot_steps: how many a robot had 0, 1, 2 … neighbours.
     """
     jobs = [job for team in teams for job in _jobs(plan, team)]
     found = run_all(jobs, pool, progress=progress, checkpoint=checkpoint)
@@ -158,6 +178,7 @@ def _rows(job: _TeamRuns, measured: Iterable[Mapping[str, Any]]) -> list[dict[st
             "value": found[task.objective.metric],
             "counted": task.objective.counted(found[task.objective.metric], steps),
             **{name: found[name] for name in NEIGHBOURS},
+            "robot_steps": found.get("robot_steps"),
         }
         for replicate, seed, found in zip(job.replicates, job.seeds, measured, strict=True)
     ]

@@ -10,7 +10,7 @@ import pandas as pd
 
 from teamsight.analysis.learning.curve_points import BEST, mean_gains
 from teamsight.analysis.learning.curves import Curves
-from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
+from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
 from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.analysis.plot.style import FAINT, INK, canvas, plain, to_png
 
@@ -184,23 +184,35 @@ def _draw_gain(axes: Axes, points: pd.DataFrame, curves: Curves) -> None:
 
 
 def _draw_observed(axes: Axes, gains: pd.DataFrame, curves: Curves) -> None:
-    """Draw what each learner observes with and without awareness, and the policies that do not learn."""
+    """Draw what each learner observes with and without awareness, and the teams that learn nothing."""
     points = mean_gains(gains)
     for learner in curves.learners:
         of = points[points["learner"] == learner].sort_values("transitions")
         for which, style in (("cooperative", "-"), ("collective", ":")):
             axes.plot(of["transitions"], 100 * of[which], color=colour_of(learner), linestyle=style, linewidth=1.6)
-    for name, which, text in (
-        (DESIGNED, "cooperative", f"{DESIGNED}, Θ(N)"), (RANDOM, "collective", RANDOM),
-    ):  # fmt: skip
-        height = 100 * points.loc[points["learner"] == name, which].iloc[0]
-        axes.axhline(height, color=INK, linewidth=0.8, linestyle="--")
-        axes.annotate(
-            text, (1.0, height), xycoords=("axes fraction", "data"), xytext=(0, -2), textcoords="offset points",
-            ha="right", va="top", size=8, color=FAINT,
-        )  # fmt: skip
+    of = 100 * points[points["transitions"] == 0].set_index("learner")[["cooperative", "collective"]].max(axis=1)
+    for name, text in ((DESIGNED, f"{DESIGNED}, Θ(N)"), (RANDOM, RANDOM)):
+        axes.axhline(of[name], color=INK, linewidth=0.8, linestyle="--")
+        _note(axes, text, of[name], above=False)
+    for degree in dict.fromkeys(degree for _, degree in BY_HAND.values()):
+        heights = of[[name for name in BY_HAND if BY_HAND[name][1] == degree]].sort_values(ascending=False)
+        for height in heights:
+            # The form of these teams is that of the regression.
+            axes.axhline(height, color=colour_of("regression"), linewidth=0.8)
+        parts = [name.rpartition(", ") for name in heights.index]
+        _note(axes, f"{parts[0][0]}: {', '.join(law for _, _, law in parts)}", heights.max(), above=True)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - 2, high + 2)  # room for the notes
     axes.set_ylabel("observed targets  [%]")
     _samples_axis(axes, curves)
+
+
+def _note(axes: Axes, text: str, height: float, *, above: bool) -> None:
+    """Write above or below the right end of a horizontal line."""
+    axes.annotate(
+        text, (1.0, height), xycoords=("axes fraction", "data"), xytext=(0, 2 if above else -2),
+        textcoords="offset points", ha="right", va="bottom" if above else "top", size=8, color=FAINT,
+    )  # fmt: skip
 
 
 def _draw_crossings(axes: Axes, crossings: pd.DataFrame, curves: Curves) -> None:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
-from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
+from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, awareness_for, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
-from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.settings import as_json
@@ -151,7 +151,7 @@ class CurveJob:
     @property
     def key(self) -> tuple[str, ...]:
         """See `Job`."""
-        return ("learning curves", str(self.curves.conditions()), self.learner, str(self.memory))
+        return ("learning curves", str(self.curves.conditions()), self.learner, str(self.memory), code_digest(__name__))
 
     @property
     def cost(self) -> float:
@@ -201,8 +201,8 @@ def make_curves(
     DataFrame
         One row a learner, number of transitions, degree of awareness ("none" or "ring"), memory and world: learner,
         transitions, log10_size (see `search_space`), degree, memory, robots, radius, replicate, seed,
-        observed_fraction, which is NaN where a learner needs more transitions. The random walk ("none") and
-        A-CMOMMT ("pairwise") have 0 transitions.
+        observed_fraction, which is NaN where a learner needs more transitions. Teams that learn nothing, the random
+        walk ("none"), A-CMOMMT ("pairwise") and those of `BY_HAND`, have 0 transitions.
 
     Raises
     ------
@@ -246,11 +246,9 @@ def _learnt(job: CurveJob, memory: LazyMemory, inputs: int) -> Any:
 
 
 def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
+    designed = {RANDOM: (RandomWalk(), NoAwareness()), DESIGNED: (ACmommt(idle="wander"), PairwiseAwareness())}
     rows = []
-    for name, policy, degree in (
-        (RANDOM, RandomWalk(), NoAwareness()),
-        (DESIGNED, ACmommt(idle="wander"), PairwiseAwareness()),
-    ):
+    for name, (policy, degree) in (designed | BY_HAND).items():
         rows += _evaluated(job, {"learner": name, "transitions": 0, "log10_size": float("nan")}, policy, degree)
     return rows
 

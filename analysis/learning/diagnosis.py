@@ -24,7 +24,7 @@ from teamsight.analysis.learning.diagnosis_measures import (
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
-from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
 from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
@@ -137,7 +137,7 @@ class _ExplorationJob:
 
     @property
     def key(self) -> tuple[str, ...]:
-        return ("diagnosis", str(self.diagnosis.conditions()), str(self.number))
+        return ("diagnosis", str(self.diagnosis.conditions()), str(self.number), code_digest(__name__))
 
     @property
     def cost(self) -> float:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
+from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness, RingAwareness
 from teamsight.analysis.learning.learners import Objective, Progress, awareness_for, learn
 from teamsight.analysis.learning.provenance import BODIES
 from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
@@ -17,6 +17,7 @@ from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, paired
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import ACmommt
+from teamsight.policies.handmade.follow_free import FollowFree
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.memory import LazyMemory
 from teamsight.world.limits import length
@@ -30,6 +31,15 @@ EVOLVED = "evolved"
 
 #: Policies by name, each with its degree of awareness.
 Contenders = dict[str, tuple[Any, Awareness]]
+
+#: Teams that learn nothing, the controls of those that learn a law: the force of free targets is set by hand.
+BY_HAND: Contenders = {
+    "by hand, f = 1": (FollowFree(0), RingAwareness()),
+    "by hand, f = d": (FollowFree(1), RingAwareness()),
+    "by hand, unaware, f = d⁴": (FollowFree(4, teammates=0), NoAwareness()),
+    "by hand, unaware, f = d⁸": (FollowFree(8, teammates=0), NoAwareness()),
+    "by hand, unaware, f = d⁶⁴": (FollowFree(64, teammates=0), NoAwareness()),
+}
 
 
 class Scenario(NamedTuple):
@@ -95,14 +105,14 @@ def check_team(memory: LazyMemory, robots: int) -> None:
 def contenders(
     name: str, memory: LazyMemory, objective: Objective, progress: Progress = lambda done, total: None
 ) -> Contenders:
-    """Return the policies to compare in CMOMMT: what the learner learns, and three others.
+    """Return the policies to compare in CMOMMT: what the learner learns, and others that learn nothing.
 
     Parameters
     ----------
     name, memory, objective, progress
         See `learned_policies`.
     """
-    found = learned_policies(name, memory, objective, progress)
+    found = learned_policies(name, memory, objective, progress) | BY_HAND
     found[DESIGNED] = ACmommt(idle="wander"), PairwiseAwareness()
     found[EVOLVED] = Evolved(), RingAwareness()
     found[RANDOM] = RandomWalk(), awareness_for(memory, memory.own)

@@ -93,6 +93,7 @@ def minus(text: str) -> str:
 
 
 def signed(value: float) -> str:
-    """Return a number without decimals and with its sign; a number that rounds to 0 has no sign."""
-    rounded = round(value)
-    return f"{rounded:+d}".replace("-", "−") if rounded else "0"
+    """Return a number with its sign, and up to 10 with one decimal; a number that rounds to 0 has no sign."""
+    digits = 1 if abs(value) < 9.95 else 0
+    rounded = round(float(value), digits)
+    return f"{rounded:+.{digits}f}".replace("-", "−") if rounded else f"{0:.{digits}f}"

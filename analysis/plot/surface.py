@@ -74,6 +74,11 @@ def draw_row(
     draw_heat_map(flat, grid, _texts(grid, look, open_cells), norm, colours)
     scale = figure.add_axes((0.93, bottom + 0.085 * height, 0.014, 0.88 * height))
     bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), cax=scale, ticks=MaxNLocator(9, integer=True))
+    if look.around_zero:
+        # Colours that no cell has would fill most of the scale.
+        values = grid.to_numpy(float)
+        low, high = min(0.0, np.nanmin(values)), max(0.0, np.nanmax(values))
+        bar.ax.set_ylim(low, high if high > low else look.high)
     bar.set_label(look.label, size=10)
     bar.outline.set_visible(False)
 

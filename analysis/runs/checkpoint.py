@@ -2,33 +2,26 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import hashlib
 import importlib.util
 import json
 import re
+import sys
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from teamsight.core import files
+from teamsight.core import files, references
 
 Key = tuple[str, ...]
 
-# Packages and modules of the code that decides results. Figures, claims and commands are not among them.
-_DECIDING = (
-    "core", "world", "policies", "agents", "tasks", "analysis.pursuit.conditions", "analysis.pursuit.trials",
-    "analysis.pursuit.ono.conditions", "analysis.pursuit.ono.measure",
-    "analysis.pushing.trials",
-    "analysis.collecting.learning", "analysis.gathering.plan", "analysis.gathering.simulate",
-    "analysis.unreliable.plan", "analysis.unreliable.subject",
-    "analysis.runs", "analysis.learning", "analysis.evolution", "analysis.search_space",
-    *(f"analysis.studies.{name}" for name in ("shard", "recording", "measured", "resolved", "part_tables", "failure")),
-    *(f"analysis.studies.{name}" for name in ("plan", "definition.components", "definition.values")),
-    "analysis.studies.definition.identity", "analysis.studies.definition.model",
-)  # fmt: skip
+# Packages of the code that decides the results of every run. The modules of its measure and model come to these.
+_DECIDING = ("core", "world", "policies", "agents", "tasks", "analysis.runs")
 _KINDS = ("*.py", "*.json", "*.safetensors")
 # A record is a header line, which begins with a line break in case the record before it was cut off, and its content.
 _HEADER = re.compile(rb'\["([0-9a-f]{32})",(\d{1,15}),"([0-9a-f]{8})"\]\n')
@@ -50,8 +43,8 @@ JSON = Codec(lambda value: json.dumps(value, separators=(",", ":")).encode(), js
 class Checkpoint:
     """Results of finished jobs in a file, which a command deletes when all its jobs are done.
 
-    Results are stored under digests of the code and of the job's key. Entries written by a different version of the
-    code are ignored, and so are damaged ones.
+    Results are stored under digests of the code of all runs and of the job's key, in which the job names its own code;
+    see `Run.key`. Entries written by a different version of the code are ignored, and so are damaged ones.
 
     Parameters
     ----------
@@ -142,23 +135,107 @@ def _name(key: Key) -> str:
 
 
 @cache
-def code_digest() -> str:
-    """Return a digest of the code and the constants that decide results, 16 hexadecimal digits."""
+def code_digest(*modules: str) -> str:
+    """Return a digest of the code and the constants that decide results, 16 hexadecimal digits.
+
+    Parameters
+    ----------
+    *modules : str
+        Names of the modules that decide besides those of every run, with what they import; see `modules_of`.
+    """
     digest = hashlib.blake2b(digest_size=8)
-    for file in sources():
+    for file in sources(*modules):
         digest.update(file.name.encode())
         digest.update(file.read_bytes())
     return digest.hexdigest()
 
 
-def sources() -> list[Path]:
-    """Return the files of code and constants that decide results."""
-    found: list[Path] = []
-    for name in _DECIDING:
-        spec = importlib.util.find_spec(f"teamsight.{name}")
-        assert spec is not None
-        if spec.submodule_search_locations:
-            found += (file for kind in _KINDS for file in Path(spec.submodule_search_locations[0]).rglob(kind))
-        else:
-            found.append(Path(str(spec.origin)))
-    return sorted(found)
+def sources(*modules: str) -> list[Path]:
+    """Return the files of code and constants that decide results; see `code_digest`."""
+    found = {file for name in _DECIDING for kind in _KINDS for file in _folder(f"teamsight.{name}").rglob(kind)}
+    return sorted(found.union(_files_of(modules)))
+
+
+def _folder(package: str) -> Path:
+    spec = importlib.util.find_spec(package)
+    assert spec is not None
+    return Path((spec.submodule_search_locations or [])[0])
+
+
+def _files_of(modules: Iterable[str]) -> Iterator[Path]:
+    """Yield the files of modules and of those of teamsight, or beside them, that they import."""
+    waiting, seen = list(modules), set[str]()
+    while waiting:
+        name = waiting.pop()
+        if name in seen or f"{name}.".startswith(tuple(f"teamsight.{package}." for package in _DECIDING)):
+            continue
+        seen.add(name)
+        if (file := _file_of(name)) is not None:
+            yield file
+            # Packages that are installed are not read further: a new version of them is another one of all.
+            if not {"site-packages", "dist-packages"}.intersection(file.parts):
+                waiting += _imported(file, name)
+
+
+def _file_of(name: str) -> Path | None:
+    """Return the file of a module; None if there is no such module, or it is not written in Python."""
+    above = name.rpartition(".")[0]
+    if above and (home := _file_of(above)) is not None and home.name != "__init__.py":
+        # A function or a class. To look for it would import its module.
+        return None
+    file = getattr(sys.modules.get(name), "__file__", None)
+    with contextlib.suppress(ImportError, ValueError):
+        file = file or getattr(importlib.util.find_spec(name), "origin", None)
+    return Path(file) if file and file.endswith(".py") else None
+
+
+def _imported(file: Path, name: str) -> Iterator[str]:
+    """Yield what a module imports, also when a function is called or by a text such as "package.module:Name"."""
+    package = name if file.name == "__init__.py" else name.rpartition(".")[0]
+    for node in _nodes(ast.parse(file.read_bytes())):
+        found: list[str] = []
+        if isinstance(node, ast.Import):
+            found = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
+            home = ".".join([*above, *([node.module] if node.module else [])])
+            found = [home, *(f"{home}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and references.is_reference(node.value):
+            found = [node.value.partition(":")[0]]
+        for one in found:
+            top = one.partition(".")[0]
+            beside = file.parent / top
+            if top in ("teamsight", name.partition(".")[0]) or beside.is_dir() or beside.with_suffix(".py").is_file():
+                yield one
+
+
+def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a module, without what only type checkers import."""
+    for node in ast.iter_child_nodes(tree):
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+            continue
+        yield node
+        yield from _nodes(node)
+
+
+def modules_of(*objects: object) -> tuple[str, ...]:
+    """Return the names of the modules that define functions, classes and what is in dataclasses and mappings.
+
+    Parameters
+    ----------
+    *objects : object
+        What decides a result, such as the measure of a run.
+    """
+    return tuple(sorted(set(_modules_of(objects))))
+
+
+def _modules_of(found: Iterable[object]) -> Iterator[str]:
+    for one in found:
+        if isinstance(one, Mapping):
+            yield from _modules_of(one.values())
+            continue
+        home = getattr(one, "__module__", None) or type(one).__module__
+        if home != "builtins":
+            yield home
+        if is_dataclass(one) and not isinstance(one, type):
+            yield from _modules_of(getattr(one, field.name) for field in fields(one))

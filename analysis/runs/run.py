@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from teamsight.analysis.runs.checkpoint import JSON, Codec
+from teamsight.analysis.runs.checkpoint import JSON, Codec, code_digest, modules_of
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.policies.interface import Policy
 
@@ -82,7 +82,14 @@ class Run:
     def key(self) -> tuple[str, ...]:
         """Texts that identify the run: two runs of equal keys have equal results."""
         named = (f"{name}={canonical(value)}" for name, value in sorted(self.parameters.items()))
-        return (_name(self.model), *named, f"steps={self.steps}", f"seed={self.seed}", _name(self.measure))
+        return (
+            _name(self.model), *named, f"steps={self.steps}", f"seed={self.seed}", _name(self.measure), self.code,
+        )  # fmt: skip
+
+    @property
+    def code(self) -> str:
+        """A digest of the code that decides the result: that of all runs, and that of the measure and the model."""
+        return code_digest(*modules_of(self.measure, self.model))
 
     @property
     def kind(self) -> tuple[str, ...]:
@@ -156,8 +163,8 @@ class LabelledRun(Run):
 
     @property
     def key(self) -> tuple[str, ...]:
-        """The label, the steps and the seed."""
-        return (*self.label, f"steps={self.steps}", f"seed={self.seed}")
+        """The label, the steps, the seed and the code."""
+        return (*self.label, f"steps={self.steps}", f"seed={self.seed}", self.code)
 
 
 def _size(value: object) -> int:

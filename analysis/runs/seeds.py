@@ -38,6 +38,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "evolution: generalise": (-26,),
         "evolution: train further": (-27,),
         "designed feature": (-51,),
+        "pursuit: constants": (-71,),
         "toward the evolved policy": (-43,),
     }
 )

@@ -35,6 +35,10 @@ class TaskMeasure:
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Run the world and return the columns."""
         world.run(steps)
+        return self.columns(world)
+
+    def columns(self, world: World) -> dict[str, Any]:
+        """Return the columns of a world that has made its steps."""
         found: dict[str, Any] = self.task.measure(world)
         for name in NEIGHBOURS:
             if name in found:

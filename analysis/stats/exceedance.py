@@ -141,7 +141,9 @@ def smallest_delta(exceedance: pd.DataFrame, column: str, risk: float) -> int:
     return int(within.iloc[0])
 
 
-def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: float = 0.0) -> float:
+def effective_number(
+    *series: ArrayLike, run: ArrayLike | None = None, errors: float = 0.0, least: float = 0.0
+) -> float:
     """Return the effective number of independent values in successive windows, the smallest over several series.
 
     Parameters
@@ -152,6 +154,8 @@ def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: f
         Run of each window, if there are several, one after the other. Values of different runs are independent.
     errors : float
         Number of standard errors, 1/√n each, by which an autocorrelation must exceed 0 to count.
+    least : float
+        Autocorrelation from which on it counts: of many values some small ones are noise.
 
     Returns
     -------
@@ -171,13 +175,13 @@ def effective_number(*series: ArrayLike, run: ArrayLike | None = None, errors: f
     that of the runs. Runs of one window each are as many values as runs, whatever they are.
     """
     label = np.zeros(np.size(series[0]), np.int64) if run is None else pd.factorize(np.asarray(run))[0]
-    found = [_effective(np.asarray(values, dtype=np.float64), label, errors) for values in series]
+    found = [_effective(np.asarray(values, dtype=np.float64), label, errors, least) for values in series]
     varying = [number for number in found if number is not None]
     size = np.bincount(label)
     return min(varying, default=float(size.sum() ** 2 / np.square(size).sum()))
 
 
-def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: float) -> float | None:
+def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: float, least: float) -> float | None:
     size = len(values)
     deviation = values - values.mean()
     variance = float(deviation @ deviation)
@@ -189,7 +193,7 @@ def _effective(values: NDArray[np.float64], run: NDArray[np.int64], errors: floa
     # Each round lowers the number, because a smaller number raises the correction.
     for _ in range(_MOST_ROUNDS):
         corrected = correlation + share / number
-        noise = np.flatnonzero(corrected <= max(errors / math.sqrt(size), _ROUNDING))
+        noise = np.flatnonzero(corrected <= max(errors / math.sqrt(size), least, _ROUNDING))
         correlated = corrected[: noise[0] if len(noise) else None].sum()
         before, number = number, float(np.clip(size / (1.0 + 2.0 * correlated), 1.0, size))
         if number >= before * (1 - 1e-6):

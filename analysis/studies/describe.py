@@ -17,6 +17,7 @@ _LONGEST = 90
 def what_is_missing(results: StudyTables) -> str:
     """Return what is missing, on one line, as in "partial: 312 of 1,000 runs, 5 failed"; empty if nothing is."""
     failed = f", {results.failed:,} failed" if results.failed else ""
+    failed += f", parts of {results.lost:,} lost" if results.lost else ""
     if results.missing:
         return f"partial: {results.done:,} of {results.planned:,} runs{failed}"
     return f"{results.failed:,} of {results.planned:,} runs failed" if failed else ""
@@ -55,7 +56,8 @@ def _lines(results: StudyTables, is_running: bool) -> list[tuple[str, str]]:
         runs += f", {results.failed:,} failed"
     if results.missing:
         how = "a sweep is running: open the study again" if is_running else "teamsight sweep continues"
-        runs += f", {results.missing:,} missing: {how}"
+        lost = f" (of {results.lost:,} a recorded part is lost)" if results.lost else ""
+        runs += f", {results.missing:,} missing{lost}: {how}"
     wide = wide_note(results.wide, results.plan.settings, results.study.until)
     return [
         ("folder", str(results.folder)),

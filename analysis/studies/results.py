@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -44,7 +45,9 @@ def open_study(folder: str | os.PathLike[str]) -> StudyResults:
     # What is made in the meantime is then at most in both, and counts as done. The folder's own `read` would leave such
     # runs out, for which it reads all parts of the others once more.
     failed = read_parts(found.path, "failed")
-    return StudyResults(found, study, found.read("runs"), failed)
+    runs = found.read("runs")
+    recorded = study.record.steps or study.record.trajectories or study.record.events
+    return StudyResults(found, study, runs, failed, found.lost() if recorded else None)
 
 
 class StudyResults(StudyTables):
@@ -64,6 +67,9 @@ class StudyResults(StudyTables):
         Names of what was measured; none before the first run is done.
     planned, done, failed, missing : int
         Numbers of runs. An adaptive study plans those that it needs as far as its runs show.
+    lost : int
+        Those of the missing runs whose measures are there, but not all that was recorded: a part is lost. They have
+        rows in `frame`, and none in `steps`, `trajectories` or `events`, which warn.
     wide : int
         The number of settings of an adaptive study that have reached its limit with a wider interval than wanted.
     frame, settings : DataFrame
@@ -192,7 +198,14 @@ class StudyResults(StudyTables):
     def _recorded(self, kind: str) -> pd.DataFrame:
         if not getattr(self.study.record, kind):
             raise ValueError(f"{kind}: were not recorded; set {kind} under [record] in a new study")
-        return rows.recorded(self._folder.read(kind), self.plan)
+        found = rows.recorded(self._folder.read(kind), self.plan)
+        if lost := self._folder.lost().size:
+            warnings.warn(
+                f"{kind}: rows of {lost:,} of {self.planned:,} runs may lack, since parts of what they recorded are "
+                "lost; teamsight sweep makes them again",
+                UserWarning, stacklevel=4,
+            )  # fmt: skip
+        return found
 
     @property
     def is_running(self) -> bool:

@@ -12,6 +12,9 @@ from typing import Protocol
 
 from teamsight.core import references
 
+#: The modules of teamsight that decide the rows of a study, besides those that decide every run: the seeds, the rows.
+DECIDING = ("teamsight.analysis.studies.plan", "teamsight.analysis.studies.shard")
+
 
 class SourceError(RuntimeError):
     """Raised by a worker that has other code than the sweep; the message names both versions."""
@@ -92,9 +95,10 @@ def check_same_code(common: HasDigests) -> None:
 def _check(code: str, sources: tuple[tuple[str, str], ...]) -> None:
     from teamsight.analysis.runs.checkpoint import code_digest
 
-    if code_digest() != code:
+    own = code_digest(*DECIDING)
+    if own != code:
         raise SourceError(
-            f"worker: has version {code_digest()} of teamsight's code, the sweep has {code}; install the same version "
+            f"worker: has version {own} of teamsight's code, the sweep has {code}; install the same version "
             "for all workers and start them again"
         )
     for name, digest in sources:

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.definition.recording import Until
-from teamsight.analysis.studies.folder.run_set import IDENTITY, joined, runs_in
+from teamsight.analysis.studies.folder.run_set import IDENTITY, RunSet, joined, runs_in
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pyarrow as pa
 
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -42,6 +44,14 @@ class Present(NamedTuple):
     has_failed: NDArray[np.bool_]
     value: NDArray[np.float64]
     is_flag: bool
+
+    def without(self, lost: RunSet, plan: Plan) -> Present:
+        """Return what is left without the runs of which a part is lost: a sweep makes them again."""
+        runs = RunSet(plan.ids[self.setting], self.replicate)
+        kept = joined((lost, runs)).firsts()[lost.size :] | self.has_failed
+        return Present(
+            self.setting[kept], self.replicate[kept], self.has_failed[kept], self.value[kept], self.is_flag
+        )
 
 
 class Standing(NamedTuple):
@@ -105,9 +115,11 @@ def present_in(folder: StudyFolder, study: Study, plan: Plan, *, skip_damaged: b
     setting = plan.index_of(runs.ids) if runs.size else np.empty(0, np.int64)
     is_planned = setting >= 0
     has_failed = np.arange(runs.size) >= done.size
-    return Present(
+    present = Present(
         setting[is_planned], runs.replicates[is_planned], has_failed[is_planned], value[is_planned], is_flag
     )
+    # In studies that are not adaptive, they are left out of `done` already.
+    return present if values is None else present.without(folder.lost(), plan)
 
 
 def values_of(table: pa.Table, measure: str) -> tuple[NDArray[np.float64], bool]:
@@ -118,6 +130,14 @@ def values_of(table: pa.Table, measure: str) -> tuple[NDArray[np.float64], bool]
         column = table[measure]
         return column.cast(pa.float64()).to_numpy(), bool(pa.types.is_boolean(column.type))
     return np.full(table.num_rows, np.nan), False
+
+
+def not_finite_note(counts: Mapping[str, int]) -> str:
+    """Return in words in how many runs measures are NaN or infinite; empty for none."""
+    if not counts:
+        return ""
+    each = (f"{name} in {count:,} {'run' if count == 1 else 'runs'}" for name, count in counts.items())
+    return f"NaN or infinite: {', '.join(each)}; these runs count as done"
 
 
 def wide_note(count: int, settings: int, until: Until | None) -> str:

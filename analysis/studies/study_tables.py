@@ -18,6 +18,7 @@ from teamsight.core import checks
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from teamsight.analysis.studies.folder.run_set import RunSet
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
@@ -34,9 +35,13 @@ class StudyTables:
         What was asked.
     runs, failed : pyarrow.Table
         Rows of the runs that are done, and of those that have failed.
+    lost : RunSet, optional
+        Those of the runs that are done of which a part beside them is lost.
     """
 
-    def __init__(self, folder: StudyFolder, study: Study, runs: pa.Table, failed: pa.Table) -> None:
+    def __init__(
+        self, folder: StudyFolder, study: Study, runs: pa.Table, failed: pa.Table, lost: RunSet | None = None
+    ) -> None:
         self._folder = folder
         self.study: Study = study
         self.folder: Path = folder.path
@@ -44,11 +49,14 @@ class StudyTables:
         self.axes: tuple[str, ...] = self.plan.swept
         self.measures: tuple[str, ...] = rows.measures_of(runs, self.plan.names)
         self._made = rows.together(runs, failed, self.plan)
-        found = standing(study, self.plan, rows.present_of(study, self._made))
+        there = rows.present_of(study, self._made)
+        present = there if lost is None else there.without(lost, self.plan)
+        found = standing(study, self.plan, present)
         self.planned: int = found.planned
         self.done: int = found.done
         self.failed: int = found.failed
         self.missing: int = found.missing
+        self.lost: int = len(there.setting) - len(present.setting)
         self.wide: int = int(found.is_wide.sum())
 
     @property

@@ -6,18 +6,20 @@ import contextlib
 import os
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from teamsight.analysis.runs.workers import check_workers
 from teamsight.analysis.studies.adaptive import fewest
+from teamsight.analysis.studies.definition.model import in_full
 from teamsight.analysis.studies.lazy_pool import LazyPool, workers_for
 from teamsight.analysis.studies.resolved import modules_of
 from teamsight.analysis.studies.rounds import Rounds
-from teamsight.analysis.studies.same_code import source_digests
+from teamsight.analysis.studies.same_code import DECIDING, source_digests
 from teamsight.analysis.studies.shard import Common
 from teamsight.analysis.studies.sharding import expected_seconds
-from teamsight.analysis.studies.standing import wide_note
+from teamsight.analysis.studies.standing import not_finite_note, wide_note
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
@@ -50,6 +52,8 @@ class SweepSummary(NamedTuple):
     wide : str
         Settings of an adaptive study that have reached its limit with a wider interval than wanted, in words; empty if
         none has.
+    not_finite : str
+        In how many runs of the folder measures are NaN or infinite, in words; empty if none is.
     """
 
     folder: Path
@@ -61,6 +65,7 @@ class SweepSummary(NamedTuple):
     errors: tuple[tuple[str, str], ...]
     seconds: float
     wide: str = ""
+    not_finite: str = ""
 
 
 def sweep(
@@ -113,6 +118,7 @@ def sweep(
     if workers is not None:
         check_workers(workers)
     study.check()
+    study = replace(study, model=in_full(study.model))
     plan = study.plan()
     common = common_of(study, plan.types)
     if workers is None:
@@ -140,7 +146,7 @@ def sweep(
     return SweepSummary(
         folder.path, counts.made, counts.planned, counts.done, counts.failed,
         counts.planned - counts.done - counts.failed, tuple(rounds.errors), time.perf_counter() - began,
-        wide_note(rounds.wide, plan.settings, study.until),
+        wide_note(rounds.wide, plan.settings, study.until), not_finite_note(folder.not_finite()),
     )  # fmt: skip
 
 
@@ -183,7 +189,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
     path = () if study.path is None else (os.path.abspath(study.path),)
     references.search_in(path)
     sources = source_digests(modules_of(study.as_dict()), path)
-    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(), sources, {})
+    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(*DECIDING), sources, {})
 
 
 def _name(engine: Executor) -> str:

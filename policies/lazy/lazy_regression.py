@@ -62,7 +62,8 @@ def _force(table: Any, kind: int, distance: float) -> Any:
 
 
 @inlined
-def _follow(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+def follow_forces(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    """Turn each robot along the sum of the forces of what it senses; see `LazyRegression`."""
     parameters = arrays.parameters
     own = int(parameters[_OWN])
     layout = int(parameters[_LAYOUT])
@@ -172,7 +173,7 @@ class LazyRegression(Learner):
     forces: Mapping[str, Floats] = field(init=False)
 
     title = "locally weighted regression"
-    kernel = _follow
+    kernel = follow_forces
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -280,5 +281,9 @@ class LazyRegression(Learner):
 
     @property
     def parameters(self) -> Floats:
-        own, layout = self.memory.own, self.layout
-        return np.concatenate([[own, LAYOUTS.index(layout)], unit_vectors(own, self.inputs - own, layout).ravel()])
+        return parameters_of(self.memory.own, self.inputs - self.memory.own, self.layout)
+
+
+def parameters_of(own: int, added: int, layout: str) -> Floats:
+    """Return the parameters of `follow_forces`; see `unit_vectors`."""
+    return np.concatenate([[own, LAYOUTS.index(layout)], unit_vectors(own, added, layout).ravel()])

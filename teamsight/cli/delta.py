@@ -137,8 +137,10 @@ def delta(settings: DeltaSettings) -> None:
       teamsight delta --robots 30 --radius 5
       teamsight delta --robots 30 --radius 2 --policy a-cmommt --risk 0.001
       teamsight delta --task cmommt --treatment skilled --set robots=30
-      teamsight delta --trajectories trajectories.csv --awareness-range 1.0 --window 60
-      teamsight delta --trajectories pursuit.parquet --awareness-range 3 --range-shape square
+      teamsight delta --trajectories trajectories.csv --awareness-range 1.0 \\
+          --window 60
+      teamsight delta --trajectories pursuit.parquet --awareness-range 3 \\
+          --range-shape square
     """
     _prepare(settings)
     report = _recorded(settings) if settings.trajectories else _simulated(settings)

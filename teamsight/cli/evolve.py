@@ -50,7 +50,8 @@ def train(settings: TrainSettings) -> None:
     Examples:
       teamsight evolve train
       teamsight evolve train --generations 20 --population 10 --out small
-      teamsight evolve train --start evolution/constants.json --spread 0.03 --out further
+      teamsight evolve train --start evolution/constants.json \\
+          --spread 0.03 --out further
     """
     from teamsight.analysis.evolution import evolve
     from teamsight.analysis.evolution.cma import Evolution, check_installed
@@ -79,7 +80,8 @@ def test(settings: TestSettings) -> None:
     \b
     Examples:
       teamsight evolve test
-      teamsight evolve test --constants evolution/constants.json --training evolution
+      teamsight evolve test --constants evolution/constants.json \\
+          --training evolution
     """
     from teamsight.analysis.evolution import evolve
     from teamsight.analysis.runs.files import prepare_folder

@@ -1,8 +1,8 @@
 """How a command ends: its exit status, and its errors as one line each, without a traceback.
 
-The status is 0 if all went well, 2 if the input is wrong or results cannot be written, and 130 after Ctrl-C. If the
-reader of standard output exits, as ``head`` does, that is not an error, since all files are written before anything is
-printed. If standard error cannot be written, the status alone says what happened.
+The status is 0 if all went well, 2 if the input is wrong or results cannot be written, and 130 after Ctrl-C or SIGTERM.
+If the reader of standard output exits, as ``head`` does, that is not an error, since all files are written before
+anything is printed. If standard error cannot be written, the status alone says what happened.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ def gathering(settings: GatheringSettings) -> None:
       teamsight gathering --task cmommt --out gathering
       teamsight gathering --task cmommt --sizes 4,8 --set radius=3 --runs 100
     """
-    from teamsight.analysis.gathering.page import summary
+    from teamsight.analysis.gathering.page import cautions, summary
     from teamsight.analysis.gathering.results import check_results, make_results
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, working
@@ -85,7 +85,7 @@ def gathering(settings: GatheringSettings) -> None:
     with when_stopped(lambda: _kept(folder)), working(settings.workers) as (watch, pool):
         found = make_results(plan, folder, pool, watch, settings.format, force=settings.force)
     _print(found.frame)
-    for line in summary(found.verdicts):
+    for line in [*cautions(found.cells), *summary(found.verdicts)]:
         say(line)
     say(f"gathering index in {folder} after {time.perf_counter() - began:.0f} s")
 
@@ -116,11 +116,11 @@ def _print(cells: Any) -> None:
     from teamsight.cli.show import wide_console
 
     table = Table(box=None, pad_edge=False)
-    for heading in ("task", "N", "δ(explore)", "δ(skilled)", "index", "saturates at", "enough at δ(explore)"):
+    for heading in ("task", "N", "better", "δ(explore)", "δ(skilled)", "index", "saturates at", "enough at δ(explore)"):
         table.add_column(heading, justify="left" if heading == "task" else "right")
     for row in cells.itertuples():
         table.add_row(
-            row.task, f"{row.size}", f"{row.explore_delta}", f"{row.skilled_delta}", f"{row.ratio:.2f}",
+            row.task, f"{row.size}", row.has_skill, f"{row.explore_delta}", f"{row.skilled_delta}", f"{row.ratio:.2f}",
             f"{row.saturation_delta}", row.enough_at_explore,
         )  # fmt: skip
     wide_console().print(table, highlight=False)

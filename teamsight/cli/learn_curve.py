@@ -74,8 +74,10 @@ def curve(settings: CurveSettings) -> None:
     \b
     Examples:
       teamsight learn curve --task pursuit
-      teamsight learn curve --task pursuit --learned 1000,10000 --awareness none,pairwise,nearest
-      teamsight learn curve --task pursuit --set hunters=4 --trainings 10 --out four
+      teamsight learn curve --task pursuit --learned 1000,10000 \\
+          --awareness none,pairwise,nearest
+      teamsight learn curve --task pursuit --set hunters=4 \\
+          --trainings 10 --out four
     """
     from teamsight.analysis.learning.task_curve_figure import curve_points, draw
     from teamsight.analysis.learning.task_curves import awareness_gain, learning_curve

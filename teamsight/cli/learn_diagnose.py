@@ -64,7 +64,8 @@ def diagnose(settings: DiagnoseSettings) -> None:
     \b
     Examples:
       teamsight learn diagnose --out diagnosis
-      teamsight learn diagnose --samples 600 --reward keep --learners lazy,pessimistic,linear
+      teamsight learn diagnose --samples 600 --reward keep \\
+          --learners lazy,pessimistic,linear
       teamsight learn diagnose memory.safetensors --out diagnosis
     """
     from teamsight import __version__

@@ -74,17 +74,21 @@ def evaluate(settings: EvaluateSettings) -> None:
     """Learn from a memory, and measure how much robots then observe.
 
     Compares on the same worlds: the cooperative learner, which uses all inputs; the collective learner, which uses the
-    robot's own inputs of the same transitions; A-CMOMMT; the policy 'evolved'; and a random walk. Speeds and sensing
-    ranges are those of the exploration. Robots that explored another task are evaluated in its worlds, by its
+    robot's own inputs of the same transitions; teams in which the force of free targets is set by hand and nothing is
+    learned; A-CMOMMT; the policy 'evolved'; and a random walk. Speeds and sensing ranges are those of the exploration.
+    Robots that explored another task are evaluated in its worlds, by its
     objective, beside its team with skill and the one that explores.
 
     \b
     Examples:
       teamsight learn evaluate memory.safetensors
-      teamsight learn evaluate memory.safetensors --learner tabular --reward team --robots 10 --radius 4
+      teamsight learn evaluate memory.safetensors --learner tabular \\
+          --reward team --robots 10 --radius 4
       teamsight learn evaluate many.safetensors --learner lazy --sample 30000
-      teamsight learn evaluate memory.safetensors --learner lazy --k 20 --discount 0.9 --runs 100 --save runs.parquet
-      teamsight learn evaluate pursuit.safetensors --task pursuit --set prey=1 --runs 100
+      teamsight learn evaluate memory.safetensors --learner lazy --k 20 \\
+          --discount 0.9 --runs 100 --save runs.parquet
+      teamsight learn evaluate pursuit.safetensors --task pursuit \\
+          --set prey=1 --runs 100
     """
     from teamsight import __version__
     from teamsight.analysis.learning import evaluation

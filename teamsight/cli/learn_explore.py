@@ -77,7 +77,8 @@ def explore(settings: ExploreSettings) -> None:
       teamsight learn explore --out many.safetensors --runs 1000 --workers 2
       teamsight learn explore --out memory.safetensors --seed 1 --append
       teamsight learn explore --task cmommt --set robots=8 --out eight.safetensors
-      teamsight learn explore --out shared.safetensors --awareness shared --runs 16 --robots 8
+      teamsight learn explore --out shared.safetensors --awareness shared \\
+          --runs 16 --robots 8
     """
     from teamsight.analysis.learning import provenance
     from teamsight.analysis.learning.explore import TRANSITIONS, forget

@@ -105,7 +105,8 @@ def figure(settings: FigureSettings) -> None:
     Examples:
       teamsight learn figure
       teamsight learn figure --quick --out quick
-      teamsight learn figure --learners lazy,pessimistic,regression --reward team --robots 8 --radius 2,4,8
+      teamsight learn figure --learners lazy,pessimistic,regression \\
+          --reward team --robots 8 --radius 2,4,8
     """
     from teamsight import __version__
     from teamsight.analysis.learning.curve_figure import draw

@@ -48,7 +48,7 @@ teamsight --help                          all commands"""
 @click.group(
     cls=Group,
     alone=_FIRST,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Results depend on the settings and the seed only, not on the number of workers.",
 )
 @click.version_option(__version__, prog_name="teamsight", message="%(prog)s %(version)s")
@@ -59,14 +59,14 @@ def commands() -> None:
     Cooperative Mobile Robot Learning" (2000).
 
     \b
-      teamsight demo                                 two teams side by side, in the browser
-      teamsight watch                                a team in the browser, with controls
-      teamsight run --robots 10 --radius 5           one world: how much does the team observe?
-      teamsight delta --robots 30 --radius 5         how many neighbours does a robot have at most?
-      teamsight reproduce --quick                    the paper's figures on a coarse grid: half a minute
-      teamsight reproduce                            all figures, and which claims hold: about two minutes
-      teamsight sweep study.toml --out results       thousands of runs of your own, from a study file
-      teamsight learn explore --out m.safetensors    record transitions of robots that act at random
+      teamsight demo                               two teams side by side
+      teamsight watch                              a team that you change
+      teamsight run --robots 10 --radius 5         how much does it observe?
+      teamsight delta --robots 30 --radius 5       how many neighbours at most?
+      teamsight reproduce --quick                  the figures on a coarse grid
+      teamsight reproduce                          all figures, and the claims
+      teamsight sweep study.toml --out results     thousands of your own runs
+      teamsight learn explore --out m.safetensors  record transitions
     """
 
 
@@ -75,11 +75,11 @@ def learn() -> None:
     """Explore once, and learn from the recorded transitions.
 
     \b
-      teamsight learn explore --out memory.safetensors    600 transitions, as in the paper
-      teamsight learn evaluate memory.safetensors         how much robots observe that learned from them
-      teamsight learn figure --out curves                 from how many transitions awareness pays
-      teamsight learn diagnose --out diagnosis            what a learner makes of a single target, and why
-      teamsight learn curve --task pursuit                what awareness adds to teams that learn while they act
+      teamsight learn explore --out m.safetensors  600 transitions
+      teamsight learn evaluate m.safetensors       what a team learns from them
+      teamsight learn figure --out curves          how many awareness needs
+      teamsight learn diagnose --out diagnosis     what a learner makes of them
+      teamsight learn curve --task pursuit         teams that learn as they act
     """
 
 
@@ -88,8 +88,8 @@ def evolution() -> None:
     """Find the constants of the policy 'evolved', and compare it with A-CMOMMT.
 
     \b
-      teamsight evolve train    find constants by evolution; the same command continues an interrupted one
-      teamsight evolve test     compare constants with the best A-CMOMMT on other worlds
+      teamsight evolve train    find constants, or continue to do so
+      teamsight evolve test     compare them with the best A-CMOMMT
     """
 
 

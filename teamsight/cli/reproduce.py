@@ -74,11 +74,11 @@ def reproduce(settings: ReproduceSettings) -> None:
 
     \b
     Examples:
-      teamsight reproduce                         everything, into results/
+      teamsight reproduce                         everything, to results/
       teamsight reproduce 4 5 --out neighbours    the two figures on neighbours
-      teamsight reproduce 11                      lazy learning: what awareness adds
+      teamsight reproduce 11                      what lazy learning gains
       teamsight reproduce --quick --workers 1     coarse and fast
-      teamsight reproduce ledger --seed 7         the claims with other random numbers
+      teamsight reproduce ledger --seed 7         the claims with other noise
     """
     from teamsight.analysis.paper.reproduce import check_results
     from teamsight.analysis.paper.reproduce import reproduce as make

@@ -55,7 +55,7 @@ def status(settings: StatusSettings) -> None:
 
 
 def _counts(folder: Path, place: StudyFolder, manifest: Manifest, found: Status) -> list[str]:
-    from teamsight.analysis.studies.standing import wide_note
+    from teamsight.analysis.studies.standing import not_finite_note, wide_note
 
     name = f"{manifest.study['name']!r} " if manifest.study["name"] else ""
     lines = [f"study {name}in {folder}: {found.planned:,} runs of {manifest.study['model']}"]
@@ -67,8 +67,8 @@ def _counts(folder: Path, place: StudyFolder, manifest: Manifest, found: Status)
     ):  # fmt: skip
         lines.append(f"  {what:<8} {count:>12,}  {_share(count, found.planned):>6}{more}")
     study = place.study
-    wide = wide_note(found.wide, study.settings, study.until)
-    return [*lines, wide] if wide else lines
+    notes = wide_note(found.wide, study.settings, study.until), not_finite_note(found.not_finite)
+    return [*lines, *filter(None, notes)]
 
 
 def _share(count: int, planned: int) -> str:
@@ -142,5 +142,5 @@ def _as_json(
     return {
         "folder": str(place.path), "name": manifest.study["name"], **counts, "rate": found.rate,
         "seconds_left": found.seconds_left, "sweeps": sweeps, "damaged": [each._asdict() for each in found.damaged],
-        "failures": failures, "wide": found.wide, **about,
+        "failures": failures, "wide": found.wide, "not_finite": found.not_finite, **about,
     }  # fmt: skip

@@ -55,7 +55,8 @@ def submit(settings: SubmitSettings) -> None:
     \b
     Examples:
       teamsight submit study.toml --out results --slurm --tasks 32 --time 02:00:00
-      teamsight submit study.toml --out results --slurm --cpus 8 --setup "module load python" --submit
+      teamsight submit study.toml --out results --slurm --cpus 8 \\
+          --setup "module load python" --submit
       teamsight submit study.toml --out results --slurm --dry-run
     """
     from teamsight.analysis.studies import slurm

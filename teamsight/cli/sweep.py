@@ -31,7 +31,7 @@ class SweepSettings(Settings):
     """Settings of ``teamsight sweep``."""
 
     study: Path | None = values.input_file("STUDY", required=False)
-    task: str | None = task_options.task("A study of this task in place of STUDY: {names}.")
+    task: str | None = task_options.task("A study of this task in place of STUDY: {names}, or module:TASK.")
     set: dict[str, Any] = task_options.scenario(
         "A parameter of the task, or treatment; several values, with commas between them, are combined with the others."
     )
@@ -80,8 +80,10 @@ def sweep(settings: SweepSettings) -> int:
     Examples:
       teamsight sweep study.toml --out results
       teamsight sweep study.toml --out results --workers 8 --on-error stop
-      teamsight sweep --task cmommt --set robots=4,8,16 --set treatment=explore,skilled --replicates 20 --out results
-      teamsight sweep study.toml --out results --engine dask --scheduler tcp://10.0.0.1:8786
+      teamsight sweep --task cmommt --set robots=4,8,16 \\
+          --set treatment=explore,skilled --replicates 20 --out results
+      teamsight sweep study.toml --out results \\
+          --engine dask --scheduler tcp://10.0.0.1:8786
     """
     from teamsight.analysis.studies.study import Study
     from teamsight.analysis.studies.sweep import sweep as make
@@ -116,9 +118,12 @@ def _of_task(settings: SweepSettings) -> Study:
     """Return the study of a task: parameters with several values are its axes."""
     from teamsight.analysis.studies.definition.model import TASK_PREFIX
     from teamsight.analysis.studies.study import Study
+    from teamsight.core.references import is_reference
 
     listed = {name: task_options.listed(value) for name, value in settings.set.items()}
     study = Study(
+        # Where the module of a task of one's own is.
+        path=Path.cwd() if is_reference(settings.task) else None,
         model=f"{TASK_PREFIX}{settings.task}",
         fixed={name: value[0] for name, value in listed.items() if len(value) == 1},
         axes={name: value for name, value in listed.items() if len(value) > 1},
@@ -176,8 +181,8 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
         f"{plural(summary.made, 'run')} made in {summary.seconds:.0f} s; {settings.out} has {', '.join(counts)} of "
         f"{plural(summary.planned, 'run')}{of}"
     )
-    if summary.wide:
-        say(summary.wide)
+    for note in filter(None, (summary.wide, summary.not_finite)):
+        say(note)
     say(f"next: {_next(settings, summary)}")
     return 1 if summary.failed else 0
 

@@ -2,16 +2,37 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teamsight.cli import values
+from teamsight.core import references
+from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
     from teamsight.tasks.model import TaskModel
     from teamsight.tasks.task import Task
 
-TASKS = values.registry("teamsight.tasks.registry", "TASKS")
+
+class _Tasks(Registry[Any]):
+    """The tasks by name, and those of modules in the folder in which a command runs: "module:TASK"."""
+
+    def __init__(self, tasks: Registry[Any]) -> None:
+        super().__init__(tasks._homes, tasks._group, tasks._by_reference)
+
+    def _is_reference(self, name: str) -> bool:
+        if found := super()._is_reference(name):
+            # Of a program that is installed, unlike of python -m, Python does not search that folder.
+            references.search_in([os.getcwd()])
+        return found
+
+
+def TASKS() -> Registry[Any]:  # noqa: N802  named like the registries of `values`
+    """Return the tasks that a command takes."""
+    from teamsight.tasks import registry
+
+    return _Tasks(registry.TASKS)
 
 
 class OfTask(Protocol):
@@ -22,8 +43,8 @@ class OfTask(Protocol):
     set: dict[str, Any]
 
 
-def task(help: str = "The task in place of CMOMMT with its own options: {names}.") -> Any:
-    """Declare a task by name."""
+def task(help: str = "The task in place of CMOMMT with its own options: {names}, or module:TASK.") -> Any:
+    """Declare a task by name, or by the module in which it is."""
     return values.choice(None, help, TASKS, shown="CMOMMT")
 
 

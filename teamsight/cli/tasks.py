@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from teamsight.cli import task_options, values
@@ -9,6 +10,10 @@ from teamsight.cli.options import Settings
 
 if TYPE_CHECKING:
     from teamsight.tasks.task import Task
+
+
+# Longest line, as that of the help.
+_WIDEST = 80
 
 
 class TasksSettings(Settings):
@@ -44,22 +49,25 @@ def tasks(settings: TasksSettings) -> None:
 
 
 def _print(listed: list[Task]) -> None:
-    from rich.table import Table
-    from rich.text import Text
+    """Print the name of each task and, beside it, lines that are broken between words only."""
+    from textwrap import wrap
 
     from teamsight.cli.errors import printable
-    from teamsight.cli.show import wide_console
+    from teamsight.cli.show import say, wide_console
 
-    table = Table(box=None, pad_edge=False)
-    for heading in ("task", "what it is", "objective", "gathers", "T", "scenario"):
-        table.add_column(heading, overflow="fold")
+    column = max(len(task.name) for task in listed) + 2
+    width = max(min(wide_console().width, _WIDEST) - column, 1)
     for task in listed:
-        table.add_row(*(Text(printable(text)) for text in _row(task)))
-    wide_console().print(table, highlight=False)
+        shown = [
+            line
+            for text in _texts(task)
+            for line in wrap(printable(text), width, break_long_words=False, break_on_hyphens=False)
+        ]
+        for name, line in zip_longest((task.name,), shown, fillvalue=""):
+            say(f"{name:<{column}}{line}")
 
 
-def _row(task: Task) -> tuple[str, ...]:
-    gathers = {True: "yes", False: "no", None: "unknown"}[task.gathers]
+def _texts(task: Task) -> tuple[str, ...]:
+    gathers = {True: "gathers", False: "does not gather", None: "not known whether it gathers"}[task.gathers]
     scenario = ", ".join(f"{name}={value}" for name, value in task.scenario.items())
-    objective = f"{task.objective.better} {task.objective.metric}"
-    return task.name, task.title, objective, gathers, f"{task.steps}", scenario
+    return task.title, f"{task.objective.better} {task.objective.metric}; {task.steps} steps; {gathers}", scenario

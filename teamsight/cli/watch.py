@@ -47,8 +47,26 @@ class WatchSettings(WorldSettings):
         )
         if self.task:
             task_options.check(self, (*_MODEL, "model", "failures", "repair"))
-        for name in () if self.model or self.task else set(self.set) & {*_MODEL, "seed"}:
+        if self.model or self.task:
+            return
+        for name in set(self.set) & {*_MODEL, "seed"}:
             raise ValueError(f"set={name}=…: is an option of its own; give --{name.replace('_', '-')}")
+        _check_limits({name: getattr(self, name) for name in _MODEL if name in self.given} | self.set)
+        _check_limits(self.beside)
+
+
+def _check_limits(parameters: dict[str, Any]) -> None:
+    """Refuse numbers that the page refuses too."""
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.live.cmommt_controls import controls_for
+
+    for control in controls_for(CMOMMT, {}):
+        value = parameters.get(control.name)
+        if control.kind in ("integer", "number") and isinstance(value, (int, float)):
+            try:
+                control.checked(value)
+            except ValueError as error:
+                raise ValueError(f"{error}, as on the page; teamsight run takes others and draws nothing") from None
 
 
 def watch(settings: WatchSettings) -> None:

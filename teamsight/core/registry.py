@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from pkgutil import resolve_name
 from typing import TypeVar, cast
 
+from teamsight.core import references
+
 T = TypeVar("T")
 
 
@@ -18,6 +20,8 @@ class Registry(Mapping[str, T]):
         For each name, the module and the class or function in it: "module:attribute".
     group : str, optional
         The entry points under which other distributions add plug-ins; see `teamsight.core.plugins`.
+    by_reference : str, optional
+        What one of them is called, where "package.module:Name" stands for the object in any module, too.
 
     Notes
     -----
@@ -25,13 +29,16 @@ class Registry(Mapping[str, T]):
     name that is not in `homes`. A plug-in cannot replace what is.
     """
 
-    def __init__(self, homes: Mapping[str, str], group: str | None = None) -> None:
+    def __init__(self, homes: Mapping[str, str], group: str | None = None, by_reference: str = "") -> None:
         self._homes = homes
         self._group = group
+        self._by_reference = by_reference
 
     def __getitem__(self, name: str) -> T:
         found: T
-        if name in self._homes or not self._is_plug_in(name):
+        if self._is_reference(name):
+            found = cast(T, references.load(name, self._by_reference, place="run this in the folder of its file"))
+        elif name in self._homes or not self._is_plug_in(name):
             found = resolve_name(self._homes[name])
         else:
             from teamsight.core import plugins
@@ -46,11 +53,14 @@ class Registry(Mapping[str, T]):
         return len(self._homes)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._homes or (isinstance(name, str) and self._is_plug_in(name))
+        return name in self._homes or (isinstance(name, str) and (self._is_reference(name) or self._is_plug_in(name)))
 
     def is_built_in(self, name: str) -> bool:
         """Return whether a name is one of this package, not that of a plug-in."""
         return name in self._homes
+
+    def _is_reference(self, name: str) -> bool:
+        return bool(self._by_reference) and references.is_reference(name)
 
     def _is_plug_in(self, name: str) -> bool:
         if self._group is None:

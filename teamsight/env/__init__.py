@@ -2,7 +2,8 @@
 
 `parallel_env` and `env` follow PettingZoo's interfaces, `vector_env` takes and returns arrays of all robots of many
 worlds, and `gymnasium_env` is Gymnasium's vector interface, with one sub-environment for each robot. They need the
-optional packages pettingzoo and gymnasium: ``pip install 'teamsight[env]'``.
+optional packages pettingzoo and gymnasium: ``pip install 'teamsight[env]'``. The import registers each task with
+Gymnasium, for ``gymnasium.make_vec("teamsight/CMOMMT-v0")``. `stable_baselines_env` also needs stable-baselines3.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from teamsight.env.extras import require
 # Their environments would fail later, in the middle of a user's script.
 require("pettingzoo", "gymnasium")
 
+from teamsight.env.ids import register_tasks  # noqa: E402
+
 if TYPE_CHECKING:
     from teamsight.env.facts import Facts
     from teamsight.env.observations import Nearest
     from teamsight.env.parallel import TeamParallelEnv, env, parallel_env
     from teamsight.env.rewards import REWARDS
-    from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env
+    from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env, stable_baselines_env
     from teamsight.env.vector import TeamVectorEnv, vector_env
     from teamsight.policies.actions import ActionGrid
 
@@ -35,12 +38,15 @@ _HOMES = {
     "env": "teamsight.env.parallel",
     "gymnasium_env": "teamsight.env.shared_policy",
     "parallel_env": "teamsight.env.parallel",
+    "stable_baselines_env": "teamsight.env.shared_policy",
     "vector_env": "teamsight.env.vector",
 }
 
 __all__ = [
     "REWARDS", "ActionGrid", "Facts", "Nearest", "SharedPolicyEnv", "TeamParallelEnv", "TeamVectorEnv", "env",
-    "gymnasium_env", "parallel_env", "vector_env",
+    "gymnasium_env", "parallel_env", "stable_baselines_env", "vector_env",
 ]  # fmt: skip
+
+register_tasks()
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

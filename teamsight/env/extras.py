@@ -5,13 +5,15 @@ from __future__ import annotations
 import importlib.util
 
 
-def require(*packages: str) -> None:
+def require(*packages: str, cure: str = "pip install 'teamsight[env]'") -> None:
     """Refuse to go on without optional packages.
 
     Parameters
     ----------
     *packages : str
         Names to import.
+    cure : str
+        The command that installs them.
 
     Raises
     ------
@@ -22,5 +24,5 @@ def require(*packages: str) -> None:
     if missing:
         raise ImportError(
             f"teamsight.env needs {' and '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed: "
-            "pip install 'teamsight[env]'"
+            f"{cure}"
         )

@@ -22,7 +22,7 @@ from teamsight.env.observations import LayoutLike
 from teamsight.env.rewards import RewardLike
 from teamsight.env.settings import Settings, settings_of
 from teamsight.env.states import StateView
-from teamsight.env.views import RENDER_MODES, Views
+from teamsight.env.views import FPS, RENDER_MODES, Views
 from teamsight.tasks.task import Task
 
 Array: TypeAlias = npt.NDArray[Any]
@@ -48,17 +48,18 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         All of them during an episode; none before and after it.
     max_cycles : int
         The number of steps of an episode, after which all agents are truncated.
+    metadata : dict
+        What PettingZoo reads; its ``name`` is that of the task or of the user's model: "teamsight_cmommt_v0".
     """
 
-    metadata = {  # noqa: RUF012 (PettingZoo reads it so)
-        "name": "teamsight_cmommt_v0", "render_modes": list(RENDER_MODES), "render_fps": 30, "is_parallelizable": True,
-    }  # fmt: skip
+    metadata = {"render_modes": list(RENDER_MODES), "render_fps": FPS, "is_parallelizable": True}  # noqa: RUF012
 
     def __init__(self, settings: Settings, render_mode: str | None = None) -> None:
         if render_mode is not None:
             checks.choice("render_mode", render_mode, RENDER_MODES)
         self.render_mode, self.max_cycles = render_mode, settings.max_cycles
         self._settings = settings
+        self.metadata = {"name": settings.name, **type(self).metadata}
         self._batch = batch = Batch(settings, 1)
         self.possible_agents = [f"robot_{number}" for number in range(batch.robots)]
         self.agents: list[str] = []
@@ -114,7 +115,7 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         Parameters
         ----------
         actions : dict of str to array_like
-            The action of each agent.
+            The action of each agent. After the end of an episode there is none, and {} returns five empty dicts.
 
         Returns
         -------
@@ -138,8 +139,11 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
             If actions are missing, unknown, not numbers, of another shape, NaN or outside their space. Nothing is
             changed then.
         """
-        self._check_agents(actions)
         batch = self._batch
+        if not self.agents and actions == {} and batch.has_begun(0):
+            # Wrappers such as SuperSuit's black_death_v3 take a step more, to learn that no agent is left.
+            return {}, {}, {}, {}, {}
+        self._check_agents(actions)
         given = stacked({agent: actions[agent] for agent in self.possible_agents}, self._none)
         batch.step(given, None, self._name)
         names, is_stopped, is_over = self.possible_agents, batch.is_stopped(0), bool(batch.cycles[0] >= self.max_cycles)

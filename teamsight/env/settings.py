@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -71,6 +72,12 @@ class Settings:
     form: ActionForm
     reward: Reward
     max_cycles: int
+
+    @property
+    def name(self) -> str:
+        """The name of the environment in PettingZoo's form: "teamsight_cmommt_v0"."""
+        words = re.findall("[a-z0-9]+", getattr(self.model, "__name__", "world").lower())
+        return "_".join(["teamsight", *words, "v0"])
 
     @property
     def is_kept(self) -> bool:

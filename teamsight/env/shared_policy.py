@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
@@ -11,11 +11,17 @@ import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from teamsight.core import checks
 from teamsight.env.actions import as_array
 from teamsight.env.vector import TeamVectorEnv, vector_env
 from teamsight.env.vector_step import Step
+from teamsight.env.views import FPS, NO_MODE
+
+if TYPE_CHECKING:
+    from teamsight.env.stable_baselines import TeamVecEnv
 
 Array = npt.NDArray[Any]
+_RENDER_MODES = ("rgb_array",)
 
 
 class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
@@ -25,6 +31,8 @@ class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
     ----------
     team : TeamVectorEnv
         The worlds.
+    render_mode : "rgb_array", optional
+        What `render` returns.
 
     Attributes
     ----------
@@ -38,17 +46,20 @@ class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
         The worlds.
     """
 
-    def __init__(self, team: TeamVectorEnv) -> None:
+    def __init__(self, team: TeamVectorEnv, render_mode: str | None = None) -> None:
+        if render_mode is not None:
+            checks.choice("render_mode", render_mode, _RENDER_MODES)
+        self.render_mode = render_mode
         self.team, self.num_envs = team, team.worlds * team.robots
         self.single_observation_space, self.single_action_space = team.observation_space, team.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.metadata = {"render_modes": [], **_mode(team.autoreset)}
+        self.metadata = {"render_modes": list(_RENDER_MODES), "render_fps": FPS, **_mode(team.autoreset)}
 
-    def __reduce__(self) -> tuple[Callable[..., SharedPolicyEnv], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Callable[..., SharedPolicyEnv], tuple[Any, ...], dict[str, Any]]:
         # A copy has worlds of its own, a shallow one too.
         make, given = self.team.__reduce__()
-        return _shared, (make, *given)
+        return _shared, (make, *given), {"render_mode": self.render_mode, "spec": self.spec}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -83,6 +94,7 @@ class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
             worlds = chosen.any(axis=1)
             if not np.array_equal(worlds, chosen.all(axis=1)):
                 raise ValueError("reset_mask: selects a part of the robots of a world; its robots begin together")
+        super().reset(seed=seed)
         observations, info = self.team.reset(seed, worlds=worlds)
         return self._of_robots(observations), self._infos(info)
 
@@ -148,6 +160,19 @@ class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
                 infos[f"_{name}"] = np.ones(self.num_envs, bool)
         return infos
 
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...]:
+        """Return a picture for each robot, shape (height, width, 3): that of its world.
+
+        Raises
+        ------
+        RuntimeError
+            Before `reset`, or without a `render_mode`.
+        """
+        if self.render_mode is None:
+            raise RuntimeError(NO_MODE)
+        pictures = map(self.team.render, range(self.team.worlds))
+        return tuple(picture for picture in pictures for _ in range(self.team.robots))
+
     def close_extras(self, **kwargs: Any) -> None:
         """Release the worlds."""
         self.team.close()
@@ -166,19 +191,49 @@ def _mode(autoreset: str) -> dict[str, Any]:
     return {"autoreset_mode": getattr(modes, names[autoreset])}
 
 
-def gymnasium_env(worlds: int, **settings: Any) -> SharedPolicyEnv:
+def gymnasium_env(
+    worlds: int, *, autoreset: str = "next-step", render_mode: str | None = None, **settings: Any
+) -> SharedPolicyEnv:
     """Return many worlds as a vector environment of Gymnasium, with one sub-environment for each robot.
 
     Parameters
     ----------
     worlds : int
         Their number; there are ``worlds × robots`` sub-environments.
+    autoreset : {"next-step", "same-step", "disabled"}
+        What happens after the end of an episode; see `vector_env`. Gymnasium's wrappers take "next-step".
+    render_mode : "rgb_array", optional
+        Let `render` return pictures.
     **settings
-        Those of `vector_env`. With Gymnasium 1.0, whose wrappers know no other mode, give autoreset="next-step".
+        The others of `vector_env`.
 
     Raises
     ------
     TypeError, ValueError
         As for `vector_env`.
     """
-    return SharedPolicyEnv(vector_env(worlds, **settings))
+    return SharedPolicyEnv(vector_env(worlds, autoreset=autoreset, **settings), render_mode)
+
+
+def stable_baselines_env(worlds: int, *, render_mode: str | None = None, **settings: Any) -> TeamVecEnv:
+    """Return many worlds as a `VecEnv` of stable-baselines3, with one environment for each robot.
+
+    Parameters
+    ----------
+    worlds : int
+        Their number; there are ``worlds × robots`` environments.
+    render_mode : "rgb_array", optional
+        Let `render` and video recorders have pictures, one for each world.
+    **settings
+        Those of `vector_env`, without `autoreset`, as `VecEnv` begins the next episode in the same step.
+
+    Raises
+    ------
+    ImportError
+        Without stable-baselines3: ``pip install stable-baselines3``.
+    TypeError, ValueError
+        As for `vector_env`.
+    """
+    from teamsight.env.stable_baselines import TeamVecEnv
+
+    return TeamVecEnv(gymnasium_env(worlds, autoreset="same-step", render_mode=render_mode, **settings))

@@ -16,8 +16,11 @@ if TYPE_CHECKING:
 
 #: What `render` can do.
 RENDER_MODES = ("human", "rgb_array")
+#: Steps a second in videos that others make of the pictures.
+FPS = 30
 # For a moment, so that the window reacts; the simulation does not wait for it.
 _PAUSE = 1e-3
+NO_MODE = "render(): the environment has no render_mode; make it with render_mode='rgb_array'"
 _NO_WINDOW = (
     "render_mode='human': matplotlib can open no window, as there is no display; use "
     "render_mode='rgb_array', or record the world, which is env.world"
@@ -45,7 +48,7 @@ class Views:
     def draw(self, batch: Batch, place: int) -> npt.NDArray[np.uint8] | None:
         """Return a picture of a world, or show it and return None; see `TeamParallelEnv.render`."""
         if self._mode is None:
-            raise RuntimeError("render(): the environment has no render_mode; make it with render_mode='rgb_array'")
+            raise RuntimeError(NO_MODE)
         if not batch.has_begun(place):
             raise RuntimeError("render(): no episode has begun; call reset() first")
         arena = batch.arena(place)

@@ -17,8 +17,8 @@ class Control:
     ----------
     name : str
         The name of the parameter.
-    kind : {"choice", "integer", "number", "flag"}
-        What it is.
+    kind : {"choice", "integer", "number", "flag", "digits"}
+        What it is; digits are a whole number as a text, since scripts hold only those below 2⁵³ exactly.
     label, section, help : str
         What stands beside it, under which heading, and what it means.
     least, most : float, optional
@@ -59,7 +59,9 @@ class Control:
             return checks.flag(self.name, value)
         if self.kind == "choice":
             return self.choices[checks.choice(self.name, value, tuple(self.choices))]
-        if self.kind == "integer":
+        if self.kind == "digits" and isinstance(value, str) and value.isdecimal():
+            value = int(value)
+        if self.kind in ("integer", "digits"):
             least = 0 if self.least is None else int(self.least)
             most = None if self.most is None else int(self.most)
             return checks.count(self.name, value, least=least, most=most)
@@ -67,6 +69,8 @@ class Control:
 
     def shown(self, value: Any) -> Any:
         """Return what the page shows for a value of the parameter."""
+        if self.kind == "digits":
+            return str(value)
         if self.kind != "choice":
             # Of a cycle, its period.
             return getattr(value, "period", value)
@@ -76,7 +80,8 @@ class Control:
         """Return the control as values of JSON."""
         return {
             "name": self.name, "kind": self.kind, "label": self.label or self.name.replace("_", " "),
-            "section": self.section, "help": self.help, "least": self.least, "most": self.most, "step": self.step,
+            "section": self.section, "help": self.help, "step": self.step, "least": self.least,
+            "most": None if self.kind == "digits" else self.most,
             "reach": self.most if self.reach is None else self.reach,
             "choices": list(self.choices), "live": self.live, "only": self.only,
         }  # fmt: skip

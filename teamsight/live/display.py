@@ -9,6 +9,7 @@ from typing import Any
 from teamsight.live import protocol
 from teamsight.live.board import Board, Frames, Scenes
 from teamsight.live.controls import Control
+from teamsight.live.protocol import Message
 from teamsight.live.track import LiveTrack
 from teamsight.view.scene import Scene
 
@@ -93,7 +94,7 @@ class Display:
         self._board.post("state", protocol.text("state", **facts, tracks=[track.state() for track in tracks]))
         self._board.post("events", protocol.text("events", tracks=[track.events() for track in tracks]))
 
-    def controls(self, tracks: list[LiveTrack], seed: int) -> None:
+    def controls(self, tracks: list[LiveTrack], seed: int, wanted: Iterable[Message] = ()) -> None:
         """Show the controls and their values.
 
         Parameters
@@ -102,11 +103,16 @@ class Display:
             The worlds.
         seed : int
             Their seed.
+        wanted : iterable of Message
+            Values that were chosen, and hold soon.
         """
         values = [
-            {one.name: seed if one.name == "seed" else one.shown(track.value(one.name)) for one in self._controls}
+            {one.name: one.shown(seed if one.name == "seed" else track.value(one.name)) for one in self._controls}
             for track in tracks
         ]
+        for name, value, track in (map(one.fields.get, ("name", "value", "track")) for one in wanted):
+            for shown in values if track is None else values[track : track + 1]:
+                shown[name] = value
         controls = [one.as_json() for one in self._controls]
         self._board.post("controls", protocol.text("controls", controls=controls, values=values))
 

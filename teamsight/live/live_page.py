@@ -12,6 +12,7 @@ from typing import Any, Self
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.model import World
 from teamsight.core import browsers, checks
+from teamsight.core.status_line import StatusLine, has_reader
 from teamsight.live import protocol
 from teamsight.live.cmommt_controls import controls_for
 from teamsight.live.controls import Control
@@ -44,18 +45,40 @@ class LivePage:
         self.session, self._server = session, server
         self.url = server.url
         self._closed = threading.Event()
+        self._line: StatusLine | None = None
+        self._has_said = False
 
     def wait(self) -> None:
-        """Wait until the page is closed, or Ctrl-C is pressed, which closes it too."""
+        """Wait until the page is closed, or Ctrl-C is pressed, which closes it too; meanwhile say what is compiled.
+
+        Raises
+        ------
+        Exception
+            That of the model, if its first world cannot be built.
+        """
         try:
             # Without a timeout, Ctrl-C would not be noticed on Windows.
-            while not self._closed.wait(0.5) and self._server.is_alive():
-                pass
+            while not self._closed.wait(0.5) and self._server.is_alive() and self.session.failure is None:
+                self._say(self.session.said)
         except KeyboardInterrupt:
             # The usual way to end it, and no error.
             pass
         finally:
+            self._say("")
             self.close()
+        if self.session.failure is not None:
+            raise self.session.failure
+
+    def _say(self, text: str) -> None:
+        if not has_reader():
+            if text and not self._has_said:
+                print(f"teamsight: {text}", file=sys.stderr)
+            self._has_said = bool(text)
+        elif text:
+            self._line = self._line or StatusLine()
+            self._line.show(f"teamsight: {text}")
+        elif self._line is not None:
+            self._line.close()
 
     def close(self) -> None:
         """Stop the worlds and the server. Idempotent."""
@@ -147,9 +170,13 @@ def watch(
     checks.count("port", port, least=0, most=_MOST_PORT)
     speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
     frames = checks.count("every", every, most=protocol.MOST_EVERY)
-    worlds, controls = worlds_of(model, dict(parameters or {}), beside, frames)
+    worlds, controls = worlds_of(model, dict(parameters or {}), beside)
     session = Session(worlds, controls, rate=speed, every=frames, running=checks.flag("running", running))
     try:
+        # The page is there at once where something has to be compiled.
+        session.begun.wait()
+        if session.failure is not None:
+            raise session.failure
         page = LivePage(session, Server(session, access, port, f"teamsight: {model_name(model)}"))
     except BaseException:
         session.close()
@@ -163,13 +190,13 @@ def watch(
 
 
 def worlds_of(
-    model: Callable[..., World], parameters: dict[str, Any], beside: Mapping[str, Any] | None, every: int
+    model: Callable[..., World], parameters: dict[str, Any], beside: Mapping[str, Any] | None
 ) -> tuple[Worlds, dict[str, Control]]:
     """Return the worlds of a page and its controls.
 
     Parameters
     ----------
-    model, parameters, beside, every
+    model, parameters, beside
         As for `watch`.
     """
     given = {name: parameters.pop(name) for name in SEEDS if name in parameters}
@@ -190,8 +217,8 @@ def worlds_of(
     found = controls_for(model, parameters)
     if name is not None:
         help = "All random numbers follow from it."
-        found.append(Control(SEED, "integer", "seed", "World", help, 0, checks.MOST_SEED))
-    return Worlds(model, both, seed, every), {one.name: one for one in found}
+        found.append(Control(SEED, "digits", "seed", "World", help, 0, checks.MOST_SEED))
+    return Worlds(model, both, seed), {one.name: one for one in found}
 
 
 def is_interactive() -> bool:

@@ -160,6 +160,7 @@ class Server:
     async def _connection(self, connection: ServerConnection) -> None:
         client = Client(self._session.board)
         self.clients.add(client)
+        self._session.watched_by(len(self.clients))
         sender = asyncio.create_task(self._send_news(connection, client))
         try:
             await self._receive(connection, client)
@@ -168,6 +169,7 @@ class Server:
         finally:
             sender.cancel()
             self.clients.discard(client)
+            self._session.watched_by(len(self.clients))
 
     async def _send_news(self, connection: ServerConnection, client: Client) -> None:
         try:

@@ -1,29 +1,28 @@
-"""The session: worlds that run in a thread of their own, and carry out the messages of pages."""
+"""The session: worlds that run in a thread of their own, and carry out the messages of pages.
+
+Whatever builds worlds, or may need kernels that are not compiled, is prepared by a `Builder` while the worlds run on.
+The worlds stand still while no page shows them.
+"""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from teamsight.core import checks
 from teamsight.core.references import failure
-from teamsight.live.board import Board
-from teamsight.live.commands import Commands
+from teamsight.live.builder import Job
 from teamsight.live.controls import Control
-from teamsight.live.display import Display
-from teamsight.live.pacing import Pacer
 from teamsight.live.protocol import Message
-from teamsight.live.worlds import StoppedError, Worlds
+from teamsight.live.running import Running
+from teamsight.live.track import LiveTrack
+from teamsight.live.worlds import Worlds
 from teamsight.view.frame import Frame
 from teamsight.view.page import page
 from teamsight.view.scene import Scene
 
-# Seconds between two messages about the state while the worlds run.
-_BETWEEN_STATES = 0.25
-#: Steps after which a run pauses: its history is kept in memory, and a forgotten page should not fill that.
-MOST_STEPS = 1_000_000
 SEED = "seed"
 
 
@@ -39,7 +38,7 @@ class _Recorded(NamedTuple):
     frames: list[Frame]
 
 
-class Session:
+class Session(Running):
     """Worlds that run as pages want it.
 
     Parameters
@@ -61,21 +60,22 @@ class Session:
         What pages are to show.
     worlds : Worlds
         The worlds; they belong to the thread.
+    begun : threading.Event
+        Set when the first worlds are there, or cannot be built, or something is compiled for them.
+    failure : BaseException or None
+        Why the first worlds cannot be built.
     """
 
     def __init__(
         self, worlds: Worlds, controls: Mapping[str, Control], *, rate: float | None, every: int, running: bool
     ) -> None:
-        self.board, self.worlds = Board(), worlds
-        self._controls, self._commands = dict(controls), Commands()
-        self._display = Display(self.board, self._controls.values())
-        self._pacer = Pacer(rate, every)
-        self._is_running, self._is_busy, self._is_closing = running, False, False
-        self._note, self._is_failed = "", False
-        # Steps that are left to the next frame.
-        self._left = 0
-        self._reported = self._reported_steps = 0.0
-        self._begin("")
+        super().__init__(worlds, controls, rate=rate, every=every, running=running)
+        self._is_closing = False
+        self.begun = threading.Event()
+        self.failure: BaseException | None = None
+        # The settings on the left when two worlds began, and those of the one before.
+        self._before: tuple[dict[str, Any], dict[str, Any]] = {}, {}
+        self._start(Job("kernels", worlds.settings, worlds.seed, every, lambda tracks: self._begin(tracks, "")))
         self._thread = threading.Thread(target=self._work, name="teamsight worlds", daemon=True)
         self._thread.start()
 
@@ -95,18 +95,13 @@ class Session:
         """
         self._commands.put(message)
 
-    @property
-    def is_running(self) -> bool:
-        """Whether the worlds make steps."""
-        return self._is_running
-
     def is_alive(self) -> bool:
         """Return whether the thread of the worlds runs."""
         return self._thread.is_alive()
 
     def busy(self) -> bool:
-        """Return whether messages wait or are being carried out."""
-        return self._is_busy or bool(self._commands)
+        """Return whether messages wait or are being carried out, or worlds are being built."""
+        return bool(self._commands) or self._builder.job is not None
 
     def history(self) -> list[str | bytes]:
         """Return messages by which a new page learns what was so far; for other threads, while the worlds go on."""
@@ -115,6 +110,8 @@ class Session:
     def recording(self) -> Saved:
         """Return what is kept as a page that plays anywhere; for other threads, while the worlds go on."""
         tracks = [_Recorded(*track.recorded()) for track in self.worlds.tracks]
+        if not tracks:
+            raise ValueError("nothing is there yet; wait until the worlds are compiled")
         title = tracks[0].scene.title
         name = "-".join("".join(c if c.isalnum() else " " for c in title.lower()).split())
         return Saved(f"teamsight-{name[:80]}.html", page(tracks, title=title))
@@ -124,7 +121,8 @@ class Session:
             for message in self._commands.take(self._patience()):
                 self._try(lambda message=message: self._carry_out(message))  # type: ignore[misc]
                 self._commands.done()
-            if self._is_running and (self._left or self._pacer.wait(time.monotonic()) <= 0.0):
+            self._try(self._take_built)
+            if self._is_moving and (self._left or self._pacer.wait(time.monotonic()) <= 0.0):
                 self._try(self._advance)
 
     def _try(self, act: Callable[[], None]) -> None:
@@ -132,60 +130,66 @@ class Session:
         try:
             act()
         except (Exception, SystemExit) as error:  # of a model, for whatever reason
-            self._is_running = self._is_busy = False
-            self._left = 0
-            self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
+            self._is_running, self._left = False, 0
+            self._say(error)
 
-    def _patience(self) -> float | None:
-        """Return how long to wait for messages [s]; None for as long as it takes."""
-        if not self._is_running:
-            return None
-        return 0.0 if self._left else self._pacer.wait(time.monotonic())
+    def _say(self, error: BaseException) -> None:
+        self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
 
-    def _advance(self) -> None:
-        """Make a part of the steps up to the next frame, and show that when it is reached."""
-        began = time.monotonic()
-        if not self._left:
-            self._left = self._pacer.stretch()
-            self._pacer.begin(began, self._left)
-        steps = min(self._left, self._pacer.part())
-        if not self._make_steps(steps):
-            return
-        self._left = max(self._left - steps, 0)
-        if not self._left:
-            self._display.frames(self.worlds.tracks)
-        now = time.monotonic()
-        self._pacer.took(steps, now - began)
-        if now - self._reported > _BETWEEN_STATES:
-            self._report()
-
-    def _make_steps(self, steps: int) -> bool:
-        """Let all worlds make steps; return whether they did."""
-        before = self.worlds.made
-        try:
-            self.worlds.run(steps)
-        except StoppedError as error:
-            self._is_failed = True
-            self._pause(f"{error}; Reset starts again.")
-            self._display.frames(self.worlds.tracks)
-            return False
-        if self.worlds.made // MOST_STEPS > before // MOST_STEPS:
-            self._pause(f"Paused after {self.worlds.made:,} steps, whose history is in memory; Run goes on.")
-        return True
-
-    def _pause(self, note: str = "") -> None:
-        self._is_running, self._left, self._note = False, 0, note
+    def _start(self, job: Job) -> None:
+        self._builder.start(job)
+        self._show_controls()
         self._report()
+
+    def _take_built(self) -> None:
+        """Show what is compiled; carry a job out whose worlds are there, and then what has waited for it."""
+        if (done := self._builder.take()) is None:
+            if self._builder.said != self._said:
+                self._said = self._builder.said
+                self.begun.set()
+                self._report()
+            return
+        job, outcome, waiting = done
+        self._said = ""
+        if isinstance(outcome, BaseException):
+            self._refuse(outcome)
+            self.failure = None if self.worlds.tracks else outcome
+        else:
+            self._attempt(lambda: job.then(outcome))
+        self.begun.set()
+        for message in waiting:
+            self._carry_out(message)
 
     def _carry_out(self, message: Message) -> None:
+        if self._must_wait(message):
+            self._builder.wait(message)
+            self._show_controls()
+        else:
+            self._attempt(lambda: getattr(self, f"_on_{message.type}")(**message.fields))
+
+    def _must_wait(self, message: Message) -> bool:
+        """Whether a message needs worlds that are being built, or a job of its own."""
+        job, control = self._builder.job, self._controls.get(message.fields.get("name", ""))
+        if job is None or message.type not in ("set", "reset", "compare"):
+            return not self.worlds.tracks and job is not None
+        return job.replaces or control is None or not control.live or control.kind == "choice"
+
+    def _attempt(self, act: Callable[[], None]) -> None:
         try:
-            getattr(self, f"_on_{message.type}")(**message.fields)
+            act()
         except (Exception, SystemExit) as error:  # of a model that refuses its arguments, for whatever reason
-            self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
-            # The page shows the values that hold, not the one that was refused.
-            self._display.controls(self.worlds.tracks, self.worlds.seed)
-        self._is_busy = False
+            self._refuse(error)
         self._report()
+
+    def _refuse(self, error: BaseException) -> None:
+        """Say why something does not happen; the pages show the values that hold, not the one that was refused."""
+        self._say(error)
+        self._show_controls()
+        self._report()
+
+    def _show_controls(self) -> None:
+        if self.worlds.tracks:
+            self._display.controls(self.worlds.tracks, self.worlds.seed, self._builder.wanted)
 
     def _on_run(self) -> None:
         if not all(track.world.running for track in self.worlds.tracks):
@@ -218,54 +222,76 @@ class Session:
 
     def _on_compare(self, on: bool) -> None:
         settings = self.worlds.settings
-        if on != (len(settings) == 2):
-            # Both begin at tick 0, since neither can catch up with the other's past.
-            note = "Started again, two worlds on the same noise." if on else "Started again."
-            self._rebuild([settings[0], dict(settings[0])] if on else settings[:1], self.worlds.seed, note)
+        if on == (len(settings) == 2):
+            return
+        # Both begin at tick 0, since neither can catch up with the other's past.
+        if on:
+            (left, right), note = self._blind_and_aware(settings[0])
+            self._before = left, settings[0]
+            self._rebuild([left, right], self.worlds.seed, f"Started again, two worlds on the same noise{note}.")
+            return
+        blind, before = self._before
+        self._rebuild([before if settings[0] == blind else settings[0]], self.worlds.seed, "Started again.")
+
+    def _blind_and_aware(self, settings: dict[str, Any]) -> tuple[list[dict[str, Any]], str]:
+        """Return the settings of a team without awareness and of one with, and what to say; equal ones without such."""
+        name, control = "awareness", self._controls.get("awareness")
+        if control is None or control.kind != "choice" or "none" not in control.choices:
+            return [settings, dict(settings)], ""
+        degree = self.worlds.tracks[0].value(name)
+        if control.shown(degree) == "none":
+            degree = next((one for text, one in control.choices.items() if text != "none"), degree)
+        pair = [{**settings, name: one} for one in (control.choices["none"], degree)]
+        return pair, f": blind (awareness none), and aware ({control.shown(degree)})"
 
     def _on_set(self, name: str, value: Any, track: int | None) -> None:
         control = self._controls[checks.choice("name", name, tuple(self._controls))]
         given, tracks = control.checked(value), self.worlds.tracks
+        message = Message("set", {"name": name, "value": value, "track": track})
         if name == SEED:
-            self._rebuild(self.worlds.settings, given, f"Started again with seed {given}.")
+            self._rebuild(self.worlds.settings, given, f"Started again with seed {given}.", message)
             return
         if track is not None and track >= len(tracks):
             raise ValueError(f"track={track}: there is one world only; compare first")
         chosen = tracks if track is None else [tracks[track]]
         if all(control.shown(one.value(name)) == control.shown(given) for one in chosen):
             return
+        settings = self.worlds.with_value(chosen, name, given)
         if not control.live:
             note = f"Started again with {control.label or name} {control.shown(given)}, seed {self.worlds.seed}."
-            self._rebuild(self.worlds.with_value(chosen, name, given), self.worlds.seed, note)
-            return
+            self._rebuild(settings, self.worlds.seed, note, message)
+        elif control.kind != "choice":
+            self._change(chosen, name, given)
+        else:
+            # Another rule may have to be compiled, as for these worlds, which are then not needed.
+            self._start(Job(
+                str(value), settings, self.worlds.seed, self._pacer.every,
+                lambda built: self._change(chosen, name, given, built), replaces=False, message=message,
+            ))  # fmt: skip
+
+    def _change(self, chosen: list[LiveTrack], name: str, given: Any, built: Iterable[LiveTrack] = ()) -> None:
+        """Change a setting of running worlds."""
+        for one in built:
+            one.close()
         self.worlds.change(chosen, name, given)
         self._note = ""
-        self._display.frames(tracks, again=True)
-        self._display.controls(tracks, self.worlds.seed)
+        self._display.frames(self.worlds.tracks, again=True)
+        self._show_controls()
 
-    def _rebuild(self, settings: list[dict[str, Any]], seed: int, note: str) -> None:
-        self._is_busy = True
-        self._report()
-        self.worlds.rebuild(settings, seed, self._pacer.every)
-        self._begin(note)
+    def _rebuild(self, settings: list[dict[str, Any]], seed: int, note: str, message: Message | None = None) -> None:
+        def then(tracks: list[LiveTrack]) -> None:
+            self._begin(tracks, note, seed)
 
-    def _begin(self, note: str) -> None:
+        self._start(Job("kernels", settings, seed, self._pacer.every, then, message=message))
+
+    def _begin(self, tracks: list[LiveTrack], note: str, seed: int | None = None) -> None:
         """Show worlds that have just been built."""
+        self.worlds.replace(tracks, self.worlds.seed if seed is None else seed)
         self._left, self._note, self._reported_steps = 0, note, 0
         self._pacer.forget()
         self._is_failed = False
-        self._display.controls(self.worlds.tracks, self.worlds.seed)
-        self._display.begin(self.worlds.tracks)
+        # It may have been changed meanwhile.
+        self._on_every(self._pacer.every)
+        self._show_controls()
+        self._display.begin(tracks)
         self._report()
-
-    def _report(self) -> None:
-        """Show the state."""
-        now, made = time.monotonic(), self.worlds.made
-        measured = (made - self._reported_steps) / (now - self._reported) if self._is_running else 0.0
-        self._reported, self._reported_steps = now, made
-        facts = {
-            "running": self._is_running, "busy": self._is_busy, "rate": self._pacer.rate, "every": self._pacer.every,
-            "seed": self.worlds.seed, "note": self._note, "failed": self._is_failed,
-            "measured": max(measured, 0.0), "made": made,
-        }  # fmt: skip
-        self._display.state(self.worlds.tracks, facts)

@@ -8,6 +8,7 @@ from typing import Any
 
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.engine.needed import kernels_needed
 from teamsight.agents.model import World
 from teamsight.core import checks
 from teamsight.live.event_rows import event_rows
@@ -63,6 +64,12 @@ class LiveTrack:
         self._observer = Observer(self.world, every)
         # Held while the scene and the frames change together.
         self._lock = threading.Lock()
+
+    def compile(self) -> None:
+        """Compile what steps and frames need; another world with these settings then finds it."""
+        self._observer.frame()
+        for entry in kernels_needed(self.world._data)():
+            _ = entry.address
 
     @property
     def scene(self) -> Scene:

@@ -27,53 +27,51 @@ class Worlds:
         The arguments of each world.
     seed : int
         The seed of all.
-    every : int
-        Ticks from one frame to the next.
 
     Attributes
     ----------
     tracks : list of LiveTrack
-        The worlds. The list is replaced when they are built anew.
+        The worlds; none before `replace`, which replaces the list.
     seed : int
         The present seed.
     made : int
         The number of steps that all have made, or are to make before the next.
     """
 
-    def __init__(
-        self, model: Callable[..., World], settings: list[dict[str, Any]], seed: int, every: int
-    ) -> None:  # fmt: skip
-        self._model, self.seed = model, seed
+    def __init__(self, model: Callable[..., World], settings: list[dict[str, Any]], seed: int) -> None:
+        self._model, self._first, self.seed = model, settings, seed
         self.made = 0
         self.tracks: list[LiveTrack] = []
-        self.tracks = self._built(settings, seed, every)
-        self._entitle()
 
     @property
     def settings(self) -> list[dict[str, Any]]:
         """The arguments of each world, as they are now."""
-        return [track.parameters for track in self.tracks]
+        return [track.parameters for track in self.tracks] or self._first
 
-    def rebuild(self, settings: list[dict[str, Any]], seed: int, every: int) -> None:
-        """Build all worlds anew; if one cannot be built, all stay as they are.
+    def build(self, settings: list[dict[str, Any]], seed: int, every: int) -> list[LiveTrack]:
+        """Return new worlds for which everything is compiled; those that run stay as they are, and may run meanwhile.
 
         Parameters
         ----------
-        settings, seed, every
+        settings, seed
             As for the constructor.
+        every : int
+            Ticks from one frame to the next.
         """
-        built = self._built(settings, seed, every)
-        before, self.tracks, self.seed, self.made = self.tracks, built, seed, 0
-        self._entitle()
-        for track in before:
-            track.close()
-
-    def _built(self, settings: list[dict[str, Any]], seed: int, every: int) -> list[LiveTrack]:
         tracks: list[LiveTrack] = []
         for one in settings:
             known = [track.world for track in (*self.tracks, *tracks)]
             tracks.append(LiveTrack(self._model, one, seed, every, known))
+        for track in tracks:
+            track.compile()
         return tracks
+
+    def replace(self, tracks: list[LiveTrack], seed: int) -> None:
+        """Put new worlds in place of those that there are."""
+        before, self.tracks, self.seed, self.made = self.tracks, tracks, seed, 0
+        self._entitle()
+        for track in before:
+            track.close()
 
     def run(self, steps: int) -> None:
         """Let all worlds make steps; one that had stayed behind after an error makes more.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import inspect
+import warnings
 from collections.abc import Mapping
 from numbers import Real
 from typing import TYPE_CHECKING, Any, get_args
@@ -20,13 +21,16 @@ if TYPE_CHECKING:
 
 # Enough steps for errors in perception, decisions and movement to show.
 _STEPS = 20
+# Without a difference between the teams, one is worse in all of these runs with a probability of 1 / 256.
+_COMPARED = 8
 
 
 def check_task(task: Task | str, *, steps: int = _STEPS, rng: int = 0) -> None:
     """Run worlds of a task and raise an error if it breaks the contract.
 
     Each of its teams is run twice under one seed, and all metrics are measured. A team that has to learn does so, which
-    may take its time.
+    may take its time. At last both teams make whole runs under the same seeds, until the one with skill is not the
+    worse one.
 
     Parameters
     ----------
@@ -42,6 +46,12 @@ def check_task(task: Task | str, *, steps: int = _STEPS, rng: int = 0) -> None:
     TypeError, ValueError
         If a declaration is wrong or missing; a world does not take the parameters; the team has another size than the
         scenario says; a metric raises, or returns no number; or two runs under one seed differ.
+
+    Warns
+    -----
+    UserWarning
+        If the team with skill is worse than the one that explores in all of 8 whole runs. Then the gathering index, and
+        whatever else compares the teams, says nothing of skill.
     """
     task = task_of(task)
     _check_declarations(task)
@@ -56,6 +66,31 @@ def check_task(task: Task | str, *, steps: int = _STEPS, rng: int = 0) -> None:
                     f"{treatment} team of {task.name}: {name} is {value} in one run and {found[1][name]} in another of "
                     "the same seed; let all noise come from rng"
                 )
+    if task.skilled is not None:
+        _compare(task, rng)
+
+
+def _compare(task: Task, rng: int) -> None:
+    """Warn if the team with skill is worse than the one that explores under each of some seeds."""
+    teams = [task.parameters(treatment, rng=rng) for treatment in TREATMENTS]
+    for seed in range(rng, rng + _COMPARED):
+        explored, skilled = (_objective(task, team, seed) for team in teams)
+        if task.objective.sign * (skilled - explored) >= 0:
+            return
+    objective = task.objective
+    warnings.warn(
+        f"skilled: the team of {task.name} is worse than the one that explores in {_COMPARED} of {_COMPARED} runs of "
+        f"{task.steps} steps: {objective.metric} is {skilled:.3g} against {explored:.3g} in the last, and "
+        f"{objective.better} is better; give it a better team, more steps, or the other direction to objective",
+        stacklevel=3,
+    )
+
+
+def _objective(task: Task, team: Mapping[str, Any], seed: int) -> float:
+    """Return the objective of a team after a whole run, that of a censored run as it is counted."""
+    with contextlib.closing(task.world(**team, rng=seed)) as world:
+        world.run(task.steps, progress=False)
+        return task.objective.counted(_metric(task, task.objective.metric, world), task.steps)
 
 
 def _check_declarations(task: Task) -> None:

@@ -13,14 +13,14 @@ def task_of(task: Task | str) -> Task:
     Parameters
     ----------
     task : Task or str
-        A task, a key of `TASKS`, or the name of a plug-in.
+        A task, a key of `TASKS`, the name of a plug-in, or a reference, "package.module:TASK".
 
     Raises
     ------
     TypeError
-        If it is neither a task nor a name, or the plug-in of this name is no task.
+        If it is neither a task nor a name, or what has this name is no task.
     ValueError
-        If the name is unknown, or that of a plug-in that does not load.
+        If the name is unknown, or that of a plug-in or a reference that does not load.
     """
     if isinstance(task, Task):
         return task
@@ -28,5 +28,5 @@ def task_of(task: Task | str) -> Task:
         raise TypeError(f"task={checks.shown(task)}: must be a Task, or the name of one: {', '.join(TASKS)}")
     found: object = TASKS[checks.choice("task", task, TASKS)]
     if not isinstance(found, Task):
-        raise TypeError(f"task={task!r}: this plug-in is {checks.shown(found)}; give a teamsight.Task")
+        raise TypeError(f"task={task!r}: this is {checks.shown(found)}; give a teamsight.Task")
     return found

@@ -9,7 +9,7 @@ from teamsight.core.registry import Registry
 if TYPE_CHECKING:
     from teamsight.tasks.task import Task
 
-#: The tasks by name, in the order of tables.
+#: The tasks by name, in the order of tables; "package.module:TASK" is one of any module.
 TASKS: Registry[Task] = Registry(
     {
         "cmommt": "teamsight.tasks.cmommt:TASK",
@@ -22,4 +22,5 @@ TASKS: Registry[Task] = Registry(
         "collect": "teamsight.tasks.collecting.task:TASK",
     },
     group="teamsight.tasks",
+    by_reference="task",
 )

@@ -219,7 +219,7 @@ def test_what_was_recorded_stays_and_goes_on() -> None:
     assert world.recording.trajectory.groupby("time").size().tolist() == [5] * 4 + [8] * 4
     assert world.recording.history.mean_neighbours.tolist() == [2.0] * 4 + [4.0] * 4
     assert len(world.datacollector.get_model_vars_dataframe()) == 9
-    assert world.mean_neighbours == 4.0
+    assert world.mean_degree == 4.0
 
 
 def test_a_state_from_before_lets_those_go_who_came_since() -> None:

@@ -54,7 +54,7 @@ def test_one_robot_alone_is_changed_and_at_once() -> None:
     assert [len(robot.neighbours) for robot in robots] == [0, 0, 0]
     robots[0].awareness_range = 2.0
     assert [len(robot.neighbours) for robot in robots] == [2, 0, 0]
-    assert world.mean_neighbours == pytest.approx(2 / 3)
+    assert world.mean_degree == pytest.approx(2 / 3)
     robots[1].speed = 0.0
     assert robots.speed.tolist() == [0.1, 0.0, 0.1]
 

@@ -32,11 +32,11 @@ def row(arena: Any = None, sensor: Sensor | None = None) -> World:
 def test_lists_and_shares_show_a_failure_at_once() -> None:
     world = row()
     robots, targets = world.groups
-    assert (world.observed, world.mean_neighbours) == (1.0, 4 / 3)
+    assert (world.observed, world.mean_degree) == (1.0, 4 / 3)
     robots[1].active = False
     assert robots[0].neighbours == robots[1].neighbours == robots[2].neighbours == []
     assert robots[0].percept.relayed.identity.tolist() == []
-    assert (world.observed, world.mean_neighbours) == (1.0, 0.0)
+    assert (world.observed, world.mean_degree) == (1.0, 0.0)
     robots[0].active = False
     assert targets[0].observers == []
     assert not targets[0].is_observed
@@ -45,7 +45,7 @@ def test_lists_and_shares_show_a_failure_at_once() -> None:
     assert world.observed == 1.0
     robots[1].active = True
     assert [robot.unique_id for robot in robots[1].neighbours] == [robots[2].unique_id]
-    assert world.mean_neighbours == 1.0
+    assert world.mean_degree == 1.0
     assert robots.active.tolist() == [False, True, True]
 
 
@@ -83,7 +83,7 @@ def test_a_sensor_out_of_order_finds_nobody_in_its_channel_only() -> None:
     assert world.observed == 0.5
     robots[1].break_sensor("teammates")
     assert robots[1].neighbours == []
-    assert world.mean_neighbours == 2 / 3
+    assert world.mean_degree == 2 / 3
     assert robots.channels["targets"].works.tolist() == [False, True, True]
     robots[0].repair_sensor("targets")
     assert robots[0].observed_targets == [targets[0]]
@@ -263,9 +263,9 @@ def test_changed_lists_have_the_bits_of_a_search(arena: Any, shape: Any) -> None
             agent.active = bool(rng.random() < 0.7)
             channel = rng.choice(list(agent.group.channels))
             (agent.repair_sensor if rng.random() < 0.6 else agent.break_sensor)(channel)
-        changed = [*lists(world), repr((world.observed, world.mean_neighbours))]
+        changed = [*lists(world), repr((world.observed, world.mean_degree))]
         world._engine.is_seen = False
-        assert [*lists(world), repr((world.observed, world.mean_neighbours))] == changed
+        assert [*lists(world), repr((world.observed, world.mean_degree))] == changed
         world.run(int(rng.integers(0, 2)))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from teamsight import Body, Box, Circle, Disc, Robot, Sensor, World, check_sensor, run_many
+from teamsight import CMOMMT, Body, Box, Circle, Disc, Robot, Sensor, World, check_sensor, run_many
 from teamsight.agents import portrayal
 from teamsight.analysis.delta import choose_delta
 from teamsight.core.kernel import kernel
@@ -136,3 +136,8 @@ def test_a_portrayal_without_mesas_visualisation(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setitem(sys.modules, "mesa.visualization.components", None)
     with pytest.raises(ImportError, match=r"pip install 'teamsight\[viz\]'"):
         portrayal(_watching(RandomWalk()).groups[0][0])
+
+
+def test_a_misspelt_argument_of_a_world_is_answered_with_the_nearest() -> None:
+    with pytest.raises(TypeError, match=r"robot=3: unknown; did you mean 'robots'\? CMOMMT takes robots, targets"):
+        CMOMMT(robot=3)  # type: ignore[call-arg]

@@ -78,7 +78,7 @@ def facts(world: World) -> str:
     return repr(
         [
             groups, world.tick, world.steps, world.clock.now, world.running, world.observed_fraction, world.max_neighbours,
-            world.observed, world.mean_neighbours, world.recording.history.to_dict(), len(world.agents),
+            world.observed, world.mean_degree, world.recording.history.to_dict(), len(world.agents),
             world.datacollector.get_model_vars_dataframe().to_dict(),
         ]
     )  # fmt: skip

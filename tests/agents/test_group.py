@@ -97,7 +97,7 @@ def test_positions_set_by_hand_are_seen_at_once() -> None:
     model = CMOMMT(robots=2, targets=1, rng=1)
     model.robots[0].position, model.robots[1].position, model.targets[0].position = (0, 0), (0, 0.5), (0, -0.9)
     assert model.observed == 1.0
-    assert model.mean_neighbours == 1.0
+    assert model.mean_degree == 1.0
     assert model.neighbours.distance.tolist() == [0.5, 0.5]
     assert model.robots[0].observed_targets == [model.targets[0]]
     model.targets[0].position = (3, 0)

@@ -53,7 +53,7 @@ def test_sets_of_agents_can_be_worked_on() -> None:
     assert robots.get("charge") == [1.0] * 4
     assert robots.agg("charge", sum) == 4.0
     assert sorted(robots.shuffle().get("unique_id")) == sorted(robots.get("unique_id"))
-    robots.shuffle_do("step")
+    robots.shuffle_do("advance")
 
 
 def test_shuffling_depends_on_the_seed_alone() -> None:
@@ -110,7 +110,9 @@ def test_the_models_own_collector_holds_the_history() -> None:
     assert table.observed.tolist()[1:] == model.recording.history.observed.tolist()
     assert table.observed_fraction.iloc[-1] == model.observed_fraction == pytest.approx(model.recording.history.observed.mean())
     assert table.max_neighbours.iloc[-1] == model.max_neighbours == model.recording.history.max_neighbours.max()
-    assert table.mean_neighbours.tolist()[1:] == model.recording.history.mean_neighbours.tolist()
+    assert table.mean_degree.tolist()[1:] == model.recording.history.mean_neighbours.tolist()
+    assert table.mean_neighbours.iloc[-1] == model.mean_neighbours == model.recording.mean_neighbours
+    assert table.mean_neighbours.iloc[7] == pytest.approx(model.recording.history.mean_neighbours[:7].mean())
 
 
 @pytest.mark.parametrize("processes", [1, 2])
@@ -181,17 +183,46 @@ def test_who_has_left_is_nowhere() -> None:
 
 
 @pytest.mark.short
-def test_a_closed_model_is_let_go() -> None:
+def test_models_that_nobody_refers_to_are_let_go() -> None:
     models = []
-    for seed in range(3):
-        model = CMOMMT(rng=seed, target_policy="evasive")
+    for seed in range(300):
+        model = CMOMMT(robots=2, targets=2, rng=seed)
+        models.append(weakref.ref(model))
+        mesa.Agent(model)
+        if seed % 60:
+            continue
+        # What keeps references to a world, or to its methods.
+        model.add(Robot, 1, policy="random-walk", name="others")
+        model.robots.add(1)
+        model.schedule_recurring(model.robots[0].break_sensor, 50)
+        model.clock.at(2, lambda world=model: world.log("fog", world.robots[0]))
+        model.clock.process(_patrol(model))
+        model.clock.at(90, model.reset)
+        model.recording.record_positions()
+        replay = model.record()
         model.run(5)
         model.step()
-        model.close()
-        models.append(weakref.ref(model))
-    del model
+        model.restore(model.state(pending="drop"))
+        replay.stop()
+        assert (len(model.space.agents), len(model.events)) == (len(model.agents) - 1, 1)
+    del model, replay
     gc.collect()
-    assert [reference() for reference in models] == [None] * 3
+    assert sum(reference() is not None for reference in models) == 0
+
+
+def _patrol(model: CMOMMT) -> Any:
+    while True:
+        yield model.until.lost(model.targets[0])
+        yield model.clock.timeout(1)
+
+
+def test_identities_count_from_1_in_each_model_whoever_makes_the_agents() -> None:
+    for _ in range(2):
+        model = CMOMMT(robots=2, targets=1, rng=1)
+        plain = mesa.Agent(model)
+        late = model.robots.add(1)[0]
+        assert [agent.unique_id for agent in model.agents] == [1, 2, 3, 4, 5]
+        assert (plain.unique_id, late.unique_id, late.identity) == (4, 5, 5)
 
 
 def test_a_model_is_a_mesa_model_of_ones_own() -> None:

@@ -20,6 +20,10 @@ from teamsight import CMOMMT, Disc, Robot, World
         ("position", (0, 0), r"cannot be set; to move an agent, set its own position"),
         ("heading", (0, 1), r"cannot be set; to turn an agent"),
         ("identity", 3, r"identity=3: cannot be set"),
+        ("agents", [], r"cannot be set; robots\.add\(1\) adds one"),
+        ("rules", (), r"cannot be set; set the policy or the degree, as in robots\.policy"),
+        ("others", [], r"cannot be set; set that of one robot, as in robots\[0\]\.policy"),
+        ("timetable", None, r"cannot be set; set the cycle, as in robots\.cycle"),
     ],
 )
 def test_a_group_refuses_with_the_cure(name: str, value: Any, message: str) -> None:
@@ -34,13 +38,22 @@ def test_a_group_refuses_with_the_cure(name: str, value: Any, message: str) -> N
     ("name", "message"),
     [
         ("arena", "build another world"), ("tick", r"run\(n\) makes steps"), ("observed_fraction", "it is measured"),
-        ("seed_used", r"reset\(rng\)"), ("robots", r"model\.robots\.add\(5\)"),
+        ("seed_used", r"reset\(rng\)"), ("robots", r"model\.robots\.add\(5\)"), ("groups", r"add\(\) adds one"),
+        ("interactions", r"interact\(\) adds one"),
     ],
 )  # fmt: skip
 def test_a_world_refuses_with_the_cure(name: str, message: str) -> None:
     model = CMOMMT(rng=1)
     with pytest.raises(AttributeError, match=f"{name}=3: cannot be set; .*{message}"):
         setattr(model, name, 3)
+
+
+def test_what_a_world_holds_cannot_be_changed_through_what_it_shows() -> None:
+    world = World(Disc(5.0), rng=1)
+    hunters, prey = (world.add(Robot, 2, policy="centroid", name=name) for name in ("hunters", "prey"))
+    for shown in (world.groups, world.interactions, hunters.agents, hunters.others):
+        assert isinstance(shown, tuple)
+    assert (world.groups, hunters.agents) == ((hunters, prey), (hunters[0], hunters[1]))
 
 
 @pytest.mark.parametrize(("name", "message"), [("identity", "another name"), ("group", "add an agent to the other group")])
@@ -65,7 +78,7 @@ def test_an_attribute_that_hides_a_method_is_refused() -> None:
     world = World(Disc(5.0), rng=1)
     with pytest.raises(TypeError, match=r"Named\.__init__ sets sensed, a method of all agents; take another name"):
         world.add(Named, 2, policy="centroid", sensed=3)
-    assert world.groups == []
+    assert world.groups == ()
     assert len(world.agents) == 0
 
 

@@ -55,7 +55,7 @@ def left_behind(world: CMOMMT) -> tuple[Any, ...]:
     ]
     collected = {name: np.array(values).tobytes() for name, values in world.datacollector.model_vars.items()}
     return (
-        groups, world.observed_fraction, world.max_neighbours, world.mean_neighbours, world.tick, world.steps,
+        groups, world.observed_fraction, world.max_neighbours, world.mean_degree, world.tick, world.steps,
         world.clock.now, world.seed_used, world.settings, world.radius, str(world.arena), world.random.random(),
         world.rng.random(), world.recording.history.to_csv(), collected, len(world.agents),
     )  # fmt: skip

@@ -207,7 +207,7 @@ def test_the_graph_over_time_and_as_networkx() -> None:
     assert table["robots"].tolist() == [12, 12, 12, 14, 14]
     members = world.teammates
     network = neighbour_graph.to_networkx(world.neighbours, members.position, members.identity, directed=True)
-    assert network.number_of_edges() == world.neighbours.degree.sum() == round(14 * world.mean_neighbours)
+    assert network.number_of_edges() == world.neighbours.degree.sum() == round(14 * world.mean_degree)
     rivals = set(world.foes.identity.tolist())
     assert all((one in rivals) == (other in rivals) for one, other in network.edges)
 

@@ -163,3 +163,36 @@ def test_the_inspector_shows_the_last_frame_that_came(growing: Page, track: Repl
     growing.evaluate("add(0, 5); view.select(0, 0); view.draw(); add(5, 50)")
     x, y = track.frames[54].positions(track.scene.bounds)[0]
     until(growing, f"document.querySelector('.ts-inspector').innerText.includes('({x:.3f}, {y:.3f})')")
+
+
+_OFF_ZERO = """() => {
+  const { view } = teamsight, chart = view.charts.find(({ difference }) => difference), { left, right, low } = chart.box;
+  const width = right - left, { data } = chart.to.getImageData(left, 0, width, low), zero = chart.py(0), rows = new Set();
+  // All else in the plot is grey.
+  for (let k = 0; k < data.length; k += 4) if (data[k + 2] - data[k + 1] > 20) rows.add(Math.floor(k / 4 / width));
+  return [rows.size, [...rows].filter((row) => Math.abs(row + 0.5 - zero) > 1.5 * chart.ratio)];
+}"""
+
+
+def test_two_equal_worlds_differ_by_nothing_at_any_time(growing: Page, shot) -> None:
+    """A picture may be drawn while the frame of the world on the right is on its way."""
+    said = growing.evaluate("""steps => {
+      const said = new Set(), put = (track, k, time) => {
+        const frame = teamsight.decodeFrame(blocks[k].slice(), scene);
+        frame.time = time;
+        view.append(track, frame);
+      };
+      const draw = () => {
+        view.draw();
+        said.add(document.querySelector(".ts-difference .ts-values").textContent);
+      };
+      for (let k = 0; k <= steps; k++) for (const track of [0, 1]) { put(track, k, k); draw(); }
+      // Other frames of the last time, after a change of both worlds between two steps.
+      for (const k of [0, steps]) { for (const track of [0, 1]) put(track, k, steps); draw(); }
+      return [...said];
+    }""", STEPS)
+    assert said == ["–", "±0 points"]
+    drawn, off = growing.evaluate(_OFF_ZERO)
+    assert drawn > 0
+    assert off == []
+    shot(growing, "two-equal-worlds")

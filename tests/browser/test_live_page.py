@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,8 +15,10 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
+from teamsight.core.kernel.report import REPORT
 from teamsight.live import LivePage, pacing, watch
 from teamsight.live.protocol import Message
+from teamsight.live.track import LiveTrack
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -179,6 +183,51 @@ def test_what_needs_a_new_world_starts_again(page: Page, live: Callable[..., Liv
     assert_same_places(page, CMOMMT(robots=25, policy="centroid", seed=77))
 
 
+def test_seeds_are_those_that_were_typed_and_sliders_say_what_they_mean(page: Page, live: Callable[..., LivePage]) -> None:
+    server, seed = live(), 2**62 + 1
+    shown(page, server)
+    page.locator("#tl-seed").fill(str(seed))
+    page.locator("#tl-seed").press("Enter")
+    until(lambda: world_of(server).seed_used == seed)
+    page.get_by_text(f"Started again with seed {seed}").wait_for()
+    assert page.locator("#tl-seed").input_value() == str(seed)
+    page.locator("#tl-seed").fill(str(2**63))
+    page.locator("#tl-seed").press("Enter")
+    page.get_by_role("alert").get_by_text(f"seed={2**63}: must be at most {2**63 - 1}").wait_for()
+    assert page.locator("#tl-rate").get_attribute("aria-valuetext") == "30 steps per second"
+    page.locator("#tl-robots").fill("150")
+    page.locator("#tl-robots").press("Enter")
+    # The slider ends at 100.
+    until(lambda: page.get_by_role("slider", name="robots").get_attribute("aria-valuetext") == "150")
+
+
+_CONTRASTS = """() => {
+  const light = (text) => {
+    const parts = text.match(/[\\d.]+/g).slice(0, 3).map((one) => one / 255);
+    const [r, g, b] = parts.map((one) => (one <= 0.04045 ? one / 12.92 : ((one + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (one) => (/, 0\\)$/.test(getComputedStyle(one).backgroundColor) ? behind(one.parentElement) : getComputedStyle(one).backgroundColor);
+  return [...document.querySelectorAll("button")].filter((one) => one.offsetParent).map((one) => {
+    const [a, b] = [light(getComputedStyle(one).color), light(behind(one))].sort((x, y) => y - x);
+    return [one.ariaLabel || one.textContent, (a + 0.05) / (b + 0.05)];
+  });
+}"""
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_buttons_contrast_with_what_is_behind_them(
+    new_page: browsing.Pages, live: Callable[..., LivePage], dark: bool, shot: Any
+) -> None:
+    server, page = live(), new_page(dark=dark)
+    shown(page, server)
+    shot(page, f"live-{'dark' if dark else 'light'}")
+    contrasts = page.evaluate(_CONTRASTS)
+    assert {"Play", "Run"} <= {name for name, _ in contrasts}
+    # WCAG 2.2, 1.4.3 for texts; icons need 3.
+    assert {name: contrast for name, contrast in contrasts if contrast < 4.5} == {}
+
+
 def test_what_is_refused_is_said_and_changes_nothing(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(live_models.hives)
     shown(page, server)
@@ -214,7 +263,7 @@ def test_the_graph_counts_robots_that_work(page: Page, live: Callable[..., LiveP
         settled(page, server)
     numbers = [len(robot.neighbours) for robot in robots if robot.active]
     assert len(numbers) < 9
-    assert np.mean(numbers) == pytest.approx(world_of(server).mean_neighbours)
+    assert np.mean(numbers) == pytest.approx(world_of(server).mean_degree)
     page.get_by_text(f"{len(numbers)} robots, {sum(numbers)} links; neighbours: mean {np.mean(numbers):.1f}").wait_for()
 
 
@@ -247,6 +296,8 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
     shown(page, server)
     page.get_by_label("two worlds, same noise").check()
     page.wait_for_function("() => teamsight.view.tracks.length === 2")
+    page.get_by_text("two worlds on the same noise: blind (awareness none), and aware (pairwise)").wait_for()
+    assert [world_of(server, track).awareness.name for track in (0, 1)] == ["none", "pairwise"]
     page.get_by_role("radio", name="right").check()
     page.get_by_label("policy").first.select_option("stationary")
     until(lambda: type(world_of(server, 1).robots.policy).__name__ == "Stationary")
@@ -266,7 +317,9 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
     assert (left.robots.position != right.robots.position).any()
     assert page.locator(".ts-chart").count() == 4
     captions = page.locator(".ts-caption").all_inner_texts()
-    assert captions == ["CMOMMT, policy a-cmommt, seed 5", "CMOMMT, policy stationary, seed 5"]
+    assert captions == [
+        "CMOMMT, awareness none, policy a-cmommt, seed 5", "CMOMMT, awareness pairwise, policy stationary, seed 5"
+    ]  # fmt: skip
     shot(page, "live-two-worlds")
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
@@ -275,8 +328,95 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
     until(lambda: len(server.session.worlds.tracks) == 1)
     settled(page, server)
     assert_same_places(page, world_of(server))
-    # The settings of the world on the right are no longer asked for.
+    # The settings of the world on the right are no longer asked for, and the team is no longer blind.
     assert not said
+    assert world_of(server).awareness.name == "pairwise"
+
+
+def held_compilation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """Let worlds wait for a kernel that is being compiled until the event is set."""
+    go, compiled = threading.Event(), LiveTrack.compile
+
+    def slowly(track: LiveTrack) -> None:
+        compiled(track)
+        REPORT.begin("rule")
+        assert go.wait(_PATIENCE)
+        REPORT.end(is_done=True)
+
+    monkeypatch.setattr(LiveTrack, "compile", slowly)
+    return go
+
+
+def test_the_page_is_there_while_its_first_world_is_compiled(
+    page: Page, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch, shot: Any
+) -> None:
+    go = held_compilation(monkeypatch)
+    server = live(running=True)
+    page.goto(server.url)
+    page.get_by_text(re.compile(r"Compiling kernels, once on this machine \(1( of \d+)?\)$")).wait_for()
+    assert server.session.said in page.locator(".tl-waiting").inner_text()
+    shot(page, "live-compiling")
+    go.set()
+    page.wait_for_function("() => teamsight.view.tracks[0]?.frames.length > 3")
+    page.get_by_text("Compiling").first.wait_for(state="hidden")
+
+
+def test_the_team_runs_on_while_another_one_is_compiled(
+    page: Page, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch, shot: Any
+) -> None:
+    server = live(running=True, rate=100.0)
+    page.goto(server.url)
+    page.wait_for_function("() => teamsight.view?.tracks[0]?.frames.length > 3")
+    world, go = world_of(server), held_compilation(monkeypatch)
+    page.get_by_label("policy").first.select_option("centroid")
+    page.get_by_text("Compiling centroid, once on this machine (1").wait_for()
+    # Longer than the page keeps a choice by itself.
+    page.wait_for_function("since => teamsight.view.shownTime > since + 100", arg=world.tick)
+    assert page.locator("#tl-policy").input_value() == "centroid"
+    assert type(world.robots.policy).__name__ == "ACmommt"
+    shot(page, "live-compiling-a-choice")
+    # Other settings act at once, and what starts the world again waits.
+    page.locator("#tl-sensing_range").fill("2")
+    page.locator("#tl-sensing_range").press("Enter")
+    until(lambda: (world.robots.sensing_range == 2).all())
+    page.locator("#tl-robots").fill("7")
+    page.locator("#tl-robots").press("Enter")
+    go.set()
+    until(lambda: len(world_of(server).robots) == 7)
+    assert type(world.robots.policy).__name__ == type(world_of(server).robots.policy).__name__ == "Centroid"
+    page.get_by_text("Compiling").wait_for(state="hidden")
+
+
+def test_what_cannot_be_compiled_is_said_and_the_menu_goes_back(
+    page: Page, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    server = live()
+    shown(page, server)
+
+    def fail(track: LiveTrack) -> None:
+        raise TypeError("my_policy.py, line 3: no kernel")
+
+    monkeypatch.setattr(LiveTrack, "compile", fail)
+    page.get_by_label("policy").first.select_option("centroid")
+    page.get_by_role("alert").get_by_text("my_policy.py, line 3: no kernel").wait_for()
+    assert page.locator("#tl-policy").input_value() == "a-cmommt"
+    assert type(world_of(server).robots.policy).__name__ == "ACmommt"
+    with pytest.raises(TypeError, match="no kernel"):
+        live()
+
+
+def test_the_world_stands_still_while_no_page_is_open(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+    server = live(running=True, rate=None)
+    # The thread of the worlds waits for messages as long as it takes.
+    assert server.session.is_running
+    assert server.session._patience() is None
+    assert world_of(server).tick == 0
+    page = new_page()
+    page.goto(server.url)
+    until(lambda: world_of(server).tick > 3)
+    page.close()
+    until(lambda: server.session._patience() is None)
+    assert server.session.is_running
 
 
 def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[..., LivePage]) -> None:
@@ -408,6 +548,7 @@ def test_everything_can_be_reached_by_keyboard(page: Page, live: Callable[..., L
 
 def test_a_page_that_comes_later_shows_what_was_before(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(beside={"policy": "centroid"}, rate=500.0, running=True)
+    server.session.watched_by(1)
     until(lambda: world_of(server).tick > 200)
     server.session.ask(Message("pause", {}))
     until(lambda: not server.session.is_running)

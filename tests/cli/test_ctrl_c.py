@@ -24,10 +24,11 @@ class Interrupting:
         if name == "teamsight.cli" or self.met >= 0:
             self.met += 1
             if self.met == number:
-                signal.raise_signal(signal.SIGINT)
+                signal.raise_signal(kind)
 
+kind = signal.SIGTERM if "SIGTERM" in sys.argv[1] else signal.SIGINT
 mode, number, sys.argv = sys.argv[1], int(sys.argv[2]), ["teamsight", *sys.argv[3:]]
-signal.signal(signal.SIGINT, signal.SIG_IGN if mode == "ignored" else signal.default_int_handler)
+signal.signal(signal.SIGINT, signal.SIG_IGN if "ignored" in mode else signal.default_int_handler)
 finder = Interrupting()
 sys.meta_path.insert(0, finder)
 if mode == "at exit":
@@ -65,6 +66,14 @@ def test_while_a_command_imports_what_it_needs() -> None:
         # click ends the line of a terminal's ^C where work has begun.
         assert (status, out, err.strip().count("\n")) == (130, "", 0), (number, err)
         assert err.strip().startswith("teamsight: interrupted")
+
+
+@pytest.mark.short
+@pytest.mark.skipif(sys.platform == "win32", reason="has no SIGTERM")
+@pytest.mark.parametrize("mode", ["SIGTERM", "SIGTERM with Ctrl-C ignored"])
+def test_sigterm_is_treated_as_ctrl_c(mode: str) -> None:
+    """A program in the background ignores Ctrl-C, and ends nevertheless."""
+    assert program(mode, 3, "--help") == INTERRUPTED
 
 
 @pytest.mark.short

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import click
 import numpy as np
 import pandas as pd
 import pytest
 
 from teamsight.cli import main
 from teamsight.cli.errors import lines
+from teamsight.cli.main import commands
 
 
 def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
@@ -24,6 +26,16 @@ def test_the_help_of_each_command_shows_examples(capsys: pytest.CaptureFixture[s
     status, out, _ = call(capsys, command, "--help")
     assert status == 0
     assert out.count(f"  teamsight {command}") >= 3
+
+
+def test_no_line_of_any_help_is_wider_than_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    contexts = [click.Context(commands, info_name="teamsight", **commands.context_settings)]
+    for context in contexts:
+        wide = [line for line in context.get_help().splitlines() if len(line) > 80]
+        assert not wide, context.command_path
+        inner = context.command.commands if isinstance(context.command, click.Group) else {}
+        contexts += [click.Context(command, context, name, **command.context_settings) for name, command in inner.items()]
 
 
 def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) -> None:

@@ -17,6 +17,7 @@ import pytest
 from teamsight import CMOMMT, __version__
 from teamsight.analysis.paper.claims import CLAIMS
 from teamsight.cli import main
+from teamsight.core.kernel import Entry
 
 ROOT = Path(__file__).parents[2]
 SHORT = ("--quick", "--runs", "2", "--steps", "12", "--preset", "defaults")
@@ -127,6 +128,32 @@ def test_ctrl_c_leaves_one_line_and_no_file(tmp_path: Path) -> None:
     assert (process.returncode, printed) == (130, "")
     assert errors.split() == ["teamsight:", "interrupted;", "nothing", "was", "kept"]
     assert list(out.iterdir()) == []
+
+
+def test_the_time_of_a_run_is_without_compilation(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    now, kernel = [0.0], Entry(steps_of_a_test)
+    make_steps = CMOMMT.run
+
+    def run(model: CMOMMT, steps: int) -> None:
+        now[0] += 2.0  # in each of two calls
+        assert kernel.address  # compiled in the first
+        make_steps(model, steps)
+
+    def compiles(entry: Entry) -> None:
+        now[0] += 500.0
+        really_compile(entry)
+
+    really_compile = Entry._compile
+    monkeypatch.setattr(Entry, "_compile", compiles)
+    monkeypatch.setattr(CMOMMT, "run", run)
+    for module in ("teamsight.core.kernel.entry", "teamsight.cli.run"):
+        monkeypatch.setattr(f"{module}.perf_counter", lambda: now[0])
+    _, out, _ = call(capsys, "run", "--robots", "2", "--targets", "1", "--steps", "2")
+    assert re.search(r"^time +4\.000 s for 2 steps", out, re.M)
+
+
+def steps_of_a_test(address: int) -> int:
+    return 0
 
 
 def test_run_prints_what_the_model_gives_and_saves_its_history(

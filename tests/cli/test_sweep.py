@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -43,6 +44,13 @@ def raising(robots=2, bad=1, *, rng):
 def slow(robots=2, *, rng):
     time.sleep(0.05)
     return CMOMMT(robots=robots, targets=2, policy="a-cmommt", rng=rng)
+"""
+NOT_FINITE = """
+def measured(world, steps):
+    world.run(steps)
+    team = len(world.robots)
+    ratio = {1: float("nan"), 3: None}.get(team, 0.5)
+    return {"ratio": ratio, "time": float("inf") if team == 2 else ratio, "size": float(team)}
 """
 RAISING = 'model = "models_of_a_user:raising"\nsteps = 5\n[fixed]\nbad = 2\n[axes]\nrobots = [1, 2, 3]\n'
 
@@ -121,6 +129,25 @@ def test_failed_runs_and_their_repetition(folder: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.short
+def test_runs_whose_measures_are_nan_or_infinite_are_counted(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What has no value, None, is not among them."""
+    (folder / "measures_of_a_user.py").write_text(NOT_FINITE)
+    text = 'replicates = 2\nsteps = 2\nrecord.measure = "measures_of_a_user:measured"\nfixed.targets = 2\n'
+    (folder / "odd.toml").write_text(f'{text}fixed.policy = "a-cmommt"\naxes.robots = [1, 2, 3, 4]\n')
+    status, out, err = sweep(capsys, "odd.toml")
+    note = "NaN or infinite: ratio in 2 runs, time in 4 runs; these runs count as done"
+    assert (status, err) == (0, "")
+    assert out[1] == note
+    assert note in call(capsys, "status", "out")[1]
+    shown = json.loads(call(capsys, "status", "out", "--json")[1][0])
+    assert (shown["done"], shown["not_finite"]) == (8, {"ratio": 2, "time": 4})
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_study_of_finite_measures_says_nothing_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+    assert not any("NaN" in line for line in sweep(capsys, "study.toml")[1] + call(capsys, "status", "out")[1])
+
+
 def test_the_debugger_opens_where_the_run_fails(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -170,7 +197,7 @@ def test_a_repeated_run_says_that_the_code_has_changed(
 ) -> None:
     sweep(capsys, "study.toml")
     run = StudyFolder("out").done().names(1)[0]
-    monkeypatch.setattr(checkpoint, "code_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(checkpoint, "code_digest", lambda *modules: "0123456789abcdef")
     assert "note: teamsight has changed since the sweep" in call(capsys, "rerun", "out", run)[1]
 
 
@@ -206,7 +233,7 @@ def test_wrong_input_is_refused_in_one_line(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGINT") or sys.platform == "win32", reason="sends a signal")
-def test_ctrl_c_says_what_is_kept(folder: Path) -> None:
+def test_sigterm_does_what_ctrl_c_does_and_says_what_is_kept(folder: Path) -> None:
     (folder / "slow.toml").write_text('model = "models_of_a_user:slow"\nreplicates = 2000\nsteps = 2\n')
     process = subprocess.Popen(
         [sys.executable, "-m", "teamsight", "sweep", "slow.toml", "--out", "out", "--workers", "1"],
@@ -216,7 +243,7 @@ def test_ctrl_c_says_what_is_kept(folder: Path) -> None:
         while not list((folder / "out" / "runs").glob("*.parquet")):
             assert process.poll() is None
             time.sleep(0.02)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(signal.SIGTERM)
         out, err = process.communicate()
     finally:
         process.kill()

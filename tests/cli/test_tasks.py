@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import importlib
+import shutil
+import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
-from teamsight import TASKS, open_study
-from teamsight.cli import main
+from teamsight import TASKS, Study, open_study
+from teamsight.analysis.delta import choose_delta
+from teamsight.cli import main, task_options
+from teamsight.cli.gathering import GatheringSettings
+from teamsight.cli.gathering import plan_of as gathering_plan
+from teamsight.cli.learn_explore import ExploreSettings
 from teamsight.cli.options import InputError
+from teamsight.cli.unreliable import UnreliableSettings
+from teamsight.cli.unreliable import plan_of as unreliable_plan
 from teamsight.cli.watch import WatchSettings
 
 
@@ -29,6 +38,15 @@ def test_tasks_are_listed_and_checked(capsys: pytest.CaptureFixture[str]) -> Non
         assert f"{task.objective.better} {task.objective.metric}" in out
     assert "all keep their contracts" in out
     assert call(capsys, "tasks", "cmomt")[2].startswith("teamsight: task='cmomt': unknown; did you mean 'cmommt'")
+
+
+def test_tasks_are_listed_in_80_columns_without_breaking_a_word(capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, _ = call(capsys, "tasks")
+    words = set(out.replace(",", " ").split())
+    for task in TASKS.values():
+        assert words.issuperset(f"{name}={value}" for name, value in task.scenario.items())
+        assert words.issuperset(task.title.replace(",", " ").split())
+    assert max(map(len, out.splitlines())) <= 80
 
 
 def test_run_prints_the_metrics_of_a_task(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -168,3 +186,54 @@ def test_watch_takes_a_task() -> None:
         WatchSettings(task="cmomt")
     with pytest.raises(ValueError, match="--robots=3: is an option of CMOMMT; with --task cmommt give --set"):
         WatchSettings(task="cmommt", robots="3")
+
+
+OWN = "toy_tasks:GATHER"
+
+
+def test_a_task_of_a_module_is_taken_by_reference(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a file in the folder in which the command runs, though Python does not search there."""
+    shutil.copy(Path(__file__).parents[1] / "toy_tasks.py", tmp_path / "task_of_a_user.py")
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.chdir(tmp_path)
+    given = ("--task", "task_of_a_user:GATHER", "--set", "walkers=3", "--steps", "3")
+    assert call(capsys, "run", *given)[1].startswith("closeness ")
+    assert "gather  Robots go to a beacon" in call(capsys, "tasks", "task_of_a_user:GATHER")[1]
+    status, out, err = call(
+        capsys, "sweep", *given, "--set", "treatment=explore,skilled", "--out", "out", "--workers", "1"
+    )
+    assert (status, err, out.split(" made")[0]) == (0, "", "2 runs")
+    assert open_study("out").study.model == "task:task_of_a_user:GATHER"
+    # Both teams meet the same noise.
+    assert open_study("out").frame["seed"].nunique() == 1
+    assert call(capsys, "verify", "out")[0] == 0
+    for name, message in {
+        "task_of_a_user:GATER": "module 'task_of_a_user' has no 'GATER'",
+        "task_of_a_user:Beacon": "give a teamsight.Task",
+        "task_of_nobody:TASK": "run this in the folder of its file",
+    }.items():
+        status, out, err = call(capsys, "run", "--task", name)
+        assert (status, out, message in err, err.count("\n")) == (2, "", True, 1), err
+
+
+def test_analyses_take_a_task_of_a_module() -> None:
+    wanted = importlib.import_module("toy_tasks").GATHER
+    assert gathering_plan(GatheringSettings(task=OWN, sizes="3,5", out="x")).all_tasks == (wanted,)
+    assert task_options.task_of(ExploreSettings(task=OWN, out="x.safetensors", steps="2")) is wanted
+    assert unreliable_plan(UnreliableSettings(task=OWN, out="x")).subject.task is wanted
+    given = {"risk": 0.3, "runs": 10, "steps": 3, "rng": 1}
+    assert str(choose_delta(OWN, **given)) == str(choose_delta(wanted, **given))
+
+
+def test_a_study_takes_a_task_of_a_module_as_its_model(tmp_path: Path) -> None:
+    own = {"replicates": 2, "steps": 3, "axes": {"treatment": ["explore", "skilled"]}}
+    made = Study(model=OWN, **own).run(tmp_path / "one")
+    assert made.frame.equals(Study(model=f"task:{OWN}", **own).run(tmp_path / "two").frame)
+    assert {"closeness", "gathered_after"} <= set(made.measures)
+    assert made.frame.groupby("replicate")["seed"].nunique().eq(1).all()
+    with pytest.raises(ValueError, match="sied: is no parameter of toy_tasks:GATHER; did you mean 'side'"):
+        Study(model=OWN, fixed={"sied": 3.0}).check()
+    with pytest.raises(ValueError, match="model='foraging': unknown; did you mean 'task:forage'"):
+        Study(model="foraging").check()

@@ -65,6 +65,9 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
         ({"set": ("robots=3",)}, "give --robots"), ({"port": "70000"}, "port=70000: must be at most 65535"),
         ({"rate": "0"}, "rate=0"), ({"delta": "8"}, "delta=8: awareness 'pairwise' has no δ"),
         ({"every": "0"}, "every=0: must be at least 1"),
+        # The command refuses what the page refuses.
+        ({"robots": "3300"}, "robots=3300: must be at most 2000, as on the page"), ({"radius": "300"}, "at least 0.5 and at most 200, as on the page"),
+        ({"set": ("robot_speed=11",)}, "robot_speed=11"), ({"beside": ("robots=3300",)}, "robots=3300: must be at most 2000"),
     ],
 )  # fmt: skip
 def test_wrong_options_are_refused(options: dict[str, object], said: str) -> None:

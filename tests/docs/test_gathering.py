@@ -27,13 +27,13 @@ def _cell(row: Any) -> Cell:
         DeltaInterval(*(int(row[f"{name}_{part}"]) for part in ("delta", "low", "high")))
         for name in ("explore", "skilled", "saturation")
     )
-    ratio, gain = (Interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in ("ratio", "gain"))
+    ratio, gain, skill = (Interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in ("ratio", "gain", "skill"))
     found = _ANSWERS[row["enough_at_explore"]]
     shortfall = {skilled.delta: _ANSWERS[row["enough_at_skilled"]], explore.delta: found}
-    given = {name: row[name] for name in ("objective", "tolerance", "censored", "too_few", "too_many")}
+    given = {name: row[name] for name in ("objective", "tolerance", "censored", "too_few", "too_many", "crowded")}
     return Cell(
         row["task"], row["gathers"], row["size"], explore, skilled, ratio, saturation, shortfall,
-        gain=gain, explored=found, **given,
+        gain=gain, skill=skill, explored=found, **given,
     )  # fmt: skip
 
 
@@ -73,6 +73,7 @@ def test_what_the_page_says_of_robots_that_meet_is_in_the_file() -> None:
     shown = many["ratio_low"] > 1
     assert sorted(many.loc[shown, "ratio"].round(1))[::9] == [1.6, 3.6]
     assert sorted(many.loc[shown, "ratio"].round(1))[-2] == 2.5
+    assert (many.loc[shown, "skilled_delta"] == many.loc[shown, "size"] - 1).sum() == 7
     left = many[~shown]
     assert set(zip(left["task"], left["size"], strict=True)) == {("consume", 8), ("collect", 30)}
     assert many.loc[(many["task"] == "push") & (many["size"] == 30), "censored"].item() == 0.54
@@ -89,3 +90,13 @@ def test_what_the_page_says_of_need_is_in_the_file() -> None:
     }  # fmt: skip
     g2 = [one.outcome for one in judge(CELLS) if one.claim == "G2" and one.task]
     assert (g2.count("holds"), g2.count("does not hold"), g2.count("undecided")) == (10, 0, 12)
+
+
+def test_what_the_page_says_of_robot_steps_is_in_the_file() -> None:
+    assert set(TABLE["has_skill"]) == {"yes"}
+    by_task = {task: (100 * rows.set_index("size")["crowded"]).round(2) for task, rows in TABLE.groupby("task")}
+    assert (by_task["push"].min(), by_task["push"].max()) == (64.46, 80.89)
+    assert (by_task["forage"].min(), by_task["forage"].loc[8:].min(), by_task["forage"].max()) == (0.0, 4.4, 6.05)
+    assert (by_task["consume"].loc[8:].min(), by_task["consume"].max()) == (1.3, 2.0)
+    assert by_task["collect"].tolist() == [7.13, 3.01, 0.87, 0.0]
+    assert max(by_task[task].max() for task in ("cmommt", "graze", "pursuit", "surround")) < 0.1

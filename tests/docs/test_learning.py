@@ -11,6 +11,7 @@ import pytest
 
 from teamsight.analysis.learning.curve_points import BEST, awareness_gains, crossings, mean_gains, pays_from
 from teamsight.analysis.learning.curves import Curves, make_curves
+from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.cli import main
@@ -44,7 +45,7 @@ def test_the_evaluation_is_what_the_command_prints(tmp_path: Path, capsys: pytes
     call(capsys, "learn", "explore", "--out", memory)
     printed = numbers(call(capsys, "learn", "evaluate", memory))
     (table,) = (lines for lines in tables() if any(numbers(line) for line in lines))
-    assert len(printed) == 9
+    assert len(printed) == 19
     assert numbers("\n".join(table)) == printed
 
 
@@ -88,7 +89,7 @@ def test_the_means_on_the_page_are_those_of_the_shipped_table() -> None:
                 expected = f"{100 * row['collective' if degree == 'Θ(0)' else 'cooperative']:.1f}"
             assert cell in (expected, ""), (learner, degree, transitions)
             cells += cell == expected
-    assert cells == len(LEARNERS) * 3 * len(samples) + 2
+    assert cells == len(LEARNERS) * 3 * len(samples) + 2 + len(BY_HAND)
 
 
 def test_the_crossings_on_the_page_and_in_the_readme_are_those_of_the_shipped_table() -> None:

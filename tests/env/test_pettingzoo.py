@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, parallel_seed_test, render_test, seed_test
 from pettingzoo.utils import aec_to_parallel, wrappers
 
-from teamsight import Failures
+from teamsight import CMOMMT, Failures
 from teamsight.env import ActionGrid, Nearest, env, parallel_env, views
 
 pytestmark = pytest.mark.filterwarnings("error::UserWarning")
@@ -47,6 +48,41 @@ def test_pettingzoos_wrappers_take_it() -> None:
         parallel_api_test(wrapped, 40)
         assert wrapped.unwrapped.metadata["name"] == "teamsight_cmommt_v0"
     api_test(wrappers.ClipOutOfBoundsWrapper(env(robots=3, max_cycles=10)), 40)
+
+
+def test_a_step_without_agents_ends_nothing() -> None:
+    env = parallel_env(robots=2, max_cycles=2)
+    with pytest.raises(RuntimeError, match="no episode has begun"):
+        env.step({})
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match="has no action for 'robot_0'"):
+        env.step({})
+    for _ in range(2):
+        env.step(dict.fromkeys(env.agents, np.zeros(2)))
+    # As SuperSuit's black_death_v3 does, and twice.
+    for _ in range(2):
+        assert env.step({}) == ({}, {}, {}, {}, {})
+    env.close()
+    with pytest.raises(RuntimeError, match=r"call reset\(\) first"):
+        env.step({})
+
+
+def hunt(rng: int | None = None) -> CMOMMT:
+    return CMOMMT(robots=2, policy="random-walk", rng=rng)
+
+
+@pytest.mark.parametrize(
+    ("settings", "name"),
+    [
+        ({}, "teamsight_cmommt_v0"),
+        ({"model": "pursuit"}, "teamsight_pursuit_v0"),
+        ({"model": hunt}, "teamsight_hunt_v0"),
+        ({"model": partial(hunt)}, "teamsight_world_v0"),
+    ],
+)
+def test_the_name_is_that_of_the_task(settings: dict[str, Any], name: str) -> None:
+    made = parallel_env(**settings)
+    assert made.metadata["name"] == str(made) == name
 
 
 def test_episodes_have_the_length_that_is_asked_for() -> None:

@@ -49,7 +49,7 @@ def test_the_actions_of_a_policy_give_its_world(degree: str, kind: dict[str, Any
         model.step()
         observations, *_, infos = env.step(dict(zip(env.agents, headings(model), strict=True)))
         assert infos["robot_0"]["observed"] == model.observed
-        assert infos["robot_0"]["mean_neighbours"] == np.nan_to_num(model._engine.present("mean_neighbours"))
+        assert infos["robot_0"]["mean_neighbours"] == np.nan_to_num(model._engine.present("mean_degree"))
     assert_same_world(model, env.world)
     assert collected(env.world).equals(collected(model))
     assert env.world.steps == 30
@@ -136,7 +136,7 @@ def test_many_worlds_are_as_each_alone(kind: dict[str, Any]) -> None:
 
 
 def test_robots_as_sub_environments_are_the_same() -> None:
-    many, robots = vector_env(4, max_cycles=10), gymnasium_env(4, max_cycles=10)
+    many, robots = vector_env(4, max_cycles=10), gymnasium_env(4, max_cycles=10, autoreset="same-step")
     first, _ = many.reset(seed=1)
     second, _ = robots.reset(seed=1)
     rng = np.random.default_rng(3)

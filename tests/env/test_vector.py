@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import copy
 import gc
+import sys
 import weakref
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import ModuleType
+from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
@@ -22,6 +27,7 @@ from teamsight import CMOMMT, Failures
 from teamsight.env import TeamVectorEnv, gymnasium_env, vector_env
 from teamsight.env.seeding import episode_seed
 from teamsight.env.vector import Observations
+from teamsight.tasks import TASKS
 
 ZERO = np.zeros((2, 3, 2))
 
@@ -121,7 +127,7 @@ def test_many_worlds_of_pictures() -> None:
 
 
 def test_gymnasium_wraps_robots_as_sub_environments() -> None:
-    env = gymnasium_env(4, robots=3, max_cycles=10, autoreset="next-step")
+    env = gymnasium_env(4, robots=3, max_cycles=10)
     assert env.num_envs == 12
     assert isinstance(env, gymnasium.vector.VectorEnv)
     wrapped = ClipAction(RecordEpisodeStatistics(env))
@@ -139,7 +145,7 @@ def test_gymnasium_wraps_robots_as_sub_environments() -> None:
 
 
 def test_gymnasiums_other_wrappers_take_it() -> None:
-    plain, wrapped = (gymnasium_env(2, robots=3, max_cycles=4, autoreset="next-step") for _ in range(2))
+    plain, wrapped = (gymnasium_env(2, robots=3, max_cycles=4) for _ in range(2))
     normal = NormalizeReward(DictInfoToList(NormalizeObservation(wrapped)))
     plain.reset(seed=1)
     normal.reset(seed=1)
@@ -172,7 +178,7 @@ def test_environments_in_turn_and_in_threads_do_not_disturb_each_other() -> None
 
 
 def test_gymnasium_gets_final_observations() -> None:
-    env = gymnasium_env(2, robots=3, max_cycles=2)
+    env = gymnasium_env(2, robots=3, max_cycles=2, autoreset="same-step")
     # Gymnasium 1.0 has no modes.
     modes = getattr(gymnasium.vector, "AutoresetMode", None)
     assert env.metadata.get("autoreset_mode") == (modes and modes.SAME_STEP)
@@ -183,6 +189,62 @@ def test_gymnasium_gets_final_observations() -> None:
     assert infos["final_obs"][5].shape == observations[5].shape
     assert not np.array_equal(infos["final_obs"][5], observations[5])
     env.reset(options={"reset_mask": np.repeat([True, False], 3)})
+
+
+def test_each_task_has_an_id() -> None:
+    assert sorted(name for name in gymnasium.registry if name.startswith("teamsight/")) == sorted(
+        f"teamsight/{'CMOMMT' if task == 'cmommt' else task.capitalize()}-v0" for task in TASKS
+    )
+    pursuit = gymnasium.make_vec("teamsight.env:teamsight/Pursuit-v0", num_envs=2, max_cycles=3)
+    assert pursuit.num_envs == 2 * gymnasium_env(1, model="pursuit").num_envs
+    made = gymnasium.make_vec("teamsight/CMOMMT-v0", num_envs=2, robots=3, render_mode="rgb_array")
+    assert str(made) == "SharedPolicyEnv(teamsight/CMOMMT-v0, num_envs=6)"
+    again, copied = gymnasium.make_vec(made.spec), copy.deepcopy(made)
+    assert (again.spec, again.num_envs, again.render_mode) == (made.spec, 6, "rgb_array")
+    assert (copied.spec, copied.num_envs, copied.render_mode) == (made.spec, 6, "rgb_array")
+    first = gymnasium_env(2, robots=3).reset(seed=1)[0]
+    assert np.array_equal(made.reset(seed=1)[0], first)
+    assert made.np_random_seed == 1
+    with pytest.raises(ValueError, match=r"one for each robot; use gymnasium.make_vec\(id, num_envs=WORLDS\)"):
+        gymnasium.make("teamsight/CMOMMT-v0")
+
+
+class Clip:
+    """Stands for moviepy's clip, which writes a video."""
+
+    frames: ClassVar[list[Any]] = []
+
+    def __init__(self, frames: list[Any], fps: int) -> None:
+        Clip.frames = frames
+        assert fps == 30
+
+    def write_videofile(self, path: str, logger: Any) -> None:
+        Path(path).touch()
+
+
+def test_gymnasium_records_videos(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("moviepy", "moviepy.video", "moviepy.video.io", "moviepy.video.io.ImageSequenceClip"):
+        module: Any = ModuleType(name)
+        module.ImageSequenceClip = Clip
+        monkeypatch.setitem(sys.modules, name, module)
+    record: Any = getattr(gymnasium.wrappers.vector, "RecordVideo", None)
+    if record is None:
+        pytest.skip("this Gymnasium records no videos of several environments")
+    env = gymnasium_env(2, robots=2, max_cycles=3, render_mode="rgb_array")
+    recorder = record(env, str(tmp_path / "videos"), record_first_only=True, episode_trigger=lambda number: True)
+    recorder.reset(seed=1)
+    first, _, third, last = env.render()
+    for _ in range(4):
+        recorder.step(np.zeros((4, 2)))
+    assert len(Clip.frames) == 4
+    assert np.array_equal(Clip.frames[0], first)
+    assert np.array_equal(third, last)
+    assert not np.array_equal(first, last)
+    recorder.close()
+    with pytest.raises(RuntimeError, match="has no render_mode; make it with render_mode='rgb_array'"):
+        gymnasium_env(1).render()
+    with pytest.raises(ValueError, match="render_mode='human'.*rgb_array"):
+        gymnasium_env(1, render_mode="human")
 
 
 def test_worlds_of_a_forgotten_environment_are_released() -> None:

@@ -14,10 +14,11 @@ def test_a_model_must_build_a_world_on_each_call() -> None:
     def kept(seed: int = 0) -> CMOMMT:
         return one
 
+    worlds = Worlds(kept, [{}], 0)
     with pytest.raises(ValueError, match="kept: returns a world that it returned before; build one on each call"):
-        Worlds(kept, [{}, {}], 0, 1)
-    worlds = Worlds(kept, [{}], 0, 1)
+        worlds.build([{}, {}], 0, 1)
+    worlds.replace(worlds.build([{}], 0, 1), 0)
     with pytest.raises(ValueError, match="kept: returns a world that it returned before"):
-        worlds.rebuild([{}], 5, 1)
+        worlds.build([{}], 5, 1)
     worlds.run(3)
     assert (worlds.seed, worlds.made, one.tick) == (0, 3, 3)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight.policies import POLICIES, Action, Percept, Policy, check_policy, turned
+from teamsight.policies import POLICIES, Action, Percept, Policy, check_policy, column_of, turned
 from teamsight.policies.registry import policy_of
 
 
@@ -83,3 +83,21 @@ def test_an_honest_policy_passes() -> None:
 def test_turning_headings() -> None:
     heading = np.array([[1.0, 0.0], [0.0, 1.0]])
     assert turned(heading, [np.pi / 2, np.pi]) == pytest.approx(np.array([[0, 1], [0, -1]]))
+
+
+class Weighs(Policy):
+    """Goes as far as its own load and the first teammate's fuel say."""
+
+    columns = ("load", "fuel")
+
+    def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
+        distance = percept.columns.load[percept.identity]
+        for i in range(len(distance)):
+            mine = percept.teammates.identity[percept.teammates.start[i] : percept.teammates.start[i + 1]]
+            distance[i] += column_of(percept.columns.fuel, mine[0]) if len(mine) else 0.0
+        return Action(percept.heading, distance), state
+
+
+def test_the_column_that_is_nan_is_named() -> None:
+    with pytest.raises(ValueError, match=r"is nan; it must be finite. It comes of the column 'fuel', which is NaN for"):
+        check_policy(Weighs())

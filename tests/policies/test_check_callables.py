@@ -22,6 +22,7 @@ def test_a_rule_that_keeps_the_contract_passes() -> None:
     [
         (lambda percept, rng: 1.0, TypeError, "two numbers"),
         (lambda percept, rng: (math.nan, 1.0), ValueError, "finite"),
+        (lambda percept, rng: (90.0, 1.0), ValueError, r"the turn 90 for robot 0; it is in radians.*np.radians\(turn\)"),
         (lambda percept, rng: (np.random.default_rng().random(), 1.0), ValueError, "different answers"),
         (lambda percept, rng: (percept.heading.fill(0.0) or 0.0, 1.0), ValueError, "changes its percept"),
     ],

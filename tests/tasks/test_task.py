@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import math
 import pickle
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -116,6 +117,17 @@ def test_noise_that_is_not_of_the_seed_is_found() -> None:
     task = replace(GATHER, metrics={"closeness": lambda world: next(numbers)})
     with pytest.raises(ValueError, match=r"explore team of gather: closeness is 0\.0 .* let all noise come from rng"):
         check_task(task)
+
+
+def test_a_skilled_team_that_is_worse_is_named_with_both_values() -> None:
+    worse = replace(GATHER, objective=("closeness", "less"), steps=40)
+    with pytest.warns(UserWarning, match=r"gather is worse than the one that explores in 8 of 8 runs of 40 steps: closeness is"):
+        check_task(worse)
+    # Of two equal teams, and of the better one, nothing is said.
+    for skilled in (GATHER.explore, GATHER.skilled):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            check_task(replace(GATHER, skilled=skilled, steps=40))
 
 
 def test_a_world_without_a_seed_is_refused() -> None:

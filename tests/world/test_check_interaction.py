@@ -50,6 +50,9 @@ def _many(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tur
         one.reward[0] = parameters[1]
     elif what == 12.0:
         one.active[0] = False
+    elif what == 13.0:
+        # A mean.
+        scores[0] = two.reward.sum() / two.reward.shape[0]
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,7 @@ MISTAKES = [
     (10, r"of bodies.one.load, whose number of bodies is"),
     (11, r"index 1 of parameters, whose number of parameters is 1; add what it needs to `parameters`"),
     (12, r"writes into bodies.one.active, which is read-only"),
+    (13, r"leaves the score 'score' at nan; .* \(with 0 bodies in the role 'two', as when all have left\)"),
 ]
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Generator
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -79,6 +80,33 @@ def test_an_event_may_plan_another_at_the_same_time() -> None:
     clock.at(2, lambda: clock.at(2, lambda: log.append(clock.now)))
     assert clock.advance(2)
     assert log == [2]
+
+
+@pytest.mark.short
+def test_whole_numbers_stay_whole_as_in_simpy() -> None:
+    clock, log = Clock(), []
+    clock.at(2, lambda: log.append(clock.now))
+    clock.at(np.int64(4), lambda: log.append(clock.now))
+    clock.process(iter_once(clock, 6, log))
+    clock.process(iter_once(clock, 6.5, log))
+    clock.advance(7)
+    assert repr(log) == "[2, 4, 6, 6.5]"
+    assert str(clock.timeout(1)).startswith("<Timeout(1) ")
+    with pytest.raises(ValueError, match=r"time=.*: must be a finite number"):
+        clock.at(10**400, print)
+
+
+def test_errors_are_also_those_of_simpy() -> None:
+    clock = Clock()
+    for wrong in (print, None, 5):
+        with pytest.raises(ValueError, match="is not a generator; call the function that yields") as raised:
+            clock.process(wrong)  # type: ignore[arg-type]
+        assert isinstance(raised.value, TypeError)
+    for wrong in (-1, -0.5):
+        with pytest.raises(ValueError, match=f"Negative delay {wrong}: delay must be at least 0"):
+            clock.timeout(wrong)
+    with pytest.raises(ValueError, match="delay=inf: must be a finite number"):
+        clock.timeout(math.inf)
 
 
 @pytest.mark.parametrize("time", [-1, 1.5, math.nan, math.inf])

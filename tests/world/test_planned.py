@@ -94,9 +94,11 @@ def test_a_process_that_yields_no_event_is_named_with_what_it_yielded_and_the_cu
 
     clock.process(patrol())
     clock.at(1.7, lambda: log.append(clock.now))
-    with pytest.raises(TypeError, match=r"process patrol: yielded .*, which is no event; yield one, such as world.clock") as raised:
+    with pytest.raises(TypeError, match=r"process patrol: Invalid yield value .*, which is no event; yield one, such as world.clock") as raised:
         clock.advance(3)
-    assert f"yielded {value!r}, which" in str(raised.value)
+    # As in SimPy.
+    assert isinstance(raised.value, RuntimeError)
+    assert f'Invalid yield value "{value!r}", which' in str(raised.value)
     frames = traceback.extract_tb(raised.value.__traceback__)
     assert frames[-1].line == "yield value  # here"
     assert clock.active_process is None
@@ -122,7 +124,7 @@ def test_a_process_may_handle_its_bad_yield_and_an_interrupt_too() -> None:
     clock.at(2, process.interrupt)
     clock.advance(1)
     assert log == ["handled"]
-    with pytest.raises(TypeError, match=r"yielded 'nothing'"):
+    with pytest.raises(TypeError, match=r"yield value \"'nothing'\""):
         clock.advance(2)
 
 
@@ -189,7 +191,7 @@ def test_an_event_of_another_clock_is_refused_at_its_yield() -> None:
             yield event  # here
 
         clock.process(patrol())
-        with pytest.raises(TypeError, match=r"process patrol: yielded <.*of another clock.*such as world.clock.timeout") as raised:
+        with pytest.raises(TypeError, match=r"process patrol: Invalid yield value \"<.*of another clock.*such as world.clock.timeout") as raised:
             clock.advance(int(clock.now) + 2)
         assert traceback.extract_tb(raised.value.__traceback__)[-1].line == "yield event  # here"
     assert clock.processes == []

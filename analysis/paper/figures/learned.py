@@ -47,10 +47,11 @@ def _draw(tables: Tables, conditions: Conditions) -> Canvas:
         f"mean over {count} unselected explorations of 600 transitions, each with one run of {conditions.steps} steps "
         f"a cell, setting {conditions.name}, seed {conditions.root}; in brackets: the 95 % interval includes 0",
     )
+    # One scale for both, in which noise looks as small as it is.
+    limit = _limit(100 * tables["cells"]["mean"].to_numpy())
     for row, reading in enumerate(READINGS):
         cells = _of(reading, tables["cells"])
         grid = grid_of(cells) * 100
-        limit = _limit(grid)
         # Most gains have one sign: cut the axis where no cell reaches.
         heights = (min(0.0, float(np.floor(grid.to_numpy().min() + 0.05))), limit)
         look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, True, heights)
@@ -72,9 +73,9 @@ def _variant(reading: Reading) -> str:
     return reading.cooperative.split("-")[0]
 
 
-def _limit(grid: pd.DataFrame) -> float:
+def _limit(gains: np.ndarray) -> float:
     """Return the end of the scale: the smallest whole number, or multiple of five from ten on, that no cell exceeds."""
-    most = float(np.abs(grid.to_numpy()).max())
+    most = float(np.abs(gains).max())
     step = 1.0 if most < 10 else 5.0
     return max(1.0, step * float(np.ceil(most / step)))
 

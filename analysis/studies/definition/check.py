@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -9,11 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.studies.definition.components import Components
-from teamsight.analysis.studies.definition.model import CMOMMT_NAME, check_parameters, measure_of
+from teamsight.analysis.studies.definition.model import (
+    CMOMMT_NAME,
+    check_parameters,
+    measure_of,
+    model_of,
+    signature_of,
+)
 from teamsight.analysis.studies.definition.recording import check_measured
 from teamsight.analysis.studies.definition.values import text_of
+from teamsight.analysis.studies.failure import failure_of
 from teamsight.analysis.studies.measured import declared_columns
 from teamsight.core import checks, references
+from teamsight.tasks.model import TREATMENT, TaskModel
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.definition.recording import Until
@@ -45,9 +54,29 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | 
             if isinstance(value, (str, list, dict)):
                 with _one_line(name):
                     components.made(name, value)
+    if any(one.kind is one.VAR_KEYWORD for one in (signature_of(model) or {}).values()):
+        _pass_on(plan, model, components)
     if model == CMOMMT_NAME:
         for k in _typical(plan):
             _build(plan, k, steps)
+
+
+def _pass_on(plan: Plan, model: str, components: Components) -> None:
+    """Refuse a parameter that a model which takes any one passes on to what does not have it; build one world."""
+    try:
+        given = components.resolved(plan.parameters(0))
+        made = model_of(model)
+        # A team with skill may have to learn, which takes long.
+        team = {TREATMENT: "explore"} if isinstance(made, TaskModel) and made.task.explore is not None else {}
+        made(**{**given, **team}, rng=0)
+    except TypeError as error:
+        found = re.search(r"unexpected keyword argument '(\w+)'", str(error))
+        if found and found[1] in plan.names:
+            raise ValueError(
+                f"{found[1]}: is no parameter of {model} ({error}); correct the name, or leave it out"
+            ) from error
+    except BaseException as error:
+        failure_of(error)  # raises an interrupt of this process again; others are left to the runs
 
 
 def _typical(plan: Plan) -> list[int]:

@@ -32,7 +32,7 @@ def model_of(model: str) -> Callable[..., World]:
     Parameters
     ----------
     model : str
-        "cmommt", "task:NAME", "package.module:Name" or the name of a plug-in.
+        "cmommt", "task:NAME", "package.module:Name" of a model or a `Task`, or the name of a plug-in.
 
     Raises
     ------
@@ -43,11 +43,14 @@ def model_of(model: str) -> Callable[..., World]:
         from teamsight.agents.cmommt import CMOMMT
 
         return CMOMMT
-    if (task := task_named(model)) is not None:
+    if (task := task_named(in_full(model))) is not None:
         from teamsight.tasks.model import TaskModel
 
         return TaskModel(task)
-    return _callable("model", model, (CMOMMT_NAME, f"{TASK_PREFIX}NAME"), "a class, or a function with rng")
+    from teamsight.tasks.registry import TASKS
+
+    tasks = (f"{TASK_PREFIX}{name}" for name in TASKS)
+    return _callable("model", model, (CMOMMT_NAME, *tasks), "a class, a function with rng, or a teamsight.Task")
 
 
 def task_named(model: str) -> Task | None:
@@ -65,6 +68,23 @@ def task_named(model: str) -> Task | None:
     return task_of(model.removeprefix(TASK_PREFIX))
 
 
+def in_full(model: str) -> str:
+    """Return the name of a model by which a task is known without an import: "task:" and what refers to a `Task`.
+
+    The module of a reference is imported.
+
+    Raises
+    ------
+    ValueError
+        If a reference does not load.
+    """
+    from teamsight.tasks.task import Task
+
+    if model.startswith(TASK_PREFIX) or not references.is_reference(model):
+        return model
+    return f"{TASK_PREFIX}{model}" if isinstance(references.load(model, "model"), Task) else model
+
+
 def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int], Any]:
     """Return the function that measures a run; its module is imported.
 
@@ -80,7 +100,7 @@ def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int],
     TypeError, ValueError
         If there is none of this name, or it cannot be called.
     """
-    if measure == "summary" and (task := task_named(model)) is not None:
+    if measure == "summary" and (task := task_named(in_full(model))) is not None:
         from teamsight.analysis.runs.task_runs import TaskMeasure
 
         return TaskMeasure(task)

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from teamsight.analysis.studies.definition.identity import hex_of, run_id
+from teamsight.analysis.studies.definition.model import TASK_PREFIX
 from teamsight.analysis.studies.folder import parts
 from teamsight.analysis.studies.folder.layout import DONE
 from teamsight.analysis.studies.folder.parts import DamagedError, Part
 from teamsight.analysis.studies.folder.run_set import IDENTITY, runs_in
-from teamsight.core import files
+from teamsight.core import files, references
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -54,7 +55,9 @@ def stranger(table: pa.Table, study: HasSteps, plan: Plan) -> str | None:
     if "steps" in columns and (columns["steps"] != study.steps).any():
         wrong = int(columns["steps"][columns["steps"] != study.steps][0])
         return f"belongs to another study (runs of {wrong} steps, not {study.steps})"
-    if "seed" in columns:
+    # The seeds of a task follow from its scenario, and no module that a study names is imported here.
+    task = plan.study.model.partition(TASK_PREFIX)[2]
+    if "seed" in columns and not references.is_reference(task):
         chosen = slice(None, None, -(-runs.size // _MOST_SEEDS) or 1)
         seen = (index[chosen].tolist(), runs.replicates[chosen].tolist(), columns["seed"][chosen].tolist())
         for setting, replicate, seed in zip(*seen, strict=True):

@@ -27,11 +27,35 @@ class Examined(NamedTuple):
         The run of each row.
     beside : dict of str to str
         The names of the other parts of its shard by kind.
+    not_finite : dict of str to RunSet
+        The runs of which a measure is NaN or infinite, by its name.
     """
 
     part: Part
     runs: RunSet
     beside: dict[str, str]
+    not_finite: dict[str, RunSet]
+
+
+class Contents(NamedTuple):
+    """What the parts of a kind have.
+
+    Attributes
+    ----------
+    runs : RunSet
+        The distinct runs of the undamaged parts.
+    damaged : list of Damaged
+        The damaged parts, and those beside which another was lost.
+    lost : RunSet
+        The distinct runs of parts beside which another was lost.
+    not_finite : dict of str to int
+        In how many of the runs a measure is NaN or infinite, by its name; without those where it never is.
+    """
+
+    runs: RunSet
+    damaged: list[Damaged]
+    lost: RunSet
+    not_finite: dict[str, int]
 
 
 class Index:
@@ -50,8 +74,8 @@ class Index:
         self._kind = kind
         self._known: dict[str, tuple[_Stamp, Examined | Damaged]] = {}
 
-    def update(self) -> tuple[RunSet, list[Damaged]]:
-        """Return the distinct runs of the undamaged parts that are there now, and the damaged parts."""
+    def update(self) -> Contents:
+        """Return what the parts have that are there now."""
         known, self._known = self._known, {}
         for part in parts.listed(self._folder, self._kind):
             name = part.path.name
@@ -64,16 +88,24 @@ class Index:
             except FileNotFoundError:
                 # It was set aside meanwhile.
                 continue
-        found = list(complete(self._folder, [entry for _, entry in self._known.values()]))
-        runs = joined([entry.runs for entry in found if isinstance(entry, Examined)]).distinct()
-        return runs, [entry for entry in found if isinstance(entry, Damaged)]
+        entries = [entry for _, entry in self._known.values()]
+        found = list(complete(self._folder, entries))
+        whole = [entry for entry in found if isinstance(entry, Examined)]
+        runs = joined([entry.runs for entry in whole]).distinct()
+        lost = joined([entry.runs for entry in entries if isinstance(entry, Examined)]).without(runs)
+        names = dict.fromkeys(name for entry in whole for name in entry.not_finite)
+        odd = {name: joined([entry.not_finite[name] for entry in whole if name in entry.not_finite]) for name in names}
+        return Contents(
+            runs, [entry for entry in found if isinstance(entry, Damaged)], lost,
+            {name: given.distinct().size for name, given in odd.items()},
+        )  # fmt: skip
 
 
 def examined(part: Part) -> Examined | Damaged:
     """Read a part and return what it has, or how it is damaged."""
     try:
         content = parts.load(part)
-        return Examined(part, runs_of(part, content), parts.beside(part, content))
+        return Examined(part, runs_of(part, content), parts.beside(part, content), _not_finite(part, content))
     except DamagedError as error:
         return error.damaged
 
@@ -106,6 +138,21 @@ def runs_of(part: Part, content: bytes) -> RunSet:
         raise
     except ValueError as error:
         raise DamagedError(part, str(error)) from None
+
+
+def _not_finite(part: Part, content: bytes) -> dict[str, RunSet]:
+    """Return the runs of which a measure is NaN or infinite, by its name; None is neither."""
+    import pyarrow.compute as pc
+
+    # What events hold is listed beside the measures, with a prefix that no column has.
+    names = [name for name, kind in parts.noted(part, content, parts.HOLDS).items() if kind == "number"]
+    table = parts.rows(part, content, [*IDENTITY, *names]) if names else None
+    if table is None:
+        return {}
+    odd = {
+        name: pc.invert(pc.fill_null(pc.is_finite(table[name]), True)) for name in names if name in table.column_names
+    }
+    return {name: runs_in(table.filter(mask)) for name, mask in odd.items() if pc.any(mask).as_py()}
 
 
 def _stamp(path: Path) -> _Stamp:

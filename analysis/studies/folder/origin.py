@@ -40,15 +40,20 @@ def machine() -> dict[str, str | int]:
 
 
 def commits(study_folder: Path | None) -> dict[str, dict[str, str | bool]]:
-    """Return the git commits of teamsight and of the folder of the study file, and whether these have changes.
+    """Return the git commits of teamsight and of the folder of the study file, and whether teamsight's has changes.
 
     Parameters
     ----------
     study_folder : Path or None
         Where the modules of the study are.
     """
-    places = {"teamsight": _CODE, "study": study_folder}
-    found = {name: _commit(place) for name, place in places.items() if place is not None}
+    found = {"teamsight": _commit(_CODE)}
+    if found["teamsight"]:
+        found["teamsight"]["has_changes"] = bool(_git(_CODE, "status", "--porcelain", "--untracked-files=no"))
+    if study_folder is not None:
+        # Not its changes: to compare files, git runs the filters that the configuration of that folder names. The
+        # digests of the study's modules say more.
+        found["study"] = _commit(study_folder)
     return {name: commit for name, commit in found.items() if commit}
 
 
@@ -58,17 +63,19 @@ def _commit(folder: Path) -> dict[str, str | bool]:
     if not head or _git(folder, "check-ignore", "--quiet", ".") is not None:
         # An installed package below a repository, as in its .venv, is none of its files.
         return {}
-    changes = _git(folder, "status", "--porcelain", "--untracked-files=no")
-    return {"commit": head.strip(), "has_changes": bool(changes)}
+    return {"commit": head.strip()}
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
-    """Return what git prints; None if it fails or is not there."""
+    """Return what git prints; None if it fails or is not there.
+
+    The folder of a study may come from anywhere: no program that its configuration names is run.
+    """
     with contextlib.suppress(OSError, subprocess.SubprocessError, UnicodeDecodeError):
         done = subprocess.run(
-            ["git", "-C", str(folder), *arguments],
+            ["git", "-C", str(folder), "-c", "core.fsmonitor=false", "-c", f"core.hooksPath={os.devnull}", *arguments],
             capture_output=True, text=True, timeout=_PATIENCE, check=True, stdin=subprocess.DEVNULL,
-            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0"},
+            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0", "GIT_NO_LAZY_FETCH": "1"},
         )  # fmt: skip
         return done.stdout
     return None

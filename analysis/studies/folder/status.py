@@ -48,6 +48,8 @@ class Status(NamedTuple):
         Parts of runs that are damaged; their runs are missing.
     wide : int
         Settings of an adaptive study that have reached its limit with a wider interval than wanted.
+    not_finite : dict of str to int
+        In how many of the runs that are done a measure is NaN or infinite, by its name.
     """
 
     planned: int
@@ -59,7 +61,8 @@ class Status(NamedTuple):
     rate: float | None
     sweeps: tuple[Running, ...]
     damaged: tuple[Damaged, ...]
-    wide: int = 0
+    wide: int
+    not_finite: dict[str, int]
 
 
 def status(folder: str | os.PathLike[str]) -> Status:
@@ -82,7 +85,7 @@ def status(folder: str | os.PathLike[str]) -> Status:
     running = min(found.missing, sum(each.running for each in heartbeats))
     return Status(
         found.planned, found.done, found.failed, found.missing, running, seconds_left(found.missing, rate), rate,
-        sweeps, tuple(place.damaged()), int(found.is_wide.sum()),
+        sweeps, tuple(place.damaged()), int(found.is_wide.sum()), place.not_finite(),
     )  # fmt: skip
 
 

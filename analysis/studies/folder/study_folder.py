@@ -196,7 +196,7 @@ class StudyFolder:
 
     def damaged(self) -> list[Damaged]:
         """Return the damaged parts among those of which runs are done or failed; their runs are missing."""
-        return [each for kind in DONE for each in self._indexes[kind].update()[1]]
+        return [each for kind in DONE for each in self._indexes[kind].update().damaged]
 
     def write(self, parts: Mapping[str, bytes], run_ids: Iterable[str]) -> None:
         """Write the parts of a shard; those of "failed" and "runs" last, since they make it done.
@@ -225,11 +225,19 @@ class StudyFolder:
 
     def done(self) -> RunSet:
         """Return the distinct runs that are in undamaged parts, in the order of their ids."""
-        return self._indexes["runs"].update()[0]
+        return self._indexes["runs"].update().runs
+
+    def lost(self) -> RunSet:
+        """Return the distinct runs that are in undamaged parts beside which another was lost, such as that of steps."""
+        return self._indexes["runs"].update().lost
+
+    def not_finite(self) -> dict[str, int]:
+        """Return in how many of the runs that are done a measure is NaN or infinite, by its name."""
+        return self._indexes["runs"].update().not_finite
 
     def failed(self) -> RunSet:
         """Return the runs that have failed, except those that were made later."""
-        return self._indexes["failed"].update()[0].without(self.done())
+        return self._indexes["failed"].update().runs.without(self.done())
 
     def read(self, kind: str, columns: Iterable[str] | None = None, *, skip_damaged: bool = False) -> pa.Table:
         """Return the rows of a kind, each run once; without columns if there are no parts.

@@ -96,7 +96,7 @@ def _damage(folder: Path, found: Iterable[Part], study: Study, plan: Plan) -> It
         try:
             content = parts.load(part)
             why = why_strange(part, content, study, plan)
-            whole.append(Examined(part, joined([]), parts.beside(part, content)))
+            whole.append(Examined(part, joined([]), parts.beside(part, content), {}))
         except DamagedError as error:
             yield error.damaged
         except FileNotFoundError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import types as python_types
 from collections.abc import Callable
+from time import perf_counter
 from typing import Any
 
 import numba
@@ -41,9 +42,13 @@ class Entry:
     def address(self) -> int:
         """The address of the machine code."""
         if self._compiled is None:
+            began = perf_counter()
             # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
-            with deferred():
-                self._compile()
+            try:
+                with deferred():
+                    self._compile()
+            finally:
+                REPORT.taken += perf_counter() - began
         return int(self._compiled.address)
 
     def __call__(self, record: Packed[Any] | int) -> int:

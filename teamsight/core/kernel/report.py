@@ -1,19 +1,34 @@
 """What is said while kernels are compiled: which of how many, and for how long.
 
 On a terminal or in a notebook, one line shows the state. Elsewhere one line says that kernels are compiled. When all
-that a world needs are there, one line says how many were compiled.
+that a world needs are there, one line says how many were compiled. A thread may pass it to a function instead.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from time import monotonic
 from typing import Protocol
 
 from teamsight.core.status_line import StatusLine, has_reader, in_notebook, seconds
 
 _NOTICE = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
+
+# Each thread has its own.
+_LISTENER: ContextVar[Callable[[str], None] | None] = ContextVar("listener", default=None)
+
+
+@contextmanager
+def listening(listener: Callable[[str], None]) -> Iterator[None]:
+    """Call a function with the number of each kernel that this thread compiles, as in ``"3 of 8"``; print nothing."""
+    before = _LISTENER.set(listener)
+    try:
+        yield
+    finally:
+        _LISTENER.reset(before)
 
 
 class Kernel(Protocol):
@@ -23,9 +38,16 @@ class Kernel(Protocol):
 
 
 class CompilationReport:
-    """The report of a process. Kernels that another process compiles first are not counted."""
+    """The report of a process. Kernels that another process compiles first are not counted.
+
+    Attributes
+    ----------
+    taken : float
+        How long this process has compiled kernels, or read them from the cache [s].
+    """
 
     def __init__(self) -> None:
+        self.taken = 0.0
         self._needed: Callable[[], Sequence[Kernel]] = lambda: ()
         self._line: StatusLine | None = None
         self._is_announced = self._is_compiling = False
@@ -53,16 +75,21 @@ class CompilationReport:
             self._began = monotonic()
         self._number += 1
         self._is_compiling = True
-        if has_reader():
+        if (listener := _LISTENER.get()) is not None:
+            listener(self._which())
+        elif has_reader():
             self._line = self._line or StatusLine()
-            needed = self._needed()
-            missing = max(sum(kernel.is_missing() for kernel in needed), 1)
-            number = f"{self._number} of {self._number - 1 + missing}" if needed else f"{self._number}"
             taken = seconds(monotonic() - self._began)
-            self._line.show(f"teamsight: compiling kernel {number}, once per machine ({taken}): {name}")
+            self._line.show(f"teamsight: compiling kernel {self._which()}, once per machine ({taken}): {name}")
         elif not self._is_announced:
             self._is_announced = True
             print(_NOTICE, file=sys.stderr)
+
+    def _which(self) -> str:
+        """Return the number of the kernel, of how many if that is known."""
+        needed = self._needed()
+        missing = max(sum(kernel.is_missing() for kernel in needed), 1)
+        return f"{self._number} of {self._number - 1 + missing}" if needed else f"{self._number}"
 
     def end(self, *, is_done: bool) -> None:
         """Say that the kernel is compiled, or, if not `is_done`, that this failed."""
@@ -78,7 +105,7 @@ class CompilationReport:
         closing = f"teamsight: compiled {count} in {seconds(monotonic() - self._began)}"
         if self._line is not None and in_notebook():
             self._line.show(closing)
-        else:
+        elif _LISTENER.get() is None:
             print(closing, file=sys.stderr)
         self._number, self._line = 0, None
 

@@ -33,7 +33,7 @@ const percent = (value) => (value === null || !Number.isFinite(value) ? "–" : 
 
 class Link {
   constructor(page) {
-    Object.assign(this, { page, socket: null, wait: FIRST_WAIT, timer: 0, drawn: -1, acknowledged: -1, received: 0 });
+    Object.assign(this, { page, socket: null, wait: FIRST_WAIT, timer: 0, drawn: -1, acknowledged: -1, received: 0, moment: [] });
     this.connect();
     for (const name of ["online", "focus"]) addEventListener(name, () => this.hurry());
     document.addEventListener("visibilitychange", () => this.hurry());
@@ -47,7 +47,7 @@ class Link {
     this.socket = new WebSocket(address);
     this.socket.binaryType = "arraybuffer";
     this.socket.onopen = () => {
-      Object.assign(this, { wait: FIRST_WAIT, drawn: -1, acknowledged: -1 });
+      Object.assign(this, { wait: FIRST_WAIT, drawn: -1, acknowledged: -1, moment: [] });
       this.page.connected(true);
     };
     this.socket.onmessage = ({ data }) => this.receive(data);
@@ -88,10 +88,13 @@ class Link {
     if (kind === HISTORY) this.receiveHistory(data, head);
     if (kind !== FRAME) return;
     this.received += 1;
+    // The frames of one moment are shown together: the worlds are compared.
+    this.moment.push([head.getUint8(1), new Uint8Array(data, HEAD)]);
+    if (this.moment.length < this.page.view.tracks.length) return;
     this.drawn = head.getUint32(4, true);
     // A hidden page draws nothing, acknowledges nothing, and so gets nothing more until somebody looks at it.
     requestAnimationFrame(() => this.acknowledge());
-    this.page.onFrame(head.getUint8(1), new Uint8Array(data, HEAD));
+    for (const [track, block] of this.moment.splice(0)) this.page.onFrame(track, block);
   }
 
   // What was before this page: a size and a block for each frame.
@@ -186,7 +189,11 @@ class Controls {
       make("div", { class: "tl-field" }, make("label", { for: "tl-every" }, "draw every … steps"), this.every));
   }
 
-  showRate() { setText(this.rateText, this.full.checked ? "–" : String(rateOf(this.rate.value))); }
+  showRate() {
+    const isFull = this.full.checked, rate = String(rateOf(this.rate.value));
+    setText(this.rateText, isFull ? "–" : rate);
+    this.rate.setAttribute("aria-valuetext", isFull ? "as fast as possible" : `${rate} steps per second`);
+  }
 
   buildCompare() {
     const { page } = this;
@@ -255,7 +262,7 @@ class Controls {
     const id = `tl-${control.name}`, note = control.live ? "" : " Starts again.";
     const label = make("label", { for: id, title: `${control.help}${note}` }, control.label);
     if (!control.live) label.append(make("span", { class: "tl-again", "aria-label": "(starts again)", title: "Starts again" }, " ↻"));
-    const { box, show } = this[control.kind === "choice" || control.kind === "flag" ? control.kind : "number"](control, id);
+    const { box, show } = this[["choice", "flag", "digits"].includes(control.kind) ? control.kind : "number"](control, id);
     const field = make("div", { class: "tl-field" }, label, ...box);
     this.inputs.set(control.name, { control, field, show, inputs: box.filter((one) => one.matches("input, select")) });
     return field;
@@ -271,6 +278,17 @@ class Controls {
     const input = make("input", { type: "checkbox", id });
     input.addEventListener("change", () => this.set(control, input.checked));
     return { box: [input], show: (value) => { input.checked = value; } };
+  }
+
+  // A whole number that may be larger than those that scripts hold exactly: it stays a text.
+  digits(control, id) {
+    const input = make("input", { type: "text", inputmode: "numeric", pattern: "[0-9]+", id });
+    input.addEventListener("input", () => { delete input.dataset.sent; });
+    input.addEventListener("change", () => {
+      input.dataset.sent = "yes";
+      this.set(control, input.value.trim());
+    });
+    return { box: [input], show: (value) => { input.value = value; } };
   }
 
   number(control, id) {
@@ -291,7 +309,10 @@ class Controls {
       if (control.live) this.soon(control.name, send);
     });
     if (!control.live) slider.addEventListener("change", send);
-    return { box: [slider, number], show: (value) => { slider.value = value; number.value = value; } };
+    const say = (value) => slider.setAttribute("aria-valuetext", value);
+    slider.addEventListener("input", () => say(slider.value));
+    // The slider ends before the largest number that can be typed.
+    return { box: [slider, number], show: (value) => { slider.value = value; number.value = value; say(value); } };
   }
 
   // Shows the values that hold, but in a field that somebody is using.
@@ -302,7 +323,7 @@ class Controls {
       field.classList.toggle("tl-differs", differs);
       field.title = differs ? `left ${this.values[0][name]}, right ${this.values[1][name]}` : "";
       // Somebody may be typing a number.
-      const isTyping = inputs.some((one) => one === document.activeElement && one.type === "number" && !one.dataset.sent);
+      const isTyping = inputs.some((one) => one === document.activeElement && ["number", "text"].includes(one.type) && !one.dataset.sent);
       if (!this.isTouched(name) && !isTyping) show(values[name]);
       const [other, wanted] = control.only ? control.only.split("=") : [];
       for (const input of inputs) input.disabled = Boolean(other) && !wanted.split(",").includes(String(values[other]));
@@ -312,7 +333,7 @@ class Controls {
   showState(state) {
     this.state = state;
     setText(this.runButton, state.running ? "Pause" : "Run");
-    setText(this.note, state.busy ? "Building …" : state.note);
+    setText(this.note, state.busy || state.note);
     const [one] = state.tracks, speed = state.running ? `, ${state.measured < 10 ? state.measured.toFixed(1) : Math.round(state.measured).toLocaleString("en")} steps/s` : "";
     setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${speed}`);
     if (!this.isTouched("rate of steps")) {
@@ -321,7 +342,7 @@ class Controls {
       this.showRate();
     }
     if (document.activeElement !== this.every) this.every.value = state.every;
-    if (!this.isTouched("two")) this.compare.checked = state.tracks.length > 1;
+    if (!this.isTouched("two")) this.compare.checked = state.two;
     this.sides.hidden = state.tracks.length < 2;
     if (state.tracks.length < 2 && this.side !== null) {
       this.side = null;
@@ -538,6 +559,8 @@ class Page {
     Object.assign(this, { view, run: null, state: null, isResting: false, hasAsked: false, transport: { running: false } });
     this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
     root.prepend(this.banner);
+    this.waiting = make("p", { class: "tl-waiting", role: "status", hidden: true });
+    view.stage.append(this.waiting);
     this.controls = new Controls(this, view.slot("controls"));
     this.graph = new Graph(this, view.slot("graph"));
     this.log = new Log(view.slot("log"));
@@ -650,6 +673,11 @@ class Page {
   }
 
   on_state(state) {
+    // Until the first worlds are compiled there is nothing else to show.
+    this.waiting.hidden = state.tracks.length > 0;
+    setText(this.waiting, state.tracks.length ? "" : state.busy);
+    this.view.slot("controls").inert = !state.tracks.length;
+    if (!state.tracks.length) return;
     // Also on a page that is opened later.
     if (state.failed && !(this.state && this.state.failed)) this.fail(state.note);
     this.state = state;

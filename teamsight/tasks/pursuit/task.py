@@ -56,9 +56,9 @@ def learned(
     -----
     Two capture a prey, so a hunter uses the closest teammate of those that its degree shows, however many these are.
     Where hunters must stand on all sides of a prey ("surround") it uses the three closest, each in a module.
-    The rate, the temperature and the steps are ours, chosen on scratch runs whose seeds were not kept: with Tan's,
-    greedy hunters need longer. The team that has learned keeps the temperature, since greedy hunters that sense nothing
-    would repeat one move.
+    The rate, the temperature and the steps are ours: with Tan's, hunters need longer
+    (``benchmarks/pursuit_constants.py``). The team that has learned keeps the temperature, since greedy hunters that
+    sense nothing would repeat one move.
     """
     degree = PairwiseAwareness() if awareness is None else awareness
     policy = _learner(scenario, degree)

@@ -1116,16 +1116,9 @@ class Chart {
       };
     };
     if (!this.difference) return tracks.map((_, t) => line(t));
-    const [left, right] = [line(0), line(1)], { times } = this.view;
-    const at = (k) => this.differenceAt(times[k], left, right);
-    return [{ at, time: (k) => times[k], length: times.length, colour: palette.difference, dash: [] }];
-  }
-
-  differenceAt(time, left, right) {
-    const { view } = this, [i, j] = [view.indexAt(0, time), view.indexAt(1, time)];
-    // A run that is over is compared with nothing; of a live one the frame is on its way.
-    const isOver = ({ time: when, length }) => !view.live && time > when(length - 1);
-    return i < 0 || j < 0 || isOver(left) || isOver(right) ? NaN : right.at(j) - left.at(i);
+    const [left, right] = [line(0), line(1)], { view } = this, { shared } = view;
+    const at = (k) => right.at(view.indexAt(1, shared[k])) - left.at(view.indexAt(0, shared[k]));
+    return [{ at, time: (k) => shared[k], length: shared.length, colour: palette.difference, dash: [] }];
   }
 
   // Draws what has been added. All is drawn anew only where the axes must change.
@@ -1259,7 +1252,8 @@ class Chart {
   }
 
   differenceText() {
-    const value = this.view.times.length ? this.lines[0].at(this.view.position) : NaN, points = Math.round(100 * value);
+    const { shared, shownTime } = this.view, k = lastAt(shared, shownTime);
+    const value = shared[k] === shownTime ? this.lines[0].at(k) : NaN, points = Math.round(100 * value);
     return Number.isFinite(value) ? `${points > 0 ? "+" : points < 0 ? "−" : "±"}${Math.abs(points)} points` : "–";
   }
 }
@@ -1585,6 +1579,7 @@ for (const key of "ralkt") ACTS[key] = (view) => view.toggleKey(key);
 //   removeTrack(i)         drop the last track
 //   tracks[i]              {scene, frames, layout, arena}
 //   times                  the ticks of which any track has a frame, in order; each track shows its latest frame until then
+//   shared                 the ticks of which all tracks have a frame; only there two tracks are compared
 //   position               index of the tick that is shown, among these; shownTime is the tick
 //   show(index)            show the tick of this index; the last one is followed in a live page
 //   play(), pause()        and `playing`; in a live page, play goes on to the newest frame and follows it
@@ -1603,7 +1598,7 @@ class View {
       selected: { track: 0, slot: null }, hovered: { track: 0, slot: null }, onselect: null, transport: null,
       camera: { zoom: 1, x: 0.5, y: 0.5 }, speed: 1, every: 1, loop: false, palette: dark() ? DARK : LIGHT,
       toggles: {}, charts: [], drawings: 0, scheduled: 0, isDirty: true, lastInspected: 0, lastSaid: 0,
-      isSeen: true, domain: [0, 1], times: [],
+      isSeen: true, domain: [0, 1], times: [], shared: [],
     });
     this.build();
     this.listen();
@@ -1644,13 +1639,17 @@ class View {
     if (!isNew) {
       // The same tick again, after a change while paused; an earlier one after a restart.
       if (frame.time < frames[frames.length - 1].time) this.clear(i);
-      else track.bytes -= frames.pop().bytes || 0;
+      else {
+        track.bytes -= frames.pop().bytes || 0;
+        this.redrawCharts();
+      }
     }
     frames.push(frame);
     track.bytes += frame.bytes || 0;
     const { times } = this;
     if (!times.length || frame.time > times[times.length - 1]) times.push(frame.time);
     else if (times[lastAt(times, frame.time)] !== frame.time) this.refreshTimes();
+    if (!(this.shared.at(-1) >= frame.time) && this.isShared(frame.time)) this.shared.push(frame.time);
     this.forget(track);
     if (this.following) this.at = Math.max(this.frameCount - 1, 0);
     this.isGrown = true;
@@ -1730,9 +1729,13 @@ class View {
   refreshTimes() {
     const { shownTime } = this;
     this.times = [...new Set(this.tracks.flatMap(({ frames }) => frames.map(({ time }) => time)))].sort((a, b) => a - b);
+    this.shared = this.times.filter((time) => this.isShared(time));
     this.at = Math.max(lastAt(this.times, shownTime), 0);
     this.redrawCharts();
   }
+
+  // Whether all tracks have a frame of a time; of a live run it may be on its way.
+  isShared(time) { return this.tracks.every(({ frames }, i) => frames[this.indexAt(i, time)]?.time === time); }
 
   get shownTime() { return this.times[this.position] ?? 0; }
 
@@ -1868,6 +1871,7 @@ class View {
     this.stage.append(box);
     this.observer.observe(canvas);
     this.listenToCanvas(i, canvas);
+    this.refreshTimes();
     this.buildCharts();
     this.resize();
   }

@@ -124,4 +124,4 @@ def test_a_placement_that_leaks_is_named_when_the_group_is_added() -> None:
     world = World(Scattered(), rng=1)
     with pytest.raises(ValueError, match=r"Scattered\(\).*place\(\).*check_arena"):
         world.add(Robot, 20, policy="random-walk", speed=0.05)
-    assert world.groups == []
+    assert world.groups == ()

@@ -31,7 +31,7 @@ def fingerprint(model: World) -> list[Any]:
         model.tick,
         model.steps,
         model.observed,
-        model.mean_neighbours,
+        model.mean_degree,
         model.observed_fraction,
         model.max_neighbours,
     ]

@@ -123,7 +123,7 @@ def test_scores_follow_the_columns_of_every_world() -> None:
     assert world.recording.history["captures"].tolist() == []
     world.run(3)
     assert list(world.recording.history) == ["observed", "mean_neighbours", "max_neighbours", "captures"]
-    assert world.interactions == [Capture()]
+    assert world.interactions == (Capture(),)
 
 
 def test_one_robot_perceives_its_reward() -> None:

@@ -205,7 +205,7 @@ def test_wrong_groups_are_refused() -> None:
     more = world.add(Robot, 1, policy="random-walk", name="more")
     with pytest.raises(ValueError, match="'captures' is already a column.*another name"):
         world.interact(Capture(), hunters=more, prey=prey)
-    assert world.interactions == [Capture()]
+    assert world.interactions == (Capture(),)
 
 
 def test_a_column_of_another_type_is_refused() -> None:

@@ -76,7 +76,7 @@ class Twin:
                 for row, identity, offset in zip(rows, shown.identity.tolist(), shown.offset.copy(), strict=True):
                     found[group[int(row)].unique_id, identity] = offset
         degrees = [len(agent.neighbours) for group in world.groups if group.team is not None for agent in group]
-        series = (world.observed, world.mean_neighbours, max(degrees, default=0))
+        series = (world.observed, world.mean_degree, max(degrees, default=0))
         self.read[world.tick] = {"bodies": bodies, "links": links, "series": series}
 
 

@@ -249,6 +249,36 @@ def test_what_breaks_the_contract_is_named(members: dict[str, Any], message: str
         assert not line.endswith(mark) or f"{Path(__file__).name}:{number}: " in str(raised.value)
 
 
+@kernel
+def _behind_others(view: Any, parameters: Any, sensed: Any) -> int:
+    """Leave out what another observer is nearer to; or, with a parameter, count all observers."""
+    at = 0
+    for i in range(view.heading.shape[0]):
+        sensed.start[i] = at
+        for k in range(view.in_range.start[i], view.in_range.start[i + 1]):
+            x = view.position[i, 0] + view.in_range.offset[k, 0]
+            nearer = False
+            for j in range(view.heading.shape[0]):
+                nearer = nearer or (j != i and abs(view.position[j, 0] - x) < 0.1)
+            if parameters[0] > 0.0:
+                nearer = view.heading.shape[0] % 2 == 0
+            if not nearer:
+                if at < sensed.distance.shape[0]:
+                    _put(view, sensed, at, k, 1.0)
+                at += 1
+    sensed.start[view.heading.shape[0]] = at
+    return at
+
+
+def test_a_sensor_may_read_observers_nearby_and_no_others() -> None:
+    def made(value: float) -> Sensor:
+        return type("Shaded", (Sensor,), {"sense": _behind_others, "parameters": np.array([value])})()  # type: ignore[no-any-return]
+
+    check_sensor(made(0.0))
+    with pytest.raises(ValueError, match="Shaded: sense writes something else if there is one observer more, far from"):
+        check_sensor(made(1.0))
+
+
 def test_something_else_than_a_sensor_is_refused() -> None:
     with pytest.raises(TypeError, match=r"float: must be an object of Sensor or of a subclass"):
         check_sensor(2.0)  # type: ignore[arg-type]

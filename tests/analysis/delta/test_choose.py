@@ -87,6 +87,14 @@ def test_too_few_runs_are_said_plainly() -> None:
     text = str(few)
     assert "cannot support a risk of 0.01" in text.replace("\n", " ")
     assert "299" in text
+    first, *others = few.sentences()
+    assert first.startswith(f"δ = {few.supported_delta} for a risk of 0.14, the smallest that so few runs support with 95%")
+    # Once: neither for the other risk nor in other words.
+    assert not [said for said in others if "δ = " in said and not said.startswith("Closed form")]
+    single = choose.choose_delta(Snapshots, runs=1, steps=3, rng=1).sentences()[0]
+    assert single.startswith("This simulation is one observation, 1 run: its largest number of neighbours is ")
+    enough = choose.choose_delta(Snapshots, runs=30, steps=3, risk=0.2, rng=1)
+    assert enough.sentences()[0].startswith(f"δ = {enough.delta_safe} with 95% confidence: exceeded in at most 20 % of")
 
 
 def test_a_lone_robot_needs_no_ring() -> None:

@@ -60,6 +60,7 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
         ("Time,robot,X,y\n0,1,0,0\n", "no columns 'time', 'x'; .* rename 'Time' to 'time', rename 'X' to 'x'"),
         ("a,b\n0,1\n", "no columns 'time', 'robot', 'x', 'y'; found a, b; needed are time, robot, x, y"),
         ("time;robot;x;y\n0;1;0;0\n", "separate the columns by commas"),
+        ("time;robot;x;y\n0,0;1;0,5;0,5\n", "its header is time;robot;x;y.*columns by commas.*points, as in 0.5"),
         ("time,robot,x,y,x\n0,1,0,0,0\n", "column 'x' twice"),
         (GOOD + "2,a,abc,0\n", "x='abc' in row 5: must be a number"),
         (

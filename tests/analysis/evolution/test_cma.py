@@ -72,7 +72,7 @@ def test_another_evolution_is_not_mixed_in(tmp_path: Path, tried: list[int], mon
     run(1, tmp_path, Evolution(population=5))
     monkeypatch.setattr(cma, "STEPS", 31)
     run(1, tmp_path)
-    monkeypatch.setattr(checkpoint, "code_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(checkpoint, "code_digest", lambda *modules: "0123456789abcdef")
     run(1, tmp_path)
     assert tried == 5 * [0]
 

@@ -18,6 +18,7 @@ from teamsight.agents.awareness import NoAwareness
 from teamsight.analysis.gathering import Plan, gather, iterate_delta
 from teamsight.analysis.gathering.cells import Cell, DeltaInterval, delta_interval, ratio, saturation
 from teamsight.analysis.gathering.claims import UNRELIABLE, Verdict, by_chance, judge
+from teamsight.analysis.gathering.page import cautions, index_table
 from teamsight.analysis.gathering.plan import deltas
 from teamsight.analysis.gathering.results import make_results
 from teamsight.analysis.stats.paired import Interval
@@ -72,6 +73,41 @@ def test_the_numbers_follow_from_the_table_of_runs(found: Any) -> None:
     assert cell.gain.mean == pytest.approx((by_seed[7] - by_seed[0]).mean())
     assert cell.shortfall[1].mean == pytest.approx((by_seed[7] - by_seed[1]).mean())
     assert cell.objective == pytest.approx(by_seed[7].mean())
+
+
+def test_robot_steps_are_counted_by_the_number_of_neighbours(found: Any) -> None:
+    own = found.runs.query("delta == -1")
+    assert found.runs.query("delta != -1")["robot_steps"].isna().all()
+    for row in own.itertuples():
+        assert sum(row.robot_steps) == row.size * PLAN.steps
+        assert max(np.flatnonzero(row.robot_steps)) == row.max_neighbours
+        mean = np.average(np.arange(len(row.robot_steps)), weights=row.robot_steps)
+        assert mean == pytest.approx(row.mean_neighbours)
+    # Counted in single steps, runs are those that are made at once.
+    same = found.runs.query("task == 'gather' and treatment == 'skilled'").pivot_table("value", "seed", "delta")
+    assert (same[-1] == same[3]).all()
+    cell = next(one for one in found.cells if (one.task, one.size) == ("gather", 8))
+    rows = own.query("task == 'gather' and size == 8 and treatment == 'skilled'")["robot_steps"]
+    assert cell.crowded == pytest.approx(np.mean([sum(counts[cell.explore.delta + 1 :]) for counts in rows]) / 480)
+    assert cell.crowded > 0.1
+
+
+def test_a_team_with_skill_that_is_no_better_is_said(found: Any) -> None:
+    assert {cell.has_skill for cell in found.cells} == {"yes"}
+    assert cautions(found.cells) == []
+    worse = gather(replace(PLAN, tasks=[replace(GATHER, objective=("closeness", "less"))], sizes=(4,)))
+    (cell,) = worse.cells
+    rows = worse.runs.query("delta == -1").pivot_table("value", "seed", "treatment")
+    assert cell.skill.mean == pytest.approx((rows["explore"] - rows["skilled"]).mean())
+    assert cell.has_skill == "no"
+    (line,) = cautions([cell])
+    assert line.startswith("gather, N=4: the team with skill is not better")
+    assert "| 4 | **no** |" in index_table([cell])
+    # Its order is no verdict on the method.
+    assert not {one.claim for one in worse.verdicts} & {"G1", "G2"}
+    noise = gather(Plan([replace(GATHER, skilled=GATHER.explore)], (4,), 90, steps=20))
+    assert noise.cells[0].skill == EXACT
+    assert noise.cells[0].has_skill == "no"
 
 
 def test_less_is_better_turns_gain_and_shortfall() -> None:

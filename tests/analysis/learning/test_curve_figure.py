@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from teamsight.analysis.learning.curve_figure import LEAST_FOR_INTERVAL, draw, draw_on_canvas
 from teamsight.analysis.learning.curve_points import awareness_gains, crossings
 from teamsight.analysis.learning.curves import SAMPLES, Curves
-from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM
+from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
 
 pytestmark = pytest.mark.short
 
@@ -22,13 +22,15 @@ SIZES = {"lazy": 9.6, "pessimistic": 9.6, "tabular": 5.0, "linear": 3.2, "regres
 def gains_of(curves: Curves) -> pd.DataFrame:
     """Return the gains of made-up shares: the regression gains from awareness, the others do not."""
     rng = np.random.default_rng(1)
-    points = [*product(curves.learners, curves.samples), (RANDOM, 0), (DESIGNED, 0)]
+    by_hand = {name: [degree.name] for name, (_, degree) in BY_HAND.items()}
+    designed = {RANDOM: ["none"], DESIGNED: ["pairwise"], **by_hand}
+    points = [*product(curves.learners, curves.samples), *((name, 0) for name in designed)]
     rows = [
         {"learner": learner, "transitions": transitions, "degree": degree, "memory": memory, "robots": robots}
         | {"radius": radius, "log10_size": SIZES.get(learner, np.nan)}
         | {"observed_fraction": rng.uniform(0.3, 0.31) + 0.2 * (learner == "regression" and degree == "ring")}
         for learner, transitions in points
-        for degree in {RANDOM: ["none"], DESIGNED: ["pairwise"]}.get(learner, ["none", "ring"])
+        for degree in designed.get(learner, ["none", "ring"])
         for memory in range(curves.memories)
         for robots, radius in curves.scenarios
     ]
@@ -97,6 +99,19 @@ def test_crossings_are_drawn_where_they_are_and_learners_without_one_above_all_s
     assert sorted(places[:, 1]) == [150, 150, never, never, never, never]
     assert len(np.unique(places, axis=0)) == 6
     assert [text.get_text() for text in last.get_xticklabels()] == ["regression\n1.8", "lazy,\npessimistic\n9.6"]
+
+
+def test_each_team_that_learns_nothing_is_a_horizontal_line_and_is_named() -> None:
+    curves = Curves(learners=("regression",), memories=3)
+    gains = gains_of(curves)
+    (axes,) = (axes for axes in drawn(curves).axes if axes.get_title("left").startswith("Observed"))
+    means = gains[gains["robots"].isna()].set_index("learner")
+    drawn_at = [line.get_ydata()[0] for line in axes.lines if line.get_ydata()[0] == line.get_ydata()[-1]]
+    notes = " ".join(text.get_text() for text in axes.texts)
+    for name, (_, degree) in BY_HAND.items():
+        height = 100 * means.loc[name, "collective" if degree.name == "none" else "cooperative"]
+        assert any(height == pytest.approx(one) for one in drawn_at), name
+        assert name.rpartition(", ")[2] in notes
 
 
 def test_the_drawing_is_a_picture() -> None:

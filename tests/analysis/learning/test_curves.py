@@ -10,13 +10,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from teamsight import CMOMMT
 from teamsight.analysis.learning import curves as module
 from teamsight.analysis.learning.curves import Curves, curve_jobs, make_curves
-from teamsight.analysis.learning.evaluation import DESIGNED, RANDOM, Scenario
+from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM, Scenario
 from teamsight.analysis.learning.explore import explore
 from teamsight.analysis.learning.learners import learn
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.policies import FollowFree
 from teamsight.policies.rewards import keep_reward
 
 SMALL = Curves(samples=(8, 40, 300), memories=2, worlds=2, robots=(3, 5), radius=(2.0,), targets=4, steps=8, seed=6)
@@ -42,7 +44,14 @@ def test_every_learner_meets_the_same_worlds_with_and_without_awareness(table: p
         assert len(rows.groupby(["learner", "transitions", "degree", "replicate"])) == len(rows)
     assert table["seed"].nunique() == 2 * 2 * 2
     designed = table[table["transitions"] == 0]
-    assert set(zip(designed["learner"], designed["degree"], strict=True)) == {(RANDOM, "none"), (DESIGNED, "pairwise")}
+    by_hand = {(name, degree.name) for name, (_, degree) in BY_HAND.items()}
+    named = set(zip(designed["learner"], designed["degree"], strict=True))
+    assert named == {(RANDOM, "none"), (DESIGNED, "pairwise"), *by_hand}
+    # They learn nothing: their runs are those of these teams alone.
+    row = designed[designed["learner"] == "by hand, f = d"].iloc[0]
+    model = CMOMMT(robots=row["robots"], targets=4, radius=2.0, policy=FollowFree(1), awareness="ring", rng=row["seed"])
+    model.run(8)
+    assert row["observed_fraction"] == model.observed_fraction
 
 
 def test_without_awareness_a_learner_has_the_own_inputs_of_the_same_transitions(

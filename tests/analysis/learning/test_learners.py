@@ -13,6 +13,7 @@ from teamsight import CMOMMT
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
 from teamsight.agents.recording.explore import explore
 from teamsight.analysis.learning.evaluation import (
+    BY_HAND,
     COLLECTIVE,
     COOPERATIVE,
     DESIGNED,
@@ -100,12 +101,12 @@ def test_a_memory_reports_the_degree_that_shows_its_situations() -> None:
 @pytest.mark.short
 def test_an_evaluation_is_what_each_model_gives_alone() -> None:
     policies = contenders("linear", memory(), Objective())
-    assert list(policies) == [COOPERATIVE, COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
+    assert list(policies) == [COOPERATIVE, COLLECTIVE, *BY_HAND, DESIGNED, EVOLVED, RANDOM]
     seen: list[float] = []
     with WorkerPool(1) as pool:
         table = evaluate(policies, SMALL, pool, lambda done, total: seen.append(done / total))
     assert seen[-1] == 1
-    assert len(table) == 15
+    assert len(table) == 3 * 10
     for _, row in table.iterrows():
         policy, degree = policies[row["policy"]]
         model = CMOMMT(robots=3, targets=5, radius=2.0, policy=policy, awareness=degree, rng=row["seed"])
@@ -115,7 +116,7 @@ def test_an_evaluation_is_what_each_model_gives_alone() -> None:
 
 
 def test_a_memory_without_teammates_has_no_cooperative_learner() -> None:
-    assert list(contenders("tabular", memory("none"), Objective())) == [COLLECTIVE, DESIGNED, EVOLVED, RANDOM]
+    assert list(contenders("tabular", memory("none"), Objective())) == [COLLECTIVE, *BY_HAND, DESIGNED, EVOLVED, RANDOM]
 
 
 def test_a_team_of_another_size_is_refused_where_the_degree_depends_on_it() -> None:

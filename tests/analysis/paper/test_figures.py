@@ -105,12 +105,15 @@ def test_figure_11_is_summarised_with_its_interval_and_range() -> None:
         assert part in line
 
 
-def test_each_surface_of_figure_11_is_drawn_on_the_scale_of_its_values_like_its_map() -> None:
+def test_both_surfaces_of_figure_11_are_drawn_on_one_scale_like_their_maps() -> None:
     figure = FIGURES["11"].draw(figure_11()[1], CONDITIONS)
     solids = [axes for axes in figure.axes if axes.name == "3d"]
     maps = [axes.images[0].norm for axes in figure.axes if axes.images]
-    assert [axes.get_zlim() for axes in solids] == [(0, 1), (0, 45)]
-    assert [(norm.vmin, norm.vmax) for norm in maps] == [(-1, 1), (-45, 45)]
+    assert [axes.get_zlim() for axes in solids] == [(0, 45), (0, 45)]
+    assert [(norm.vmin, norm.vmax) for norm in maps] == [(-45, 45), (-45, 45)]
+    # Of the colours, those that the cells have; the first have that of 0 alone.
+    bars = [axes.get_ylim() for axes in figure.axes if axes.name != "3d" and axes.get_ylabel().startswith("gain")]
+    assert bars == [pytest.approx((0, 45)), pytest.approx((0, 41))]
     text = " ".join(" ".join(text.get_text().split()) for text in figure.texts)
     for part in (
         "a) lazy Q-learning",
@@ -141,8 +144,13 @@ def test_figures_4_and_5_can_be_compared() -> None:
     tables = {"4": {"random-walk": runs()}, "5": {"a-cmommt": runs().assign(max_neighbours=1)}}
     drawn = [FIGURES[name].draw(FIGURES[name].tabulate(tables[name], CONDITIONS), CONDITIONS) for name in ("4", "5")]
     for figure in drawn:
-        solid, flat, _ = figure.axes
+        solid, flat, _, curves = figure.axes
         assert solid.get_zlim() == (flat.images[0].norm.vmin, flat.images[0].norm.vmax) == (0, 29)
+        assert f"the maximum of all {CONDITIONS.runs} runs" in figure.texts[1].get_text()
+        assert "95 % confidence interval of the mean" in curves.get_title(loc="left")
+    table = FIGURES["4"].tabulate({"random-walk": runs()}, CONDITIONS)["cells"]
+    most = runs().groupby(["robots", "radius"])["max_neighbours"].mean()
+    assert table.set_index(["robots", "radius"])["mean"].to_dict() == most.to_dict()
 
 
 def test_no_text_of_a_figure_leaves_it_or_runs_into_a_heat_map() -> None:

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.colors import Normalize
 
 from teamsight.analysis.plot.heat_map import outline
-from teamsight.analysis.plot.style import canvas
+from teamsight.analysis.plot.style import canvas, signed
 from teamsight.analysis.plot.surface import Look, draw_row, facets_of
 
 NORM, COLOURS = Normalize(-90, 90), matplotlib.colormaps["RdBu"]
@@ -53,3 +53,18 @@ def test_the_heat_map_writes_every_cell_and_brackets_the_open_ones() -> None:
         for place, path in zip(numbers.get_offsets(), numbers.get_paths(), strict=True)
     }
     assert written == {(0, 0): ["(10)"], (1, 0): ["-20"], (0, 1): ["(0)"], (1, 1): ["90"]}
+
+
+def test_a_scale_around_zero_ends_where_the_cells_do() -> None:
+    figure = canvas(13.6, 8.6)
+    draw_row(figure, grid([[10.0, -3.2], [0.4, 20.7]]), Look("gain", signed, -90, 90, True))
+    (bar,) = (axes for axes in figure.axes if axes.name != "3d" and axes.get_ylabel() == "gain")
+    assert bar.get_ylim() == pytest.approx((-3.2, 20.7))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.04, "0.0"), (-0.04, "0.0"), (0.06, "+0.1"), (-1.96, "−2.0"), (9.94, "+9.9"), (9.96, "+10"), (-23.5, "−24")],
+)
+def test_small_differences_have_a_decimal(value: float, text: str) -> None:
+    assert signed(value) == text

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from teamsight import analysis
 from teamsight.agents.reused_worlds import ReusedWorlds
+from teamsight.analysis.learning.explore import Exploration
 from teamsight.analysis.runs import checkpoint as module
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
@@ -76,7 +82,7 @@ def test_entries_of_other_code_are_ignored(tmp_path: Path, monkeypatch: pytest.M
     kept.add(ONE)
     assert kept.results([("a",), ("b",)]) == ONE
     assert (kept.count([("a",), ("b",)]), kept.count()) == (1, 1)
-    monkeypatch.setattr(module, "code_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(module, "code_digest", lambda *modules: "0123456789abcdef")
     assert kept.results([("a",)]) == {}
     assert (kept.count([("a",)]), kept.count()) == (0, 0)
 
@@ -84,7 +90,7 @@ def test_entries_of_other_code_are_ignored(tmp_path: Path, monkeypatch: pytest.M
 def test_entries_of_other_code_do_not_outlive_the_job(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kept = Checkpoint(tmp_path / "kept", OUTCOMES)
     kept.add(ONE)
-    monkeypatch.setattr(module, "code_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(module, "code_digest", lambda *modules: "0123456789abcdef")
     kept.add(ONE | {("b",): Outcome(0.25, 1)})
     kept.forget(ONE)
     assert kept.results([("a",), ("b",)]) == {("b",): Outcome(0.25, 1)}
@@ -92,12 +98,48 @@ def test_entries_of_other_code_do_not_outlive_the_job(tmp_path: Path, monkeypatc
     assert not kept.path.exists()
 
 
-def test_all_code_that_decides_results_is_digested() -> None:
+def test_the_code_that_decides_every_run_is_digested() -> None:
     names = {"/".join(file.parts[-2:]) for file in module.sources()}
-    deciding = {"kernel/entry.py", "core/checks.py", "engine/loop.py", "world/motion.py", "handmade/a_cmommt.py"}
-    assert deciding | {"evolution/cma.py", "analysis/search_space.py", "studies/measured.py"} <= names
-    assert {"learning/learners.py", "data/lazy-600.safetensors", "evolved/constants.json"} <= names
-    assert not any(name.startswith(("tests/", "cli/", "paper/", "plot/")) for name in names)
+    assert {"kernel/entry.py", "core/checks.py", "engine/loop.py", "world/motion.py", "handmade/a_cmommt.py"} <= names
+    assert {"runs/task_runs.py", "data/lazy-600.safetensors", "evolved/constants.json"} <= names
+    assert not any(name.startswith(("tests/", "cli/", "paper/", "plot/", "foraging/plan.py")) for name in names)
+
+
+def plans() -> Iterator[Any]:
+    """Yield the plan of every folder of analyses that has one."""
+    top = Path(analysis.__path__[0])
+    for file in sorted(top.rglob("plan.py")):
+        found = importlib.import_module(".".join(["teamsight.analysis", *file.relative_to(top).with_suffix("").parts]))
+        if hasattr(found.Plan, "planned"):
+            yield found.Plan()
+
+
+def test_the_module_of_every_measure_in_use_decides_its_runs() -> None:
+    """And so does what it imports."""
+    runs = [next(plan.planned())[1] for plan in plans()]
+    assert len(runs) >= 6
+    for run in (*runs, Exploration().all_runs[0], Run({}, 1, 1)):
+        home = run.measure if inspect.isfunction(run.measure) else type(run.measure)
+        found = module.sources(*module.modules_of(run.measure, run.model))
+        assert Path(inspect.getfile(home)) in found, run.measure
+        assert not any("figure" in file.name or "page" in file.name for file in found)
+        assert run.code in run.key
+    imported = module.sources("teamsight.analysis.pushing.plan")
+    assert Path(str(importlib.import_module("teamsight.analysis.pushing.trials").__file__)) in imported
+
+
+def test_an_edit_of_what_a_measure_imports_makes_another_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "measures_beside.py").write_text("STEPS = 1\n")
+    text = "def measured(world, steps):\n    from measures_beside import STEPS\n    return {'steps': STEPS}\n"
+    (tmp_path / "measures_of_a_test.py").write_text(text)
+    measure = importlib.import_module("measures_of_a_test").measured
+    before = Run({}, 1, 1, measure).key
+    module.code_digest.cache_clear()
+    assert Run({}, 1, 1, measure).key == before
+    (tmp_path / "measures_beside.py").write_text("STEPS = 2\n")
+    module.code_digest.cache_clear()
+    assert Run({}, 1, 1, measure).key != before
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from teamsight.analysis.studies.folder.run_set import RunSet, joined
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.plan import Plan
 from teamsight.analysis.studies.results import StudyResults, open_study
@@ -33,6 +34,9 @@ class Folder:
 
     def read(self, kind: str) -> pa.Table:
         return self.tables.get(kind, pa.table({}))
+
+    def lost(self) -> RunSet:
+        return joined([])
 
 
 def noisy(parameters: Mapping[str, Any], rng: np.random.Generator) -> float:

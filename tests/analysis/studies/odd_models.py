@@ -167,3 +167,7 @@ def half_a_character(world: World, steps: int) -> dict[str, Any]:
 
 def unnamed(world: World, steps: int) -> dict[str, Any]:
     return {"a": 1.0, "": 2.0}
+
+
+def passing_on(robots: int = 2, *, rng: int, **more: Any) -> World:
+    return CMOMMT(robots=robots, **SMALL, **more, rng=rng)

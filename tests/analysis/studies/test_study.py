@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from teamsight import CMOMMT, Cycle, Failures, Study
 from teamsight.analysis.runs.run_many import summary
 from teamsight.analysis.studies.definition.recording import Record, Until
+from tests.analysis.studies.folders import odd
 
 NAMES = ("robots", "targets", "radius", "policy", "speed", "a", "b")
 NUMBERS = st.integers(-(10**6), 10**6) | st.floats(allow_nan=False, allow_infinity=False)
@@ -166,6 +167,14 @@ def test_parameters_are_those_of_the_model() -> None:
         ValueError, match=r"arna: is no parameter of teamsight.agents.model:World; did you mean 'arena'\?"
     ):
         Study(model=model, fixed={"arna": 1}).check()
+
+
+def test_a_parameter_that_a_model_of_any_parameters_passes_on_is_known_there() -> None:
+    """Otherwise each run would fail, after the first was made."""
+    study = odd("passing_on", fixed={"radus": 3.0})
+    with pytest.raises(ValueError, match=r"radus: is no parameter of odd_models:passing_on .*; correct the name"):
+        study.check()
+    odd("passing_on", fixed={"radius": 3.0}).check()
 
 
 def test_the_check_builds_a_world_for_each_value_that_is_no_number() -> None:

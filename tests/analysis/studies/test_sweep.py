@@ -117,7 +117,7 @@ def test_a_changed_study_is_refused_with_the_difference(tmp_path: Path) -> None:
 @pytest.mark.short
 def test_changed_code_is_refused_unless_mixing_is_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sweep(small(), tmp_path / "out")
-    monkeypatch.setattr(checkpoint, "code_digest", lambda: "0123456789abcdef")
+    monkeypatch.setattr(checkpoint, "code_digest", lambda *modules: "0123456789abcdef")
     same_code._check.cache_clear()
     more = small(replicates=4)
     with pytest.raises(ValueError, match="0123456789abcdef"):
@@ -128,9 +128,8 @@ def test_changed_code_is_refused_unless_mixing_is_allowed(tmp_path: Path, monkey
 
 def test_a_worker_with_other_code_ends_the_sweep_and_no_run_fails(tmp_path: Path) -> None:
     """The first shard reaches a worker that wants another version."""
-    message = (
-        rf"worker: has version {checkpoint.code_digest()} of teamsight's code, the sweep has 0123; install the same"
-    )
+    own = checkpoint.code_digest(*same_code.DECIDING)
+    message = rf"worker: has version {own} of teamsight's code, the sweep has 0123; install the same"
     for size in (1, 2):  # with two workers, what compiles notices it first
         with pytest.raises(JobError, match=message):
             sweep(small(), tmp_path / "out", executor=Engine(code="0123", size=size))

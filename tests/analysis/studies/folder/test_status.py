@@ -49,12 +49,12 @@ def snapshot(folder: Path) -> dict[Path, tuple[bytes, int]]:
 def test_done_failed_and_missing_add_up(tmp_path: Path) -> None:
     folder = prepared(tmp_path)
     plan = folder.study.plan()
-    assert status(tmp_path) == Status(12, 0, 0, 12, 0, None, None, (), ())
+    assert status(tmp_path) == Status(12, 0, 0, 12, 0, None, None, (), (), 0, {})
     first, second, *_ = shards(plan)
     folder.write({"runs": part(plan, first)}, names(plan, first))
     folder.write({"failed": failed_part(plan, second)}, names(plan, second))
     before = snapshot(tmp_path)
-    assert status(tmp_path) == Status(12, 3, 3, 6, 0, None, None, (), ())
+    assert status(tmp_path) == Status(12, 3, 3, 6, 0, None, None, (), (), 0, {})
     assert snapshot(tmp_path) == before
 
 
@@ -83,7 +83,7 @@ def test_a_running_sweep_is_shown_with_the_time_left(tmp_path: Path, clock: Cloc
         ((holder, beat),) = now.sweeps
         assert beat is not None
         assert (holder.pid, beat.engine, beat.workers) == (os.getpid(), "local", 2)
-    assert status(tmp_path)[3:] == (100, 0, None, None, (), (), 0)
+    assert status(tmp_path)[3:] == (100, 0, None, None, (), (), 0, {})
     assert found.progress[0].has_ended
 
 

@@ -1,0 +1,162 @@
+"""Draw the pictures of the documentation again: `.venv/bin/python .ci/pictures.py [NAME.png ...]`.
+
+Without a name it draws all of `DRAWN`, each from the committed table by the function that its command calls; a test
+draws them too and compares. Those of `RUN` come from a simulation: their files hold the digest of what made them (a
+script, a table, or the code of a page), and are out of date once it changes. Run it, copy its picture, and name it here
+to mark it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import sys
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib
+import pandas as pd
+
+ROOT = Path(__file__).resolve().parents[1]
+IMAGES = ROOT / "docs" / "images"
+_MARK = b"teamsight-made-by "
+# The most bytes of a picture, less its mark.
+_LARGEST = 199_000
+
+
+def _figure_3() -> bytes:
+    from teamsight.analysis.paper.figures.interface import Conditions
+    from teamsight.analysis.paper.figures.registry import Job, make
+    from teamsight.cli.reproduce import ReproduceSettings, plan_of
+
+    plan = plan_of(ReproduceSettings(figures=("3",)))
+    name, setting = next(iter(plan.settings.items()))
+    return make(Job("3", {}, Conditions(name, setting, plan.root, plan.runs, plan.steps))).pictures["png"]
+
+
+def _of_task(name: str, package: str) -> Callable[[], bytes]:
+    """Return what draws the figure of a task's reproduction."""
+
+    def drawn() -> bytes:
+        from importlib import import_module
+
+        plan = import_module(f"teamsight.analysis.{package}.plan").Plan()
+        table = pd.read_parquet(ROOT / "docs" / "tasks" / f"{name}.parquet")
+        return import_module(f"teamsight.analysis.{package}.figure").draw(table, plan)
+
+    return drawn
+
+
+def _unreliable(sweep: str) -> Callable[[], bytes]:
+    def drawn() -> bytes:
+        from teamsight.analysis.unreliable.figure import draw
+        from teamsight.analysis.unreliable.plan import Plan
+
+        return draw(pd.read_parquet(ROOT / "docs" / "unreliable.parquet"), sweep, Plan())
+
+    return drawn
+
+
+def _lazy_q() -> bytes:
+    from teamsight.analysis.learning.diagnosis import Diagnosis, diagnosis_points
+    from teamsight.analysis.learning.diagnosis_figure import draw
+
+    return draw(diagnosis_points(pd.read_parquet(ROOT / "docs" / "lazy-q.parquet")), Diagnosis().in_words())
+
+
+def _learning_curves() -> bytes:
+    from teamsight.analysis.learning.curve_figure import draw
+    from teamsight.analysis.learning.curve_points import crossings
+    from teamsight.analysis.learning.curves import Curves
+
+    gains = pd.read_parquet(ROOT / "docs" / "learning-curves.parquet")
+    return draw(gains, crossings(gains), Curves())
+
+
+def _evolved() -> bytes:
+    from teamsight.analysis.evolution.page import picture
+
+    table = pd.read_parquet(ROOT / "docs" / "evolved.parquet")
+    return picture(table, table.attrs)
+
+
+#: What draws a picture from the committed tables.
+DRAWN: dict[str, Callable[[], bytes]] = {
+    "collecting.png": _of_task("collecting", "collecting"),
+    "evolved.png": _evolved,
+    "figure-3.png": _figure_3,
+    "foraging.png": _of_task("foraging", "foraging"),
+    "lazy-q.png": _lazy_q,
+    "learning-curves.png": _learning_curves,
+    "pursuit-modules.png": _of_task("pursuit-modules", "pursuit.ono"),
+    "pursuit.png": _of_task("pursuit", "pursuit"),
+    "pushing.png": _of_task("pushing", "pushing"),
+    "unreliable-failures.png": _unreliable("failures"),
+    "unreliable-periods.png": _unreliable("periods"),
+}
+
+#: What runs for long, and the text that makes it, by picture: a file, and its first part that matches.
+RUN: dict[str, tuple[str, str]] = {
+    "contacts.png": ("docs/contacts.md", r"(?s)```python.*```"),
+    "field-of-view.png": ("examples/field_of_view.py", r"(?s).*"),
+    "gathering.png": ("docs/tasks/gathering-index.parquet", r"(?s).*"),
+    "study.png": ("docs/studies.md", r"(?s)```toml.*?```sh.*?```"),
+    "train_team.png": ("examples/train_team.py", r"(?s).*"),
+    "two-teams.gif": ("teamsight/cli/demo.py", r"(?s).*"),
+}
+
+
+def made_by(name: str) -> str:
+    """Return what a picture of `RUN` has to hold: the digest of what makes it."""
+    file, pattern = RUN[name]
+    found = re.search(pattern.encode(), (ROOT / file).read_bytes())
+    assert found is not None, f"{file}: nothing in it makes {name}"
+    return f"{file} {hashlib.sha256(found[0]).hexdigest()[:16]}"
+
+
+def mark_of(content: bytes) -> str:
+    """Return the mark in a PNG or GIF; "" without one."""
+    found = re.search(_MARK + rb"([^\0\n]*)\n", content)
+    return found[1].decode() if found else ""
+
+
+def marked(content: bytes, mark: str) -> bytes:
+    """Return a PNG or GIF with a mark as its comment, instead of the one that it has."""
+    text = _MARK + mark.encode() + b"\n"
+    if content.startswith(b"GIF"):
+        content = re.sub(rb"\x21\xfe." + _MARK + rb"[^\0\n]*\n\0", b"", content, flags=re.DOTALL)
+        return content[:-1] + b"\x21\xfe" + bytes([len(text)]) + text + b"\0" + content[-1:]
+    chunks = _chunk(b"tEXt", b"Comment\0" + text)
+    content = re.sub(rb"(?s)....tEXtComment\0" + _MARK + rb"[^\0\n]*\n....", b"", content)
+    return content[:-12] + chunks + content[-12:]
+
+
+def _chunk(kind: bytes, body: bytes) -> bytes:
+    return len(body).to_bytes(4, "big") + kind + body + zlib.crc32(kind + body).to_bytes(4, "big")
+
+
+def _small(content: bytes) -> bytes:
+    """Return a picture with fewer colours if it is larger than those of the documentation may be."""
+    if len(content) < _LARGEST or content.startswith(b"GIF"):
+        return content
+    import io
+
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    Image.open(io.BytesIO(content)).convert("RGB").quantize(256).save(buffer, "png", optimize=True)
+    return buffer.getvalue()
+
+
+def main(names: list[str]) -> None:
+    """Draw pictures again; those of `RUN` are only marked, once their command has drawn them."""
+    for name in names or DRAWN:
+        place = IMAGES / name
+        content = DRAWN[name]() if name in DRAWN else place.read_bytes()
+        mark = f"matplotlib {matplotlib.__version__}" if name in DRAWN else made_by(name)
+        place.write_bytes(marked(_small(content), mark))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
