@@ -9,6 +9,7 @@ import pandas as pd
 
 from teamsight.analysis.calibration import model
 from teamsight.analysis.calibration.model import PARAMETERS
+from teamsight.analysis.paper.claims import CLAIMS
 from teamsight.analysis.plot import markdown
 
 _UNKNOWN = "–"
@@ -75,6 +76,7 @@ def page(table: pd.DataFrame) -> str:
         "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ".",
         _beside_the_defaults(best, final, "In the final"),
         _beside_the_defaults(best, report, "In the report, on worlds that chose nothing,"),
+        _no_longer_judged(table),
         "## What the gain decides",
         *_on_the_gain(screened, report),
         "## The best settings in the final",
@@ -95,6 +97,18 @@ def page(table: pd.DataFrame) -> str:
         "Claims that hold under no setting: " + (", ".join(model.never(table)) or "none") + ".",
         "Pairs of claims that each hold under some setting, but never both:",
         "\n".join(f"- {first} and {second}" for first, second in model.never_together(table)) or "- none",
+    )
+
+
+def _no_longer_judged(table: pd.DataFrame) -> str:
+    """Return which claims the search judged that have no rule any more, in words; empty if there are none."""
+    names = [name for name, claim in CLAIMS.items() if not claim.rule and name in table]
+    if not names:
+        return ""
+    held = ", ".join(f"{name} ({int(table[name].eq(True).sum())} times)" for name in names)
+    return (
+        f"When the search was made, it also judged what is not decidable any more; how often it held: {held}. Its "
+        "distance is part of the mean distances of the final and of the report."
     )
 
 

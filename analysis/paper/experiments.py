@@ -45,6 +45,10 @@ def _largest(grid: Grid) -> Cells:
     return ((max(grid.robots), 10.0),)
 
 
+def _small_arenas(grid: Grid) -> Cells:
+    return tuple((robots, radius) for robots, radius in grid.cells if robots >= 10 and radius <= 2)
+
+
 def _larger_teams(grid: Grid) -> Cells:
     return tuple((robots, radius) for robots, radius in grid.cells if robots >= 10 and 3 <= radius <= 9)
 
@@ -101,6 +105,8 @@ EXPERIMENTS: Mapping[str, Design] = MappingProxyType(
         "random-walk": Design(_WALK),
         "centroid": Design(_CENTROID),
         "a-cmommt": Design(_A_CMOMMT),
+        "a-cmommt-small-arenas": Design(_A_CMOMMT, _small_arenas),
+        "random-walk-small-arenas": Design(_WALK, _small_arenas),
         "random-walk-crowded": Design(_WALK, lambda grid: ((30, 2.0),), replicates=_RARE),
         "random-walk-half-range": Design({**_WALK, **_HALF}),
         "centroid-larger-teams": Design(_CENTROID, _larger_teams, replicates=_MANY),
@@ -143,7 +149,7 @@ EXPERIMENTS: Mapping[str, Design] = MappingProxyType(
 
 
 def chosen(names: Iterable[str], grid: Grid, setting: Parameters) -> list[Experiment]:
-    """Return the named experiments, each once, in the order of `EXPERIMENTS`, without those that follow others.
+    """Return the named experiments and those that they follow, each once, without those that follow others.
 
     Parameters
     ----------
@@ -197,4 +203,5 @@ def make_chosen(
 
 def _designs(names: Iterable[str]) -> dict[str, Design]:
     wanted = set(names)
+    wanted |= {need for name in wanted for need in EXPERIMENTS[name].follows}
     return {name: design for name, design in EXPERIMENTS.items() if name in wanted}

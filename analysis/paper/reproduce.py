@@ -13,6 +13,7 @@ import pandas as pd
 from teamsight import __version__
 from teamsight.analysis.paper.claims import CLAIMS, Ledger, judge, needed
 from teamsight.analysis.paper.claims.conditions import options, scenario
+from teamsight.analysis.paper.claims.ledger import SEEDS
 from teamsight.analysis.paper.experiments import chosen, make_chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
 from teamsight.analysis.runs import results
@@ -96,7 +97,7 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
     outputs = [f"figure-{name}" for name in names]
     outputs += [file.name for name in plan.figures for file in sorted(folder.glob(f"figure-{name}-*.parquet"))]
     if plan.ledger:
-        outputs += [f"ledger.{kind}" for kind in ("parquet", "md", "json")]
+        outputs += [f"ledger.{kind}" for kind in ("parquet", "md", "html", "json")]
     results.check_results(folder, outputs, checkpoint=checkpoint_in(folder), force=force)
 
 
@@ -115,8 +116,8 @@ def reproduce(
     plan : Plan
         What to reproduce.
     folder : Path
-        An existing folder; it receives ``figure-<name>.parquet`` and pictures, ``ledger.md``, ``ledger.json`` and
-        ``ledger.parquet``.
+        An existing folder; it receives ``figure-<name>.parquet`` and pictures, ``ledger.md``, ``ledger.html``,
+        ``ledger.json`` and ``ledger.parquet``.
     pool : WorkerPool
         Processes that do the work. Results do not depend on it.
     watch : callable
@@ -138,7 +139,10 @@ def reproduce(
     checkpoint = checkpoint_in(folder)
     tables = _simulate(plan, pool, watch, checkpoint)
     _draw(plan, folder, pool, tables, watch, force)
-    ledger = _judge(plan, folder, tables, force) if plan.ledger else None
+    ledger = None
+    if plan.ledger:
+        ledger = _judged(plan, tables, _repeated(plan, pool, tables, watch, checkpoint))
+        _write_ledger(ledger, folder, tables, force)
     checkpoint.forget()
     return ledger
 
@@ -196,9 +200,39 @@ def _draw(
         results.write_results(folder, contents, about, force=force)
 
 
-def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool) -> Ledger:
-    ledger = Ledger(
-        {setting: judge(made, beside=True) for setting, made in tables.items()},
+def _repeated(
+    plan: Plan, pool: WorkerPool, tables: Mapping[str, Mapping[str, pd.DataFrame]], watch: Watch, checkpoint: Checkpoint
+) -> dict[str, dict[str, float]]:
+    """Return for each setting the share of further root seeds under which the claims near their limit hold."""
+    near = {
+        setting: {name: claim for name, claim in CLAIMS.items() if claim.is_near(made, plan.runs)}
+        for setting, made in tables.items()
+    }
+    names = needed({name: claim for claims in near.values() for name, claim in claims.items()}, beside=False)
+    requests = [Request(setting, chosen(names, plan.grid, setting)) for setting in plan.settings.values()]
+    held = {setting: dict.fromkeys(claims, 0) for setting, claims in near.items()}
+    for number in range(SEEDS if names else 0):
+        made = make_chosen(
+            requests, names, pool, root=plan.root + 1 + number, runs=plan.runs, steps=plan.steps, checkpoint=checkpoint
+        )
+        for (setting, claims), found in zip(near.items(), made, strict=True):
+            for name, verdict in judge(found, claims).items():
+                held[setting][name] += bool(verdict.holds)
+        watch("repeating", number + 1, SEEDS)
+    return {setting: {name: count / SEEDS for name, count in counts.items()} for setting, counts in held.items()}
+
+
+def _judged(
+    plan: Plan, tables: Mapping[str, Mapping[str, pd.DataFrame]], shares: Mapping[str, Mapping[str, float]]
+) -> Ledger:
+    return Ledger(
+        {
+            setting: {
+                name: verdict._replace(share=shares[setting].get(name))
+                for name, verdict in judge(made, beside=True).items()
+            }
+            for setting, made in tables.items()
+        },
         plan.conditions(),
         {name: scenario(claim, tables, plan.steps) for name, claim in CLAIMS.items()},
         {
@@ -206,6 +240,11 @@ def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFr
             for setting in tables
         },
     )
+
+
+def _write_ledger(
+    ledger: Ledger, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFrame]], force: bool
+) -> None:
     claimed = needed()
     runs = [
         found.assign(setting=setting, experiment=name)
@@ -216,7 +255,7 @@ def _judge(plan: Plan, folder: Path, tables: Mapping[str, Mapping[str, pd.DataFr
     contents: dict[str, results.Content] = {
         "ledger.parquet": pd.concat(runs, ignore_index=True),
         "ledger.md": ledger.to_markdown(),
+        "ledger.html": ledger.to_html(),
         "ledger.json": ledger.to_json(),
     }
-    results.write_results(folder, contents, plan.conditions(), force=force)
-    return ledger
+    results.write_results(folder, contents, ledger.conditions, force=force)

@@ -6,9 +6,9 @@ import contextlib
 import math
 import sys
 from collections.abc import Iterator
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
-from rich import box
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -19,7 +19,6 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
-from rich.table import Table
 
 from teamsight.cli.errors import printable
 from teamsight.cli.streams import LossyStream, give_up, named
@@ -98,27 +97,9 @@ def say(line: str) -> None:
 
 
 def show_ledger(ledger: Ledger) -> None:
-    """Print the ledger, one column for each setting."""
-    console = wide_console()
-    table = Table(title="The paper's claims", title_justify="left", box=box.SIMPLE_HEAD)
-    table.add_column("claim", no_wrap=True)
-    table.add_column("the paper says", max_width=44)
-    table.add_column("its figure", max_width=16)
-    for setting in ledger.settings:
-        table.add_column(setting, max_width=40)
-    table.add_column("conditions", max_width=30)
-    for name, claim in ledger.claims().items():
-        found = [ledger.verdicts[setting][name] for setting in ledger.settings]
-        words = (
-            f"[{'green' if v.holds else 'red'}]{'holds' if v.holds else 'differs'}[/]  "
-            + "; ".join((v.measured, *v.beside))
-            for v in found
-        )
-        table.add_row(name, f"{claim.statement} ({claim.where})", claim.figure, *words, ledger.scenarios[name])
-    console.print(table)
-    total = len(ledger.claims())
-    for setting in ledger.settings:
-        console.print(f"{setting}: {ledger.holding(setting)} of {total} claims hold", highlight=False)
+    """Print the ledger, one line for each claim, and what it comes to."""
+    for line in (*ledger.lines(), "", *(part for text in ledger.summaries() for part in wrap(text, 80))):
+        say(line)
 
 
 class _Output(Console):

@@ -52,9 +52,13 @@ def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], t
     assert status == 0
     content = json.loads((tmp_path / "ledger.json").read_text(encoding="utf-8"))
     assert [record["claim"] for record in content["claims"]] == list(CLAIMS)
+    lines = out.splitlines()
     for record in content["claims"]:
-        assert record["claim"] in out
-    assert f"defaults: {content['holding']['defaults']} of {len(CLAIMS)} claims hold" in out
+        (line,) = [line for line in lines if f" {record['claim']} " in line]
+        assert len(line) <= 80
+    decidable = sum(bool(claim.rule) for claim in CLAIMS.values())
+    assert f"defaults: {content['holding']['defaults']} of {decidable} claims hold" in out
+    assert "<section" in (tmp_path / "ledger.html").read_text(encoding="utf-8")
     assert (tmp_path / "ledger.md").read_text(encoding="utf-8").count("\n| ") == 2 + len(CLAIMS)
     assert {"setting", "experiment", "seed"} <= set(pd.read_parquet(tmp_path / "ledger.parquet").columns)
 

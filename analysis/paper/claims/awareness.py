@@ -45,6 +45,7 @@ def awareness_gain(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     rule="largest gain in R = 2..6, and mean over N within ±5 pp at R = 8 and at R = 9",
     needs=("a-cmommt", "centroid"),
     trivial=("random-walk", "centroid"),
+    tuned=("gain",),
 )
 def awareness_where(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     return where(gain(acmommt, centroid))

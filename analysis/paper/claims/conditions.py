@@ -62,10 +62,10 @@ def _worlds(table: pd.DataFrame) -> str:
     # Values that are swept are counted as runs of their own.
     runs = table["replicate"].nunique() if "replicate" in table else int(cells.max())
     robots, radii, targets = (sorted(set(table[name])) for name in ("robots", "radius", "targets"))
-    return f"N = {_span(robots)}, R = {_span(radii)}, {_span(targets)} targets, {runs} runs a cell"
+    return f"N = {span(robots)}, R = {span(radii)}, {span(targets)} targets, {runs} runs a cell"
 
 
-def _span(values: Sequence[float]) -> str:
+def span(values: Sequence[float]) -> str:
     """Return ascending values in words, whole numbers without gaps as a range."""
     if len(values) > 2 and all(later - value == 1 for value, later in pairwise(values)):
         return f"{values[0]:g}..{values[-1]:g}"

@@ -14,6 +14,7 @@ _D1, _D2 = 0.481, 0.769
     statement="inputs d against N for Θ(0), Θ(1), Θ(N), o(N); search space p^d",
     figure="n = 16, δ = 16, σ = 2, N = 1..30",
     rule="exact",
+    by_construction=True,
 )
 def degrees() -> Finding:
     from teamsight.analysis.search_space import inputs, log10_size
@@ -27,7 +28,7 @@ def degrees() -> Finding:
         or not np.isclose(log10_size(inputs(degree, team), 10), fixed + per_robot * team)
     ]
     largest = ", ".join(str(inputs(degree, 30)) for degree in paper)
-    measured = f"{largest} inputs at N = 30" if not wrong else f"wrong for {wrong[0][0]} at N = {wrong[0][1]}"
+    measured = f"{largest} inputs; at N = 30" if not wrong else f"wrong for {wrong[0][0]} at N = {wrong[0][1]}"
     return measured, 2.0 if wrong else 0.0
 
 
@@ -36,6 +37,7 @@ def degrees() -> Finding:
     statement="the repulsive force: −1 below d1, linear to 0 at d2, 0 beyond",
     figure="shape",
     rule="exact",
+    by_construction=True,
 )
 def repulsion() -> Finding:
     from teamsight.policies.handmade.forces import repulsion

@@ -27,20 +27,31 @@ class Verdict(NamedTuple):
 
     Attributes
     ----------
-    holds : bool
-        Whether the claim holds.
+    holds : bool or None
+        Whether the claim holds; None if it is not decidable.
     measured : str
-        What was measured, in words.
+        What was measured, in words: the key number, and what belongs to it after a semicolon.
     distance : float
         Distance of the measurement from the paper's figure, in tolerances of the rule; up to 1 the claim holds.
     beside : tuple of str
         What is reported beside it and decides nothing.
+    is_trivial : bool
+        Whether a random walk holds under the same rule.
+    share : float or None
+        Share of further root seeds under which the claim holds, if it is near its limit.
     """
 
-    holds: bool
+    holds: bool | None
     measured: str
     distance: float
     beside: tuple[str, ...] = ()
+    is_trivial: bool = False
+    share: float | None = None
+
+    @property
+    def key(self) -> str:
+        """The key number of what was measured."""
+        return self.measured.partition(";")[0]
 
 
 #: What was measured, in words, and its distance from each part of a rule, in tolerances.
@@ -77,17 +88,22 @@ class Claim:
     figure : str
         The number that the paper gives, or its word where it gives none.
     rule : str
-        The statistic and the tolerance by which `decide` decides.
+        The statistic and the tolerance by which `decide` decides. Empty if nothing that is measured could contradict
+        the claim: it is not decidable.
     needs : tuple of str
         Names of the experiments that `decide` reads.
     decide : callable
         Takes the tables of these experiments in this order. Returns what was measured, in words, and for each part of
-        the rule the distance in tolerances; up to 1 the part holds.
+        the rule the distance in tolerances; up to 1 the part holds. Without a rule there is no distance.
     trivial : tuple of str
         Names of experiments to which the rule is applied as well, in the order of `needs`, with a random walk in the
         place of the policy. A rule that holds there says little. Empty where a random walk is not comparable.
     remark : Remark, optional
         What is measured beside.
+    by_construction : bool
+        Whether it holds because the code does what the claim says, whatever is simulated.
+    tuned : tuple of str
+        Options of policies whose values the preset has because the claim holds with them.
     """
 
     where: str
@@ -98,6 +114,8 @@ class Claim:
     decide: Decide
     trivial: tuple[str, ...] = ()
     remark: Remark | None = None
+    by_construction: bool = False
+    tuned: tuple[str, ...] = ()
 
     def reads(self, *, beside: bool) -> set[str]:
         """Return the names of the experiments that decide, and of those that are reported beside."""
@@ -115,18 +133,39 @@ class Claim:
             Also report what a random walk gives under the same rule, and the remark.
         """
         holds, measured, distance = self._apply(tables, self.needs)
-        found = []
+        found, is_trivial = [], False
         if beside and self.remark:
             found.append(self.remark.say(*(tables[name] for name in self.remark.needs)))
         if beside and self.trivial:
             as_well, walked, _ = self._apply(tables, self.trivial)
+            is_trivial = bool(as_well)
             found.append(f"a random walk {'holds' if as_well else 'differs'}: {walked}")
-        return Verdict(holds, measured, distance, tuple(found))
+        return Verdict(holds, measured, distance, tuple(found), is_trivial)
 
-    def _apply(self, tables: Tables, names: tuple[str, ...]) -> tuple[bool, str, float]:
+    def is_near(self, tables: Tables, runs: int) -> bool:
+        """Return whether the claim is near its limit: the verdict is another if one run of each cell is left out.
+
+        Parameters
+        ----------
+        tables : mapping of str to DataFrame
+            One row a run.
+        runs : int
+            Runs of each cell. Of an experiment with more of them, the same share is left out. Of fewer than three, one
+            is too large a part: no claim is near its limit then.
+        """
+        if runs < 3 or not (self.rule and self.needs):
+            return False
+        holds, *_ = self._apply(tables, self.needs)
+        fewer = (
+            {name: tables[name][tables[name]["replicate"] % runs != left_out] for name in self.needs}
+            for left_out in range(runs)
+        )
+        return any(self._apply(one, self.needs)[0] != holds for one in fewer)
+
+    def _apply(self, tables: Tables, names: tuple[str, ...]) -> tuple[bool | None, str, float]:
         measured, *distances = self.decide(*(tables[name] for name in names))
-        worst = max(distances)
-        return worst <= 1.0, measured, min(worst, _LARGE)
+        worst = max(distances, default=0.0)
+        return worst <= 1.0 if self.rule else None, measured, min(worst, _LARGE)
 
 
 def claim(
@@ -138,9 +177,14 @@ def claim(
     needs: tuple[str, ...] = (),
     trivial: tuple[str, ...] = (),
     remark: Remark | None = None,
+    by_construction: bool = False,
+    tuned: tuple[str, ...] = (),
 ) -> Callable[[Decide], Claim]:
     """Return a decorator that turns the function which decides on a claim into the `Claim`."""
-    return partial(Claim, where, statement, figure, rule, needs, trivial=trivial, remark=remark)
+    return partial(
+        Claim, where, statement, figure, rule, needs, trivial=trivial, remark=remark, by_construction=by_construction,
+        tuned=tuned,
+    )  # fmt: skip
 
 
 def within(value: float, target: float, tolerance: float) -> float:

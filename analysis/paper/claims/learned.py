@@ -1,4 +1,7 @@
-"""Claims about the gain from awareness of learned teams (section 8, Fig. 11), judged on many explorations."""
+"""Claims about the gain from awareness of learned teams (section 8, Fig. 11), judged on many explorations.
+
+The paper's learner decides, as it is printed. What another learner gives under the same rule stands beside it.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.paper.claims.interface import PREFERRED, Finding, above, at_least, claim, within
+from teamsight.analysis.paper.claims.conditions import span
+from teamsight.analysis.paper.claims.interface import PREFERRED, Finding, Remark, above, at_least, claim, within
 from teamsight.analysis.paper.lazy_teams import LITERAL, SLOPES, Reading
 from teamsight.analysis.paper.learned_gain import Gains, gains_of
 from teamsight.analysis.stats.paired import Interval, interval_of
@@ -20,11 +24,28 @@ _UNLIKELY = 0.01
 # How often the null is drawn, and from which seed.
 _DRAWS, _SEED = 1_000, 11
 
-_RULE_NULL = "; beside: how often the rule holds if the sign of each exploration's gain is random"
-_BOTH = (SLOPES.cooperative, SLOPES.collective, LITERAL.cooperative, LITERAL.collective)
+_NEEDS = (LITERAL.cooperative, LITERAL.collective)
+_BOTH = (*_NEEDS, SLOPES.cooperative, SLOPES.collective)
 
 #: Takes gains and returns what was measured, in words, and the distance from each part of a rule.
 Rule = Callable[[Gains], Finding]
+
+
+def _beside(
+    rule: Rule,
+    cooperative: pd.DataFrame,
+    collective: pd.DataFrame,
+    slopes_cooperative: pd.DataFrame,
+    slopes_collective: pd.DataFrame,
+) -> str:
+    """Return what the other learner gives under a rule, and how often each holds by chance, in words."""
+    own, other = gains_of(cooperative, collective), gains_of(slopes_cooperative, slopes_collective)
+    measured, *distances = rule(other)
+    return (
+        f"{_named(LITERAL, cooperative)}: if the sign of each exploration's gain is random, the rule holds in "
+        f"{null_rate(rule, own):.1%} of {_DRAWS} draws; not the paper's learner, {_named(SLOPES, slopes_cooperative)}: "
+        f"{'holds' if max(distances) <= 1 else 'differs'}, {measured} (random signs: {null_rate(rule, other):.1%})"
+    )
 
 
 @claim(
@@ -35,7 +56,8 @@ Rule = Callable[[Gains], Finding]
         "exact in every exploration of the setting; rotations and distances uniform: no p-value (Kolmogorov–Smirnov) "
         "below 1 % over the number of tests"
     ),
-    needs=(SLOPES.cooperative,),
+    needs=(LITERAL.cooperative,),
+    by_construction=True,
 )
 def memory_size(cooperative: pd.DataFrame) -> Finding:
     found = cooperative.drop_duplicates("exploration")
@@ -44,7 +66,7 @@ def memory_size(cooperative: pd.DataFrame) -> Finding:
     likelihoods = found[["rotation_p", "distance_p"]].to_numpy()
     least, limit = float(likelihoods.min()), _UNLIKELY / likelihoods.size
     measured = "; ".join(
-        f"{transitions} transitions: {steps} steps × {robots} robots among {targets} targets"
+        f"{transitions} transitions; {steps} steps × {robots} robots among {targets} targets"
         for transitions, robots, steps, targets in sizes.itertuples(index=False)
     )
     return (
@@ -59,18 +81,19 @@ def memory_size(cooperative: pd.DataFrame) -> Finding:
     where="§8.2, Fig. 11",
     statement="lazy learning: cooperative (32 inputs) minus collective (16)",
     figure="up to 25 pp",
-    rule=f"largest cell of the mean surface over the explorations 25 ± 8 pp{_RULE_NULL}",
-    needs=_BOTH,
+    rule="largest cell of the mean surface over the explorations 25 ± 8 pp",
+    needs=_NEEDS,
+    remark=Remark(_BOTH, lambda *tables: _beside(_largest, *tables)),
 )
-def learned_gain(*tables: pd.DataFrame) -> Finding:
-    return _judged(_largest, *tables)
+def learned_gain(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
+    return _largest(gains_of(cooperative, collective))
 
 
 def _largest(gains: Gains) -> Finding:
     row, column = np.unravel_index(int(gains.mean.argmax()), gains.mean.shape)
     most = interval_of(gains.values[:, row, column])
     cell = f"N = {gains.robots[row]}, R = {gains.radius[column]:g}"
-    return f"{most.mean:.1f} pp {_ends(most)} at {cell}", within(most.mean, 25, 8)
+    return f"{most.mean:.1f} pp {_ends(most)}; at {cell}", within(most.mean, 25, 8)
 
 
 @claim(
@@ -80,17 +103,18 @@ def _largest(gains: Gains) -> Finding:
     rule=(
         "of the mean surface over the explorations: peak in R = 2..6; mean over N within ±5 pp at R = 8 and at R = 9; "
         "for R = 2..6 mean over N = 20..30 above that over N = 2..6 (interval above 0), and falls below a sixth of the "
-        f"largest gain at a larger R{_RULE_NULL}"
+        "largest gain at a larger R"
     ),
-    needs=_BOTH,
+    needs=_NEEDS,
+    remark=Remark(_BOTH, lambda *tables: _beside(_shape, *tables)),
 )
-def learned_shape(*tables: pd.DataFrame) -> Finding:
-    return _judged(_shape, *tables)
+def learned_shape(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
+    return _shape(gains_of(cooperative, collective))
 
 
 def _shape(gains: Gains) -> Finding:
     mean, radius = gains.mean, gains.radius
-    top = radius[int(mean.max(axis=0).argmax())]
+    top, by_radius = radius[int(mean.max(axis=0).argmax())], mean.mean(axis=0)
     large = {one: float(mean[:, radius == one].mean()) for one in (8.0, 9.0) if one in radius}
     few, many = (_among(gains, *limits) for limits in ((2, 6), (20, 30)))
     preferred = (radius >= PREFERRED[0]) & (radius <= PREFERRED[1])
@@ -98,9 +122,9 @@ def _shape(gains: Gains) -> Finding:
     faded = _FADED * float(mean.max())
     first, last = (_fades(profile.mean(axis=0), radius, faded) for profile in (few, many))
     ends = " against ".join("beyond 9" if end == np.inf else f"{end:g}" for end in (last, first))
-    places = ", ".join(f"{value:+.1f} pp at R = {one:g}" for one, value in large.items())
+    places = f"at R = {span([*map(float, radius)])}: {', '.join(f'{value:+.1f}' for value in by_radius)} pp"
     return (
-        f"peak at R = {top:g}; {places}; many less few robots {growth.mean:+.1f} pp {_ends(growth)}; under "
+        f"peak at R = {top:g}; mean over N {places}; many less few robots {growth.mean:+.1f} pp {_ends(growth)}; under "
         f"{faded:.2g} pp from R = {ends}",
         at_least(float(PREFERRED[0] <= top <= PREFERRED[1]), 1),
         within(max(map(abs, large.values()), default=0.0), 0, 5),
@@ -127,11 +151,12 @@ def _fades(profile: NDArray[np.float64], radius: NDArray[np.float64], faded: flo
     where="§8.2, Fig. 11",
     statement="in very large arenas with few robots awareness slightly hurts",
     figure="slightly negative",
-    rule=f"mean over N ≤ 8, R ≥ 7 and the explorations below 0 (interval below 0){_RULE_NULL}",
-    needs=_BOTH,
+    rule="mean over N ≤ 8, R ≥ 7 and the explorations below 0 (interval below 0)",
+    needs=_NEEDS,
+    remark=Remark(_BOTH, lambda *tables: _beside(_hurt, *tables)),
 )
-def learned_hurts(*tables: pd.DataFrame) -> Finding:
-    return _judged(_hurt, *tables)
+def learned_hurts(cooperative: pd.DataFrame, collective: pd.DataFrame) -> Finding:
+    return _hurt(gains_of(cooperative, collective))
 
 
 def _hurt(gains: Gains) -> Finding:
@@ -148,41 +173,24 @@ def _hurt(gains: Gains) -> Finding:
         "means over the grid and the explorations: cooperative minus a random walk above 0 (interval above 0), minus "
         "A-CMOMMT below 0 (interval below 0)"
     ),
-    needs=(SLOPES.cooperative, LITERAL.cooperative, "random-walk-more", "a-cmommt-more"),
+    needs=(LITERAL.cooperative, "random-walk-more", "a-cmommt-more"),
+    remark=Remark((SLOPES.cooperative, "random-walk-more", "a-cmommt-more"), lambda *tables: _other_between(*tables)),
 )
-def learned_below_designed(
-    slopes: pd.DataFrame, literal: pd.DataFrame, walk: pd.DataFrame, acmommt: pd.DataFrame
-) -> Finding:
-    measured, *distances = _between(slopes, walk, acmommt)
-    beside, *_ = _between(literal, walk, acmommt)
-    observed = 100 * walk["observed_fraction"].mean(), 100 * acmommt["observed_fraction"].mean()
-    worlds = f"random walk {observed[0]:.1f} %, A-CMOMMT {observed[1]:.1f} %"
-    return f"{_named(SLOPES, slopes)}: {measured}; {_named(LITERAL, literal)}: {beside}; {worlds}", *distances
-
-
-def _between(cooperative: pd.DataFrame, walk: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
+def learned_below_designed(cooperative: pd.DataFrame, walk: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
     more, less = (gains_of(cooperative, base).average() for base in (walk, acmommt))
-    measured = f"random walk {more.mean:+.1f} pp {_ends(more)}, A-CMOMMT {less.mean:+.1f} pp {_ends(less)}"
-    return measured, above(more.low, 0), above(0, less.high)
-
-
-def _judged(
-    rule: Rule,
-    cooperative: pd.DataFrame,
-    collective: pd.DataFrame,
-    literal_cooperative: pd.DataFrame,
-    literal_collective: pd.DataFrame,
-) -> Finding:
-    """Return the finding of a rule on the slopes, and in words that on the literal reading."""
-    gains, literal = gains_of(cooperative, collective), gains_of(literal_cooperative, literal_collective)
-    measured, *distances = rule(gains)
-    beside, *others = rule(literal)
-    verdict, chance = "holds" if max(others) <= 1 else "differs", f"{100 * null_rate(rule, gains):.1f} %"
+    observed = 100 * walk["observed_fraction"].mean(), 100 * acmommt["observed_fraction"].mean()
     return (
-        f"{_named(SLOPES, cooperative)}: {measured} (under the null the rule holds in {chance} of {_DRAWS} draws); "
-        f"{_named(LITERAL, literal_cooperative)}: {verdict}, {beside}",
-        *distances,
+        f"{more.mean:+.1f} pp over a random walk; {_ends(more)}; {less.mean:+.1f} pp over A-CMOMMT {_ends(less)}; "
+        f"random walk {observed[0]:.1f} %, A-CMOMMT {observed[1]:.1f} %",
+        above(more.low, 0),
+        above(0, less.high),
     )
+
+
+def _other_between(cooperative: pd.DataFrame, walk: pd.DataFrame, acmommt: pd.DataFrame) -> str:
+    measured, *distances = learned_below_designed.decide(cooperative, walk, acmommt)
+    verdict = "holds" if max(distances) <= 1 else "differs"
+    return f"not the paper's learner, {_named(SLOPES, cooperative)}: {verdict}, {measured}"
 
 
 def null_rate(rule: Rule, gains: Gains) -> float:

@@ -59,6 +59,7 @@ def collective_large(centroid: pd.DataFrame) -> Finding:
     rule="maximum minus minimum over N = 10..30, averaged over R = 3..9, ≤ 15 pp, with eight times the runs",
     needs=("centroid-larger-teams",),
     trivial=("random-walk-larger-teams",),
+    tuned=("idle",),
 )
 def collective_flat(centroid: pd.DataFrame) -> Finding:
     cells = part(percent(centroid), (10, 30), (3, 9))
@@ -77,7 +78,7 @@ def collective_flat(centroid: pd.DataFrame) -> Finding:
 def small_arena_policy(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     difference = part(percent(acmommt) - percent(centroid), (5, 30), (1, 1)).iloc[:, 0].abs()
     most = float(difference.max())
-    return f"up to {most:.1f} pp, {difference.mean():.1f} pp on average", at_most(most, 10)
+    return f"up to {most:.1f} pp; {difference.mean():.1f} pp on average", at_most(most, 10)
 
 
 @claim(
@@ -100,8 +101,8 @@ def acmommt_monotonic(acmommt: pd.DataFrame) -> Finding:
     statement="100 % is easily reached in small arenas",
     figure="100 %",
     rule="≥ 99 % at R ≤ 2 for N ≥ 10",
-    needs=("a-cmommt",),
-    trivial=("random-walk",),
+    needs=("a-cmommt-small-arenas",),
+    trivial=("random-walk-small-arenas",),
 )
 def acmommt_full(acmommt: pd.DataFrame) -> Finding:
     least = float(part(percent(acmommt), (10, 30), (1, 2)).to_numpy().min())
@@ -119,7 +120,7 @@ def acmommt_full(acmommt: pd.DataFrame) -> Finding:
 def acmommt_saturates(acmommt: pd.DataFrame) -> Finding:
     few, ten, many = (average(part(percent(acmommt), (robots, robots))) for robots in (1, 10, 30))
     first, later = ten - few, many - ten
-    return f"+{first:.0f} pp to N = 10, then {later:+.0f} pp to 30", above(first / 2, later)
+    return f"{first:+.0f} pp to N = 10, {later:+.0f} pp to 30", above(first / 2, later)
 
 
 @claim(
@@ -129,6 +130,7 @@ def acmommt_saturates(acmommt: pd.DataFrame) -> Finding:
     rule="50 ± 8 %, with ten times the runs",
     needs=("a-cmommt-r10",),
     trivial=("random-walk-r10",),
+    tuned=("gain",),
 )
 def acmommt_r10(acmommt: pd.DataFrame) -> Finding:
     share = _share(acmommt)

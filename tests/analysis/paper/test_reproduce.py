@@ -8,14 +8,16 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from teamsight.analysis.paper import lazy_teams
-from teamsight.analysis.paper.claims import CLAIMS, needed
+from teamsight.analysis.paper import reproduce as paper
+from teamsight.analysis.paper.claims import CLAIMS, Claim, needed
 from teamsight.analysis.paper.experiments import EXPERIMENTS, chosen
 from teamsight.analysis.paper.figures import FIGURES
 from teamsight.analysis.paper.reproduce import Plan, reproduce
-from teamsight.analysis.runs.experiment import QUICK
+from teamsight.analysis.runs.experiment import QUICK, Request
 from teamsight.analysis.runs.workers import WorkerPool
 
 ROOT = Path(__file__).parents[3]
@@ -72,3 +74,24 @@ def test_a_figure_alone_is_the_same_as_among_others(tmp_path: Path) -> None:
     for kind in ("parquet", "png"):
         alone, among = ((tmp_path / folder / f"figure-5.{kind}").read_bytes() for folder in ("5", "4-5-6"))
         assert alone == among
+
+
+def test_claims_near_their_limit_are_judged_under_the_seeds_that_follow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = []
+
+    def make(requests: list[Request], names: set[str], pool: object, *, root: int, **how: object) -> list[dict[str, object]]:
+        given.append(root)
+        assert {one.name for request in requests for one in request.experiments} == names == {"a-cmommt-small-arenas"}
+        share = 0.995 if root % 4 else 0.5
+        runs = {"robots": [10], "radius": [1.0], "observed_fraction": [share]}
+        return [{"a-cmommt-small-arenas": pd.DataFrame(runs)} for _ in requests]
+
+    monkeypatch.setattr(Claim, "is_near", lambda claim, tables, runs: claim is CLAIMS["acmommt-full"])
+    monkeypatch.setattr(paper, "make_chosen", make)
+    plan = Plan({"defaults": {}}, (), grid=QUICK, root=2000)
+    with WorkerPool(1) as pool:
+        shares = paper._repeated(plan, pool, {"defaults": {}}, lambda *of: None, paper.checkpoint_in(tmp_path))
+    assert given == list(range(2001, 2021))
+    assert shares == {"defaults": {"acmommt-full": 0.75}}
