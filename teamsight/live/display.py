@@ -110,9 +110,10 @@ class Display:
             {one.name: one.shown(seed if one.name == "seed" else track.value(one.name)) for one in self._controls}
             for track in tracks
         ]
-        for name, value, track in (map(one.fields.get, ("name", "value", "track")) for one in wanted):
+        for fields in (one.fields for one in wanted):
+            track = fields["track"]
             for shown in values if track is None else values[track : track + 1]:
-                shown[name] = value
+                shown[fields["name"]] = fields["value"]
         controls = [one.as_json() for one in self._controls]
         self._board.post("controls", protocol.text("controls", controls=controls, values=values))
 
