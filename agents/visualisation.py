@@ -84,6 +84,8 @@ def make_world_component(
 ) -> Callable[[World], Any]:
     """Return a component for mesa's ``SolaraViz`` that draws agents, walls, obstacles and sensing ranges.
 
+    The page needs a network: solara fetches its scripts from a CDN, unless ``solara[assets]`` is installed.
+
     Parameters
     ----------
     agent_portrayal : callable, optional

@@ -1,6 +1,7 @@
 """Watch the paper's team in a browser: ``solara run examples/watch.py``.
 
-It needs mesa's visualisation: ``pip install 'teamsight[viz]'``. Robots and their sensing ranges are blue;
+It needs mesa's visualisation, ``pip install 'teamsight[viz]'``, and a network, since solara fetches the scripts of its
+page from a CDN (without one: ``pip install 'solara[assets]'`` beforehand). Robots and their sensing ranges are blue;
 targets are orange, and pale while no robot observes them.
 """
 

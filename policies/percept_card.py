@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -57,7 +57,8 @@ def _senses(percept: PerceptOfOne) -> dict[str, NeighboursOfOne]:
     named = {"targets": percept.targets, "teammates": percept.teammates}
     if len(percept.relayed.distance):
         named["relayed"] = percept.relayed
-    return {**named, **dict(zip(percept.channels._fields, percept.channels, strict=True))}
+    others: Any = percept.channels
+    return {**named, **others._asdict()}
 
 
 def _rows(name: str, seen: NeighboursOfOne, percept: PerceptOfOne) -> list[tuple[str, ...]]:

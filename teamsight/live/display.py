@@ -110,10 +110,10 @@ class Display:
             {one.name: one.shown(seed if one.name == "seed" else track.value(one.name)) for one in self._controls}
             for track in tracks
         ]
-        for one in wanted:
-            track = one.fields.get("track")
+        for fields in (one.fields for one in wanted):
+            track = fields["track"]
             for shown in values if track is None else values[track : track + 1]:
-                shown[one.fields["name"]] = one.fields["value"]
+                shown[fields["name"]] = fields["value"]
         controls = [one.as_json() for one in self._controls]
         self._board.post("controls", protocol.text("controls", controls=controls, values=values))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -196,7 +197,8 @@ class Careful(Policy):
 
 def rule(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
     """A policy for one robot."""
-    return rng.normal() + len(percept.teammates.identity), percept.speed * rng.random()
+    turn = rng.normal() + len(percept.teammates.identity)
+    return math.remainder(turn, 2 * math.pi), percept.speed * rng.random()
 
 
 class Own(Robot):
