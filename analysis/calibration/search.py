@@ -90,7 +90,7 @@ HERE = Simulator()
 
 def score(verdicts: Mapping[str, Verdict]) -> tuple[int, float]:
     """Return the number of claims that hold, and their mean distance from the paper's figures, in tolerances."""
-    holding = sum(verdict.holds for verdict in verdicts.values())
+    holding = sum(verdict.holds is True for verdict in verdicts.values())
     return holding, sum(min(verdict.distance, _FARTHEST) for verdict in verdicts.values()) / len(verdicts)
 
 
