@@ -70,10 +70,11 @@ def _pass_on(plan: Plan, model: str, components: Components) -> None:
         team = {TREATMENT: "explore"} if isinstance(made, TaskModel) and made.task.explore is not None else {}
         made(**{**given, **team}, rng=0)
     except TypeError as error:
-        found = re.search(r"unexpected keyword argument '(\w+)'", str(error))
-        if found and found[1] in plan.names:
+        # As Python says it, or a class of worlds.
+        found = re.search(r"unexpected keyword argument '(\w+)'|^(\w+)=.*: unknown;", str(error))
+        if found and (name := found[1] or found[2]) in plan.names:
             raise ValueError(
-                f"{found[1]}: is no parameter of {model} ({error}); correct the name, or leave it out"
+                f"{name}: is no parameter of {model} ({error}); correct the name, or leave it out"
             ) from error
     except BaseException as error:
         failure_of(error)  # raises an interrupt of this process again; others are left to the runs
