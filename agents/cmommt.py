@@ -16,7 +16,7 @@ from teamsight.agents.cmommt_numbers import checked_numbers
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
-from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape
+from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape, SeedLike
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
@@ -117,7 +117,7 @@ class CMOMMT(World):
         "touzet2000" sets parameters that are not given to the values chosen by calibration. Its policy options apply to
         a policy given by name, if it has them.
     rng, seed : int, optional
-        Two names for the seed.
+        Two names for the seed; see `World` for what else they may be.
 
     Attributes
     ----------
@@ -156,8 +156,8 @@ class CMOMMT(World):
         target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
         events: EventSource | Sequence[EventSource] | None = _DEFAULT["events"],
         preset: PresetName | None = None,
-        rng: int | None = None,
-        seed: int | None = None,
+        rng: SeedLike = None,
+        seed: SeedLike = None,
     ) -> None:
         values: dict[str, Any] = {
             "robots": robots, "targets": targets, "radius": radius, "policy": policy, "awareness": awareness,
@@ -259,7 +259,7 @@ class CMOMMT(World):
         if isinstance(policy, Policy) and "targets" in policy.needs:
             self.senses(self.targets, self.robots)
 
-    def reset(self, rng: int | None = None) -> None:
+    def reset(self, rng: SeedLike = None) -> None:
         """Start again, and collect the present values; see `World.reset`."""
         super().reset(rng)
         self._draw_target_speeds()

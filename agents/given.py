@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Literal, Protocol, TypeAlias
 
+import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
@@ -40,3 +41,9 @@ class Arrayed(Protocol):
 Numbers: TypeAlias = float | Sequence[float] | Sequence[Arrayed] | Arrayed
 Points: TypeAlias = Sequence[float] | Sequence[Sequence[float]] | Sequence[Arrayed] | Arrayed
 Rows: TypeAlias = Sequence[int] | Arrayed
+
+# What `numpy.random.default_rng` takes, as SPEC 7 of Scientific Python wants it of every `rng`.
+SeedLike: TypeAlias = (
+    int | Sequence[int] | npt.NDArray[np.integer[Any]] | np.random.SeedSequence | np.random.BitGenerator
+    | np.random.Generator | np.random.RandomState | None
+)  # fmt: skip

@@ -16,7 +16,7 @@ from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, te
 from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.decisions.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape
+from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape, SeedLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.live_setting import SettingOfGroups
@@ -48,9 +48,10 @@ class World(RunMethods):
     ----------
     arena : Arena
         The arena: `Disc`, `Box`, `Torus`, or a class of your own.
-    rng : int, optional
-        The seed. By default a new one is drawn; see `seed_used`.
-    seed : int, optional
+    rng : int, array_like of int, SeedSequence, BitGenerator or Generator, optional
+        The seed; see `seed_used`. By default a new one is drawn, and from anything but a whole number, as
+        ``numpy.random.default_rng(rng).integers(2**53)``: a generator goes on by that, so the next world differs.
+    seed : int or as `rng`, optional
         Another name for `rng`.
 
     Attributes
@@ -65,7 +66,7 @@ class World(RunMethods):
     Raises
     ------
     TypeError, ValueError
-        If `arena` is not an arena, a seed is not a whole number of at least 0, or `rng` and `seed` differ.
+        If `arena` is missing or not an arena, a seed is negative or of another type, or `rng` and `seed` differ.
 
     Notes
     -----
@@ -77,7 +78,11 @@ class World(RunMethods):
 
     clock: Clock
 
-    def __init__(self, arena: Arena, *, rng: int | None = None, seed: int | None = None) -> None:
+    # Without a default for the arena, Python's own error would come first, which names no cure.
+    def __init__(self, arena: Arena = None, *, rng: SeedLike = None, seed: SeedLike = None) -> None:  # type: ignore[assignment]
+        if arena is None:
+            made = "World" if type(self) is World else "super().__init__"
+            raise TypeError(f"{type(self).__name__}: has no arena; give it one, as in {made}(Box(10, 10), rng=rng)")
         if not isinstance(arena, Arena):
             shown = checks.shown(arena)
             raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from teamsight.agents import mesa_bases, mesa_compat
 from teamsight.agents.events.mesa_events import MesaEvents
+from teamsight.agents.given import SeedLike
 from teamsight.agents.state import State, StateKeeper
 from teamsight.core import checks
 
@@ -144,11 +145,11 @@ class RunMethods(MesaEvents):
         """
         self._states.restore(saved)
 
-    def reset(self, rng: int | None = None) -> None:
+    def reset(self, rng: SeedLike = None) -> None:
         """Start again: place all remaining agents anew and set the clock to 0, without events.
 
         Speeds, turning limits and ranges are those with which the groups were added. Policies, degrees of awareness and
-        columns stay. `rng` is the seed; by default the present one.
+        columns stay. `rng` is the seed, as for `World`; by default the present one.
         """
         self._states.reset(rng)
 

@@ -19,6 +19,7 @@ from teamsight.agents.engine.readings import Readings
 from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.fixed import put
+from teamsight.agents.given import SeedLike
 from teamsight.agents.group import Group
 from teamsight.agents.mesa_compat import Generators
 from teamsight.agents.policy_state import first_state_of_members
@@ -170,7 +171,7 @@ class StateKeeper:
             mesa_compat.put_generators(self._model, saved.generators)
             restore_events(self._model, data, saved.events)
 
-    def reset(self, rng: int | None = None) -> None:
+    def reset(self, rng: SeedLike = None) -> None:
         """Start again; see `World.reset`."""
         data = self._data
         data.timeline.check_undecided("reset()", "plan it with world.clock.at(world.clock.now, world.reset)")

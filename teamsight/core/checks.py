@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import operator
 import secrets
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
@@ -13,6 +14,8 @@ from typing import Any
 #: Seeds are kept as 64-bit integers.
 MOST_SEED = 2**63 - 1
 
+# Of drawn seeds: whole numbers of a page's script are exact up to there.
+_BITS_OF_SEED = 53
 _MOST_SHOWN = 60
 # Python refuses to write a larger integer in decimal: it takes quadratic time.
 _MOST_BITS = 256
@@ -224,22 +227,48 @@ def seed(rng: Any, seed: Any) -> int:
 
     Parameters
     ----------
-    rng, seed : int or None
-        The two names.
+    rng, seed : int, array_like of int, SeedSequence, BitGenerator, Generator or None
+        The two names. From anything but a whole number the seed is drawn, by ``numpy.random.default_rng``.
 
     Raises
     ------
     TypeError
-        If a seed is not a whole number.
+        If NumPy can draw none from a value.
     ValueError
         If one is negative, or both are given and differ.
     """
-    for name, value in (("rng", rng), ("seed", seed)):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, Integral)):
-            raise TypeError(f"{name}={shown(value)}: must be a whole number of at least 0, or None for a new seed")
-        if value is not None and value < 0:
-            raise ValueError(f"{name}={shown(value)}: must be at least 0")
-    if rng is not None and seed is not None and rng != seed:
+    given = [(name, value) for name, value in (("rng", rng), ("seed", seed)) if value is not None]
+    found = [(name, value, _index(value)) for name, value in given]
+    if len(found) == 2 and rng is not seed and (found[0][2] is None or found[0][2] != found[1][2]):
         raise ValueError(f"rng={shown(rng)}, seed={shown(seed)}: two names for one seed; give one of them")
-    given = rng if rng is not None else seed
-    return secrets.randbits(53) if given is None else int(given)
+    for name, value, whole in found:
+        if whole is None:
+            return _drawn(name, value)
+        if whole < 0:
+            raise ValueError(f"{name}={shown(value)}: must be at least 0")
+        return whole
+    return secrets.randbits(_BITS_OF_SEED)
+
+
+def _index(value: Any) -> int | None:
+    """Return a whole number of any type as an int, None for anything else."""
+    try:
+        return None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        return None
+
+
+def _drawn(name: str, value: Any) -> int:
+    """Return a seed drawn from one of the kinds of SPEC 7."""
+    import numpy as np
+
+    try:
+        # Without this, NumPy takes flags for numbers.
+        if np.asarray(value).dtype == np.bool_:
+            raise TypeError
+        return int(np.random.default_rng(value).integers(2**_BITS_OF_SEED))
+    except (TypeError, ValueError):
+        raise TypeError(
+            f"{name}={shown(value)}: must be a whole number of at least 0, several of them, a SeedSequence, a "
+            "BitGenerator or a Generator of numpy.random, or None for a new seed"
+        ) from None
