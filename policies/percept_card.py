@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from teamsight.core.card import card, table
+from teamsight.core.neighbour_list import NeighbourList
 
-if TYPE_CHECKING:
-    from teamsight.policies.interface import Floats, Percept
-    from teamsight.policies.percept_of_one import NeighboursOfOne, PerceptOfOne
+# Percepts draw themselves with this module, so it cannot import them.
+Percept: TypeAlias = Any
+PerceptOfOne: TypeAlias = Any
+NeighboursOfOne: TypeAlias = Any
 
 # Pixels: the side of a picture, what is left around the larger range, and a body.
 _SIDE, _MARGIN, _DOT = 168.0, 14.0, 3.5
@@ -36,10 +39,8 @@ def percept_html(percept: PerceptOfOne) -> str:
 
 def percepts_html(percept: Percept) -> str:
     """Return a card of what a group perceives: a table of its robots, and pictures of the first."""
-    from teamsight.policies.percept_of_one import percept_of_one
-
     size = len(percept.heading)
-    ones = [percept_of_one(percept, i) for i in range(min(size, _MOST_ROBOTS))]
+    ones = [_one(percept, i) for i in range(min(size, _MOST_ROBOTS))]
     # Not all have relayed targets.
     names = list(dict.fromkeys(name for one in ones for name in _senses(one)))
     rows = []
@@ -50,6 +51,21 @@ def percepts_html(percept: Percept) -> str:
     pictures = "".join(_svg(one, _senses(one)) for one in ones)
     more = f"<small>the first {len(ones)} of {size:,}</small>" if size > len(ones) else ""
     return card(f"Percept of {size:,} robots", [], table(("", *names), rows), pictures, more)
+
+
+def _one(percept: Percept, i: int) -> PerceptOfOne:
+    """Return what is drawn of robot `i` of a group."""
+
+    def row(seen: NeighbourList) -> NeighboursOfOne:
+        mine = slice(seen.start[i], seen.start[i + 1])
+        return SimpleNamespace(identity=seen.identity[mine], offset=seen.offset[mine], distance=seen.distance[mine])
+
+    return SimpleNamespace(
+        **{name: getattr(percept, name)[i] for name in ("heading", "sensing_range", "awareness_range")},
+        **{name: row(getattr(percept, name)) for name in ("targets", "teammates", "relayed")},
+        identity=int(percept.identity[i]) if len(percept.identity) else -1,
+        channels=percept.channels._replace(**{name: row(seen) for name, seen in percept.channels._asdict().items()}),
+    )
 
 
 def _senses(percept: PerceptOfOne) -> dict[str, NeighboursOfOne]:
@@ -71,11 +87,11 @@ def _rows(name: str, seen: NeighboursOfOne, percept: PerceptOfOne) -> list[tuple
     ]  # fmt: skip
 
 
-def _angle(way: Floats) -> float:
+def _angle(way: np.ndarray[Any, Any]) -> float:
     return math.atan2(way[1], way[0])
 
 
-def _bearing(offset: Floats, percept: PerceptOfOne) -> float:
+def _bearing(offset: np.ndarray[Any, Any], percept: PerceptOfOne) -> float:
     """Return the angle of an offset from the heading, anticlockwise from −π to π."""
     return math.remainder(_angle(offset) - _angle(percept.heading), 2 * math.pi)
 

@@ -211,14 +211,15 @@ def _repeated(
     names = needed({name: claim for claims in near.values() for name, claim in claims.items()}, beside=False)
     requests = [Request(setting, chosen(names, plan.grid, setting)) for setting in plan.settings.values()]
     held = {setting: dict.fromkeys(claims, 0) for setting, claims in near.items()}
-    for number in range(SEEDS if names else 0):
+    further = range(plan.root + 1, plan.root + 1 + SEEDS) if names else ()
+    for number, seed in enumerate(further, 1):
         made = make_chosen(
-            requests, names, pool, root=plan.root + 1 + number, runs=plan.runs, steps=plan.steps, checkpoint=checkpoint
+            requests, names, pool, root=seed, runs=plan.runs, steps=plan.steps, checkpoint=checkpoint
         )
         for (setting, claims), found in zip(near.items(), made, strict=True):
             for name, verdict in judge(found, claims).items():
                 held[setting][name] += bool(verdict.holds)
-        watch("repeating", number + 1, SEEDS)
+        watch("repeating", number, SEEDS)
     return {setting: {name: count / SEEDS for name, count in counts.items()} for setting, counts in held.items()}
 
 

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from teamsight.env.observations import Nearest
     from teamsight.env.parallel import TeamParallelEnv, env, parallel_env
     from teamsight.env.rewards import REWARDS
-    from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env, stable_baselines_env
+    from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env
+    from teamsight.env.stable_baselines import stable_baselines_env
     from teamsight.env.vector import TeamVectorEnv, vector_env
     from teamsight.policies.actions import ActionGrid
 
@@ -38,7 +39,7 @@ _HOMES = {
     "env": "teamsight.env.parallel",
     "gymnasium_env": "teamsight.env.shared_policy",
     "parallel_env": "teamsight.env.parallel",
-    "stable_baselines_env": "teamsight.env.shared_policy",
+    "stable_baselines_env": "teamsight.env.stable_baselines",
     "vector_env": "teamsight.env.vector",
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -16,9 +16,6 @@ from teamsight.env.actions import as_array
 from teamsight.env.vector import TeamVectorEnv, vector_env
 from teamsight.env.vector_step import Step
 from teamsight.env.views import FPS, NO_MODE
-
-if TYPE_CHECKING:
-    from teamsight.env.stable_baselines import TeamVecEnv
 
 Array = npt.NDArray[Any]
 _RENDER_MODES = ("rgb_array",)
@@ -213,27 +210,3 @@ def gymnasium_env(
         As for `vector_env`.
     """
     return SharedPolicyEnv(vector_env(worlds, autoreset=autoreset, **settings), render_mode)
-
-
-def stable_baselines_env(worlds: int, *, render_mode: str | None = None, **settings: Any) -> TeamVecEnv:
-    """Return many worlds as a `VecEnv` of stable-baselines3, with one environment for each robot.
-
-    Parameters
-    ----------
-    worlds : int
-        Their number; there are ``worlds × robots`` environments.
-    render_mode : "rgb_array", optional
-        Let `render` and video recorders have pictures, one for each world.
-    **settings
-        Those of `vector_env`, without `autoreset`, as `VecEnv` begins the next episode in the same step.
-
-    Raises
-    ------
-    ImportError
-        Without stable-baselines3: ``pip install stable-baselines3``.
-    TypeError, ValueError
-        As for `vector_env`.
-    """
-    from teamsight.env.stable_baselines import TeamVecEnv
-
-    return TeamVecEnv(gymnasium_env(worlds, autoreset="same-step", render_mode=render_mode, **settings))

@@ -9,12 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.env.extras import require
-from teamsight.env.shared_policy import SharedPolicyEnv
+from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env
 
-# With PyTorch it is too large for an extra of this package.
-require("stable_baselines3", cure="pip install stable-baselines3")
-
-from stable_baselines3.common.vec_env import VecEnv  # noqa: E402
+try:
+    from stable_baselines3.common.vec_env import VecEnv
+except ImportError:
+    # With PyTorch it is too large for an extra of this package.
+    VecEnv = object
 
 Array = npt.NDArray[Any]
 Indices = int | Iterable[int] | None
@@ -105,3 +106,26 @@ class TeamVecEnv(VecEnv):  # type: ignore[misc]
     def close(self) -> None:
         """Release the worlds. Idempotent."""
         self.shared.close()
+
+
+def stable_baselines_env(worlds: int, *, render_mode: str | None = None, **settings: Any) -> TeamVecEnv:
+    """Return many worlds as a `VecEnv` of stable-baselines3, with one environment for each robot.
+
+    Parameters
+    ----------
+    worlds : int
+        Their number; there are ``worlds × robots`` environments.
+    render_mode : "rgb_array", optional
+        Let `render` and video recorders have pictures, one for each world.
+    **settings
+        Those of `vector_env`, without `autoreset`, as `VecEnv` begins the next episode in the same step.
+
+    Raises
+    ------
+    ImportError
+        Without stable-baselines3: ``pip install stable-baselines3``.
+    TypeError, ValueError
+        As for `vector_env`.
+    """
+    require("stable_baselines3", cure="pip install stable-baselines3")
+    return TeamVecEnv(gymnasium_env(worlds, autoreset="same-step", render_mode=render_mode, **settings))

@@ -338,10 +338,10 @@ def held_compilation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     go, compiled = threading.Event(), LiveTrack.compile
 
     def slowly(track: LiveTrack) -> None:
-        compiled(track)
         REPORT.begin("rule")
         assert go.wait(_PATIENCE)
         REPORT.end(is_done=True)
+        compiled(track)
 
     monkeypatch.setattr(LiveTrack, "compile", slowly)
     return go

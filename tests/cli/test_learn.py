@@ -299,7 +299,7 @@ def test_results_of_other_settings_are_replaced_only_when_reported(
     for runs, further, expected in (("1", [], 0), ("1", [], 0), ("2", [], 2), ("2", ["--force"], 0)):
         status, _, err = call(capsys, *tests, "--runs", runs, *further)
         assert status == expected
-    assert len(pd.read_parquet(saved)) == 10
+    assert len(pd.read_parquet(saved)) == 20
     saved.write_text("not a table")
     status, _, err = call(capsys, *tests, "--runs", "1")
     assert (status, "holds something else; give --force" in err) == (2, True)
@@ -403,7 +403,7 @@ def test_evaluate_reports_the_learner_beside_the_collective_one_and_a_cmommt(
     means = table.groupby("policy")["observed_fraction"].mean()
     for name in ("cooperative", "collective", "A-CMOMMT", "evolved", "random walk"):
         assert f"{100 * means[name]:.1f} (" in next(line for line in out.splitlines() if line.strip().startswith(name))
-    assert len(table) == 20
+    assert len(table) == 40
     assert "cooperative minus this" in out
     assert (table["robots"] == 3).all()
     assert table.attrs["memory"] == LazyMemory.load(small).digest

@@ -36,7 +36,7 @@ def test_figures_become_tables_with_seeds_and_pictures(capsys: pytest.CaptureFix
     assert "figure 3, figure 5, figure 8, figure 9 in" in out
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         [f"figure-{name}.{kind}" for name in (3, 5, 8, 9) for kind in ("parquet", "png")]
-        + ["figure-3-links.parquet", "figure-8-cells.parquet"]
+        + ["figure-3-links.parquet", "figure-5-cells.parquet", "figure-8-cells.parquet"]
     )
     table = pd.read_parquet(tmp_path / "figure-5.parquet")
     assert len(table) == 7 * 7 * 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
 from types import ModuleType
@@ -47,7 +48,7 @@ def make(monkeypatch: pytest.MonkeyPatch) -> Any:
         module.__spec__, module.VecEnv = ModuleSpec(name, None), VecEnv
         monkeypatch.setitem(sys.modules, name, module)
     monkeypatch.delitem(sys.modules, ADAPTER, raising=False)
-    yield stable_baselines_env
+    yield import_module(ADAPTER).stable_baselines_env
     # It is made of the stand-in.
     sys.modules.pop(ADAPTER, None)
 
