@@ -11,6 +11,7 @@ from teamsight.agents.arguments import check_names
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.fixed import refusing
 from teamsight.agents.group import Group
+from teamsight.agents.recording.collector import collecting_once
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates
@@ -130,7 +131,10 @@ class Measures(mesa_bases.Model):
 
     @property
     def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector, a `HistoryCollector` by default. It collects when it is set and after every step."""
+        """mesa's data collector, a `HistoryCollector` by default. It collects when it is set and after every step.
+
+        There is one row a tick: ``world.datacollector.collect(world)`` replaces that of the present one.
+        """
         return self.recording.collector
 
     @datacollector.setter
@@ -138,5 +142,5 @@ class Measures(mesa_bases.Model):
         if not callable(getattr(collector, "collect", None)):
             raise TypeError(f"datacollector={checks.shown(collector)}: must be a mesa.DataCollector")
         self._engine.prepare()
-        collector.collect(self)
+        collecting_once(collector, self._data.timeline).collect(self)
         self.recording.collector = collector

@@ -23,7 +23,7 @@ from teamsight.agents.given import SeedLike
 from teamsight.agents.group import Group
 from teamsight.agents.mesa_compat import Generators
 from teamsight.agents.policy_state import first_state_of_members
-from teamsight.agents.recording.collector import HistoryCollector
+from teamsight.agents.recording.collector import HistoryCollector, collecting_once
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.returning import bring_back, lost_members
@@ -183,7 +183,7 @@ class StateKeeper:
             self.begin(seed, start, 0, states, is_kept=data.is_rewritable)
             self._recording.collector = collector
         if not isinstance(collector, HistoryCollector):
-            collector.collect(self._model)
+            collecting_once(collector, data.timeline).collect(self._model)
 
     def begin(self, seed: int, start: Starts, run: int, states: FirstStates, *, is_kept: bool) -> None:
         """Begin a run under a seed: place all agents again and set the clock to 0; see `WorldData.restart`."""

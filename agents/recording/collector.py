@@ -7,6 +7,7 @@ from typing import Any
 
 import mesa
 
+from teamsight.agents.events.timeline import Timeline
 from teamsight.agents.recording.history import Stretch
 from teamsight.agents.recording.totals import Sums
 
@@ -48,6 +49,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
 
     def __init__(self) -> None:
         self._pending: list[Rows] = []
+        self._tick: int | None = None
         super().__init__(model_reporters=REPORTERS)
 
     def emptied(self) -> HistoryCollector:
@@ -55,7 +57,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         # Ten times as fast as `copy.copy`.
         other = object.__new__(HistoryCollector)
         other.__dict__.update(vars(self))
-        other._pending = []
+        other._pending, other._tick = [], None
         other._model_vars = {name: [] for name in REPORTERS}
         if hasattr(self, "_steps"):
             other._steps = []
@@ -74,11 +76,12 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         self._model_vars = value
 
     def collect(self, model: Any) -> None:
-        """Collect the present values, several times as fast as mesa's own method."""
+        """Collect the present values, several times as fast as mesa's own method; see `CollectOnce`."""
+        is_again, self._tick = model.tick == self._tick, model.tick
         for name, values in self.model_vars.items():
-            values.append(getattr(model, name))
-        if hasattr(self, "_steps"):
-            self._steps.append(float(model.time))
+            values[len(values) - is_again :] = [getattr(model, name)]
+        if hasattr(self, "_steps") and not is_again:
+            self._steps.append(float(model.tick))
 
     @property
     def has_begun(self) -> bool:
@@ -96,6 +99,7 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
 
     def collect_rows(self, rows: Rows) -> None:
         """Collect rows of the history, with the same result as `collect` after each of these steps."""
+        self._tick = rows.tick
         last = self._pending[-1] if self._pending else None
         if last is not None and last.stretch is rows.stretch and last.last == rows.first:
             last.last, last.tick = rows.last, rows.tick
@@ -113,3 +117,47 @@ class HistoryCollector(mesa.DataCollector):  # type: ignore[misc]
         self._model_vars["seed_used"].extend(self._model_vars["seed_used"][-1:] * count)
         if hasattr(self, "_steps"):
             self._steps.extend(map(float, range(new.tick - count + 1, new.tick + 1)))
+
+
+class CollectOnce:
+    """The ``collect`` of a user's collector in a world: a row of the same tick replaces the one before.
+
+    A world collects after each step by itself. Models that were written for mesa collect in their ``step`` too.
+
+    Parameters
+    ----------
+    collector : mesa.DataCollector
+        The collector, whose method this replaces.
+    timeline : Timeline
+        The time of the world.
+    """
+
+    def __init__(self, collector: mesa.DataCollector, timeline: Timeline) -> None:
+        own = vars(collector).get("collect")
+        self._collect = own._collect if isinstance(own, CollectOnce) else collector.collect
+        self._collector, self._timeline = collector, timeline
+        self._at: tuple[int, int] | None = None
+
+    def __call__(self, model: Any) -> None:
+        """Collect the present values."""
+        # After `restore` a tick comes again, and its row is another one.
+        at = self._timeline.tick, self._timeline.jumps
+        tables = [*getattr(self._collector, "model_vars", {}).values()]
+        rows = [len(values) for values in tables]
+        steps = getattr(self._collector, "_collection_steps", [])
+        step = len(steps)
+        self._collect(model)
+        if at == self._at:
+            for values, before in zip(tables, rows, strict=True):
+                del values[max(before - 1, 0) : before]
+            # Inside a step, mesa's time is that of its end already. Its tables of agents, which are by time, are
+            # written again then.
+            del steps[step:]
+        self._at = at
+
+
+def collecting_once(collector: mesa.DataCollector, timeline: Timeline) -> mesa.DataCollector:
+    """Let a collector have one row a tick, and return it; see `CollectOnce`."""
+    if not isinstance(collector, HistoryCollector):
+        collector.collect = CollectOnce(collector, timeline)
+    return collector
