@@ -336,6 +336,8 @@ def test_two_worlds_on_the_same_noise(page: Page, live: Callable[..., LivePage],
 def held_compilation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
     """Let worlds wait for a kernel that is being compiled until the event is set."""
     go, compiled = threading.Event(), LiveTrack.compile
+    # A thread of a test before may have begun one.
+    monkeypatch.setattr(REPORT, "_number", 0)
 
     def slowly(track: LiveTrack) -> None:
         REPORT.begin("rule")
