@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -134,7 +135,7 @@ class CollectOnce:
 
     def __init__(self, collector: mesa.DataCollector, timeline: Timeline) -> None:
         own = vars(collector).get("collect")
-        self._collect = own._collect if isinstance(own, CollectOnce) else collector.collect
+        self._collect: Callable[[Any], Any] = own._collect if isinstance(own, CollectOnce) else collector.collect
         self._collector, self._timeline = collector, timeline
         self._at: tuple[int, int] | None = None
 
