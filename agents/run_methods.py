@@ -104,7 +104,7 @@ class RunMethods(MesaEvents):
             given = {name: value for name, value in settings.items() if value is not None}
             adjust_interaction(self._data, group, {**given, **fields})
             return
-        for name, value in fields.items():
+        for name, value in fields.items() if isinstance(group, Group) else ():
             cure = f"{checks.suggestion(name, settings)}a group has {', '.join(settings)}"
             raise TypeError(f"adjust(): {name}={checks.shown(value)}: unknown; {cure}")
         self._host.adjust(group, **settings)

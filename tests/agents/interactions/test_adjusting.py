@@ -163,6 +163,8 @@ def test_what_is_not_in_the_world_is_refused() -> None:
     world.adjust(FIRST, reach=0.6)
     with pytest.raises(ValueError, match="is not in this world now"):
         world.adjust(old, reach=1.0)
+    with pytest.raises(ValueError, match=r"adjust\(<class .*Capture.*must be a group or an interaction of this world"):
+        world.adjust(Capture, reach=1.0)  # type: ignore[call-overload]
     with pytest.raises(TypeError, match=r"adjust\(\): sped=0.2: unknown; did you mean 'speed'"):
         world.adjust(world.groups[0], sped=0.2)
     with pytest.raises(AttributeError, match=r"adjust\(\) changes one"):
