@@ -23,7 +23,7 @@ def adjust(data: WorldData, engine: Engine, group: Group, changes: dict[str, Any
     """Change the settings of a group; see `World.adjust`."""
     data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
     if group not in data.groups:
-        raise ValueError(f"adjust({checks.shown(group)}): the group must have been added to this world")
+        raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
     given = {name: value for name, value in changes.items() if value is not None}
     size, limits, bodies = len(group), data.limits, group.bodies
     ranges = [

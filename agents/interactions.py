@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -24,8 +26,7 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
     check_interaction_declarations(interaction)
     _check_groups(data, interaction, groups)
     _check_new(data, interaction, groups)
-    order = sorted(interaction.roles, key=lambda role: groups[role].number)
-    interaction.check_fit(data.arena, tuple(order))
+    _check_fit(data, interaction, groups)
     for role, name, fill in interaction.columns:
         _check_column(type(interaction).__name__, groups[role], name, fill)
         _check_keeper(data, type(interaction).__name__, groups[role], name)
@@ -40,6 +41,35 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
             placed.first[role, name] = _by_member(group, group.columns.array(name), fill)
         data.interactions.append(placed)
         engine.is_bound = False
+
+
+def adjust_interaction(data: WorldData, interaction: Interaction, changes: Mapping[str, Any]) -> None:
+    """Change the fields of an interaction; see `World.adjust`."""
+    data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
+    name = type(interaction).__name__
+    found = [one for one in data.interactions if interaction is one.declared or interaction is one.interaction]
+    if not found:
+        raise ValueError(f"adjust({name}): is not in this world now; give one of world.interactions")
+    if not is_dataclass(interaction):
+        raise TypeError(f"adjust({name}): has no fields to change; make it a dataclass, whose fields are its constants")
+    known = [field.name for field in fields(interaction) if field.init]
+    for field, value in changes.items():
+        if field not in known:
+            cure = f"{checks.suggestion(field, known)}{name} has {', '.join(known) or 'no fields'}"
+            raise TypeError(f"adjust({name}): {field}={checks.shown(value)}: unknown; {cure}")
+    # All is checked before anything changes.
+    for one in found:
+        changed = one.with_changes({**one.changes, **changes})
+        check_interaction_declarations(changed)
+        _check_fit(data, changed, one.roles)
+    with deferred():
+        for one in found:
+            one.take({**one.changes, **changes})
+
+
+def _check_fit(data: WorldData, interaction: Interaction, groups: Mapping[str, Group]) -> None:
+    order = sorted(interaction.roles, key=lambda role: groups[role].number)
+    interaction.check_fit(data.arena, tuple(order))
 
 
 def _check_groups(data: WorldData, interaction: Interaction, groups: dict[str, Group]) -> None:

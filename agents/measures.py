@@ -8,6 +8,7 @@ import mesa
 
 from teamsight.agents import mesa_bases
 from teamsight.agents.arguments import check_names
+from teamsight.agents.body import Body
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.fixed import refusing
 from teamsight.agents.group import Group
@@ -27,7 +28,7 @@ from teamsight.world.interaction import Interaction
     seed_used="start again with reset(rng)",
     tick="run(n) makes steps, reset() starts again, and restore(state) goes back",
     groups="add() adds one",
-    interactions="interact() adds one",
+    interactions="interact() adds one, and adjust() changes one",
     path="it follows from the policies and from what is recorded",
     observed="it is measured",
     observed_fraction="it is measured; reset() starts again",
@@ -120,13 +121,13 @@ class Measures(mesa_bases.Model):
         return neighbours(self._data.groups)
 
     @property
-    def groups(self) -> tuple[Group, ...]:
+    def groups(self) -> tuple[Group[Body], ...]:
         """The groups, in the order in which they were added; `World.add` adds one."""
         return tuple(self._data.groups)
 
     @property
     def interactions(self) -> tuple[Interaction, ...]:
-        """What happens between bodies in each step, in this order; `World.interact` adds to it."""
+        """What happens between bodies in each step, in this order, as it is now; `World.interact` adds to it."""
         return tuple(placed.interaction for placed in self._data.interactions)
 
     @property

@@ -36,9 +36,9 @@ from teamsight.world.interaction import Interaction
 from teamsight.world.proximity.shapes import shape_given
 
 A = TypeVar("A", bound=Body)
+Rule = TypeVar("Rule", bound=Interaction)
 if TYPE_CHECKING:
     from teamsight.agents.space import WorldSpace
-
 
 
 class World(RunMethods):
@@ -230,7 +230,7 @@ class World(RunMethods):
         """
         declare(self._data, self._engine, (observers, observed), as_, sensor, counts)
 
-    def interact(self, interaction: Interaction, /, **groups: Group) -> None:
+    def interact(self, interaction: Rule, /, **groups: Group) -> Rule:
         """Let something happen between the bodies of some groups, in each step after all have moved.
 
         Parameters
@@ -240,6 +240,11 @@ class World(RunMethods):
         **groups : Group
             The group of each role.
 
+        Returns
+        -------
+        Interaction
+            The same object, for `adjust`.
+
         Raises
         ------
         TypeError, ValueError
@@ -248,40 +253,7 @@ class World(RunMethods):
         from teamsight.agents.interactions import interact
 
         interact(self._data, self._engine, interaction, groups)
-
-    def adjust(
-        self,
-        group: Group,
-        *,
-        policy: PolicyLike | None = None,
-        policy_options: Mapping[str, Any] | None = None,
-        awareness: AwarenessLike | None = None,
-        sensing_range: Numbers | None = None,
-        awareness_range: Numbers | None = None,
-        speed: Numbers | None = None,
-        turn_limit: Numbers | None = None,
-        cycle: CycleLike | None = None,
-    ) -> None:
-        """Change a group from the next step on; what is not given stays. A new policy starts with a new state.
-
-        Parameters
-        ----------
-        group : Group
-            A group of this world.
-        policy, policy_options, awareness, sensing_range, awareness_range, speed, turn_limit
-            As for `add`.
-        cycle : Cycle or float, optional
-            As for `add`; it begins at the present tick, and actions on their way take effect when they were to.
-
-        Raises
-        ------
-        TypeError, ValueError
-            As for `add`; then nothing is changed.
-        """
-        self._host.adjust(
-            group, policy=policy, policy_options=policy_options, awareness=awareness, sensing_range=sensing_range,
-            awareness_range=awareness_range, speed=speed, turn_limit=turn_limit, cycle=cycle,
-        )  # fmt: skip
+        return interaction
 
     def __repr__(self) -> str:
         data = vars(self).get("_data")

@@ -1,17 +1,22 @@
-"""What a world offers for its runs: to make steps, to record them, to save a state and go back to it."""
+"""What a world offers for its runs: to make steps, to change it, to record it, to save a state and go back to it."""
 
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from teamsight.agents import mesa_bases, mesa_compat
+from teamsight.agents.decisions.cycle import CycleLike
 from teamsight.agents.events.mesa_events import MesaEvents
-from teamsight.agents.given import SeedLike
+from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, SeedLike
+from teamsight.agents.group import Group
 from teamsight.agents.state import State, StateKeeper
 from teamsight.core import checks
+from teamsight.world.interaction import Interaction
 
 if TYPE_CHECKING:
+    from teamsight.agents.host import WorldHost
     from teamsight.agents.recording.world_replay import WorldReplay
     from teamsight.agents.world_data import FirstStates
     from teamsight.world.starts import Starts
@@ -21,6 +26,7 @@ class RunMethods(MesaEvents):
     """The methods of a world for its runs; `World` derives from it."""
 
     _states: StateKeeper
+    _host: WorldHost
 
     def step(self) -> None:
         """Make one step, unless an event before it stops the model."""
@@ -33,6 +39,75 @@ class RunMethods(MesaEvents):
         a notebook shows how far it is, unless `progress` is False.
         """
         self._stepper.run(steps, progress=progress)
+
+    @overload
+    def adjust(
+        self,
+        group: Group,
+        *,
+        policy: PolicyLike | None = None,
+        policy_options: Mapping[str, Any] | None = None,
+        awareness: AwarenessLike | None = None,
+        sensing_range: Numbers | None = None,
+        awareness_range: Numbers | None = None,
+        speed: Numbers | None = None,
+        turn_limit: Numbers | None = None,
+        cycle: CycleLike | None = None,
+    ) -> None: ...
+    @overload
+    def adjust(self, group: Interaction, **fields: float | str) -> None: ...
+    # The settings stand here again for the signature that `help` shows; fields of the same names may have other types.
+    def adjust(  # type: ignore[misc]
+        self,
+        group: Group | Interaction,
+        *,
+        policy: PolicyLike | None = None,
+        policy_options: Mapping[str, Any] | None = None,
+        awareness: AwarenessLike | None = None,
+        sensing_range: Numbers | None = None,
+        awareness_range: Numbers | None = None,
+        speed: Numbers | None = None,
+        turn_limit: Numbers | None = None,
+        cycle: CycleLike | None = None,
+        **fields: float | str,
+    ) -> None:
+        """Change a group or an interaction from the next step on; what is not given stays.
+
+        A new policy starts with a new state.
+
+        Parameters
+        ----------
+        group : Group or Interaction
+            A group of this world; or an interaction that is a dataclass: one of `interactions`, or what `interact` has
+            returned, which keeps the values that were declared.
+        policy, policy_options, awareness, sensing_range, awareness_range, speed, turn_limit
+            Of a group, as for `add`.
+        cycle : Cycle or float, optional
+            As for `add`; it begins at the present tick, and actions on their way take effect when they were to.
+        **fields : float or str
+            Fields of an interaction. `reset` goes back to those that were declared, `restore` to those that were saved.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for `add` and `interact`; also if more than constants of the kernel of an interaction would change: what
+            it declares, or the state in which a run begins. Nothing is changed then.
+        """
+        settings = {
+            "policy": policy, "policy_options": policy_options, "awareness": awareness, "sensing_range": sensing_range,
+            "awareness_range": awareness_range, "speed": speed, "turn_limit": turn_limit, "cycle": cycle,
+        }  # fmt: skip
+        if isinstance(group, Interaction):
+            from teamsight.agents.interactions import adjust_interaction
+
+            # Fields may have the names of settings.
+            given = {name: value for name, value in settings.items() if value is not None}
+            adjust_interaction(self._data, group, {**given, **fields})
+            return
+        for name, value in fields.items() if isinstance(group, Group) else ():
+            cure = f"{checks.suggestion(name, settings)}a group has {', '.join(settings)}"
+            raise TypeError(f"adjust(): {name}={checks.shown(value)}: unknown; {cure}")
+        self._host.adjust(group, **settings)
 
     def register_agent(self, agent: mesa_bases.Agent) -> None:
         """Take an agent into the model and give it its `unique_id`; mesa calls this when an agent is made."""

@@ -24,7 +24,7 @@ class Undo:
         # Ctrl-C may come where `Timeline.calling` cannot set it back.
         self._inside = data.timeline.inside
         self._first = mesa_compat.next_identity(model)
-        self._interactions = data.interactions.copy()
+        self._interactions = [(one, one.changes) for one in data.interactions]
         self._kept = [_Kept(group) for group in data.groups]
 
     def undo(self) -> None:
@@ -40,7 +40,9 @@ class Undo:
             mesa_compat.set_next_identity(self._model, self._first)
             for group in added:
                 self._engine.leave_out(group)
-            self._data.interactions[:] = self._interactions
+            self._data.interactions[:] = [one for one, _ in self._interactions]
+            for one, changes in self._interactions:
+                one.take(changes)
             self._engine.is_bound = False
 
 

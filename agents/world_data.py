@@ -101,7 +101,7 @@ class WorldData:
                 first_state_of_members(group.rules[0], group.bodies.member, group.members_so_far)
                 for group in self.groups
             ],
-            [start_of_interaction(one.interaction, one.sizes) for one in self.interactions],
+            [start_of_interaction(one.declared, one.sizes) for one in self.interactions],
         )
 
     @property

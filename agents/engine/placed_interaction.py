@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ class InteractionSaved(NamedTuple):
     described: tuple[Any, ...]
     state: InteractionState
     first: dict[tuple[str, str], npt.NDArray[Any]]
+    changes: dict[str, Any]
 
 
 class PlacedInteraction:
@@ -50,7 +52,7 @@ class PlacedInteraction:
     Parameters
     ----------
     interaction : Interaction
-        The interaction.
+        The interaction, as it is declared: with its parameters at the begin of a run.
     groups : tuple of Group
         The group of each role.
     nth : int
@@ -60,6 +62,10 @@ class PlacedInteraction:
 
     Attributes
     ----------
+    declared, interaction : Interaction
+        The interaction as it is declared, and as it is now.
+    changes : dict of str to object
+        The fields that were changed since, by name.
     state : InteractionState
         Its state.
     first : dict of (str, str) to ndarray
@@ -67,8 +73,13 @@ class PlacedInteraction:
     """
 
     def __init__(self, interaction: Interaction, groups: tuple[Group, ...], nth: int, key: Key) -> None:
-        self.interaction, self.groups, self.nth = interaction, groups, nth
+        # Any, because `replace` needs a dataclass, and one without fields need not be one.
+        self.declared: Any = interaction
+        self.interaction = interaction
+        self.groups, self.nth = groups, nth
+        self.changes: dict[str, Any] = {}
         self.parameters = np.array(interaction.parameters, float)
+        self._first_parameters = tuple(self.parameters.tolist())
         self.scores = np.zeros(len(interaction.scores))
         self.key = np.zeros(2, np.uint64)
         self.block = np.full(1, -1)
@@ -79,8 +90,8 @@ class PlacedInteraction:
     @property
     def described(self) -> tuple[Any, ...]:
         """What it is and between whom; equal for the same interaction in a world that was built in the same way."""
-        groups = tuple(group.name for group in self.groups)
-        return self.name, self.interaction.roles, groups, tuple(self.parameters.tolist()), self.interaction.scores
+        one, groups = self.declared, tuple(group.name for group in self.groups)
+        return self.name, one.roles, groups, self._first_parameters, one.scores
 
     @property
     def name(self) -> str:
@@ -102,8 +113,36 @@ class PlacedInteraction:
         self.key[:] = key_within(key, f"interaction {self.name} {self.nth}")
         self.block[:] = -1
 
+    def with_changes(self, changes: Mapping[str, Any]) -> Interaction:
+        """Return the interaction with other values of these fields; see `take`.
+
+        Raises
+        ------
+        ValueError
+            If more than what the kernel reads in each step would differ.
+        """
+        changed: Interaction = replace(self.declared, **changes)
+        for what in ("roles", "scores", "draws", "in_turn", "columns"):
+            if getattr(changed, what) != getattr(self.declared, what):
+                raise ValueError(f"{self.name}.{what}: cannot change in a run; build another world")
+        if len(changed.parameters) != len(self.parameters):
+            raise ValueError(f"{self.name}.parameters: their number cannot change in a run; build another world")
+        begun = zip(first_state(changed, self.sizes), first_state(self.declared, self.sizes), strict=True)
+        if not all(np.array_equal(new, old) for new, old in begun):
+            raise ValueError(f"{self.name}.start: the state in which runs begin cannot change; build another world")
+        return changed
+
+    def take(self, changes: Mapping[str, Any]) -> None:
+        """Let these fields have other values, and all others those that were declared; see `with_changes`."""
+        self.interaction = replace(self.declared, **changes) if changes else self.declared
+        self.changes = dict(changes)
+        # In place, because the kernel reads it.
+        self.parameters[:] = self.interaction.parameters
+
     def restart(self, state: InteractionState, *, is_kept: bool) -> None:
         """Go back to the start of a run; if arrays are kept, they are written instead of replaced."""
+        if self.changes:
+            self.take({})
         if is_kept and all(old.shape == new.shape for old, new in zip(self.state, state, strict=True)):
             for old, new in zip(self.state, state, strict=True):
                 old[:] = new
@@ -120,11 +159,12 @@ class PlacedInteraction:
 
     def saved(self) -> InteractionSaved:
         """Return what changes in a run, as it is."""
-        return InteractionSaved(self.described, self.state, self.first)
+        return InteractionSaved(self.described, self.state, self.first, self.changes)
 
     def put_back(self, saved: InteractionSaved) -> None:
         """Go back to what was saved."""
         self.state, self.first = saved.state, saved.first
+        self.take(saved.changes)
 
     def _note_first(self) -> None:
         """Note with which values members begin that have come since."""
@@ -207,6 +247,8 @@ def check_interactions(saved: Sequence[InteractionSaved], present: Sequence[Plac
             f"{shown[1] or 'none'}; restore it in a world built in the same way"
         )
     for one, other in zip(saved, present, strict=True):
+        if one.changes:
+            other.with_changes(one.changes)
         # The number of rows may depend on how many bodies there were.
         if [table.shape[1] for table in one.state] != [table.shape[1] for table in other.state]:
             raise ValueError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -133,8 +134,8 @@ class CollectOnce:
     """
 
     def __init__(self, collector: mesa.DataCollector, timeline: Timeline) -> None:
-        own = vars(collector).get("collect")
-        self._collect = own._collect if isinstance(own, CollectOnce) else collector.collect
+        own = collector.collect
+        self._collect: Callable[[Any], Any] = own._collect if isinstance(own, CollectOnce) else own
         self._collector, self._timeline = collector, timeline
         self._at: tuple[int, int] | None = None
 
@@ -146,7 +147,14 @@ class CollectOnce:
         rows = [len(values) for values in tables]
         steps = getattr(self._collector, "_collection_steps", [])
         step = len(steps)
-        self._collect(model)
+        try:
+            self._collect(model)
+        except BaseException:
+            # Of a reporter of the user's. A part of a row would shift the columns against each other.
+            for values, before in zip(tables, rows, strict=True):
+                del values[before:]
+            del steps[step:]
+            raise
         if at == self._at:
             for values, before in zip(tables, rows, strict=True):
                 del values[max(before - 1, 0) : before]

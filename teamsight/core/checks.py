@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import operator
 import secrets
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
@@ -238,24 +237,19 @@ def seed(rng: Any, seed: Any) -> int:
         If one is negative, or both are given and differ.
     """
     given = [(name, value) for name, value in (("rng", rng), ("seed", seed)) if value is not None]
-    found = [(name, value, _index(value)) for name, value in given]
-    if len(found) == 2 and rng is not seed and (found[0][2] is None or found[0][2] != found[1][2]):
+    if len(given) == 2 and rng is not seed and not (_is_whole(rng) and _is_whole(seed) and rng == seed):
         raise ValueError(f"rng={shown(rng)}, seed={shown(seed)}: two names for one seed; give one of them")
-    for name, value, whole in found:
-        if whole is None:
+    for name, value in given:
+        if not _is_whole(value):
             return _drawn(name, value)
-        if whole < 0:
+        if value < 0:
             raise ValueError(f"{name}={shown(value)}: must be at least 0")
-        return whole
+        return int(value)
     return secrets.randbits(_BITS_OF_SEED)
 
 
-def _index(value: Any) -> int | None:
-    """Return a whole number of any type as an int, None for anything else."""
-    try:
-        return None if isinstance(value, bool) else operator.index(value)
-    except TypeError:
-        return None
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def _drawn(name: str, value: Any) -> int:

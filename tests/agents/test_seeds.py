@@ -56,12 +56,12 @@ def test_a_generator_goes_on_and_a_sequence_does_not() -> None:
 
 
 def test_whole_numbers_of_any_type_are_the_seed_itself() -> None:
-    for five in (5, np.int32(5), np.uint64(5), np.array(5)):
+    for five in (5, np.int32(5), np.uint64(5)):
         assert CMOMMT(rng=five).seed_used == 5
     assert CMOMMT(rng=5, seed=np.int64(5)).seed_used == 5
 
 
-@pytest.mark.parametrize("wrong", ["5", 1.5, [1.5], True, [True, False], [-1], {}, object()])
+@pytest.mark.parametrize("wrong", ["5", 1.5, [1.5], True, [True, False], [-1], np.array(5), {}, object()])
 def test_what_is_no_seed_is_refused(wrong: Any) -> None:
     with pytest.raises(TypeError, match="rng=.*: must be a whole number of at least 0, .* or None for a new seed"):
         World(Disc(2.0), rng=wrong)

@@ -178,7 +178,7 @@ def test_another_world_without_the_interaction_moves_alike() -> None:
 
 @settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(
-    st.integers(0, 2**32), st.lists(st.sampled_from(["run", "step", "remove", "add", "off", "on"]), max_size=12),
+    st.integers(0, 2**32), st.lists(st.sampled_from(["run", "step", "remove", "add", "off", "on", "widen", "narrow", "back", "reset"]), max_size=12),
     st.booleans(), st.booleans(),
 )  # fmt: skip
 def test_any_order_of_calls_gives_one_result(seed: int, calls: list[str], in_turn: bool, has_cycle: bool) -> None:
@@ -199,6 +199,12 @@ def test_any_order_of_calls_gives_one_result(seed: int, calls: list[str], in_tur
                 prey.add(1)
             elif call in ("off", "on"):
                 hunters[2].active = prey[0].active = call == "on"
+            elif call in ("widen", "narrow"):
+                world.adjust(world.interactions[0], reach=1.2 if call == "widen" else 0.3)
+            elif call == "back":
+                world.restore(world.state())
+            elif call == "reset":
+                world.reset()
         assert fingerprint(worlds[0]) == fingerprint(worlds[1])
 
 

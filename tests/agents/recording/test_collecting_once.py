@@ -80,6 +80,17 @@ def test_a_tick_that_comes_again_has_a_row_of_its_own() -> None:
     assert collector.model_vars["tick"] == [0, 1, 2, 2, 0]
 
 
+def test_a_reporter_that_fails_leaves_no_part_of_a_row() -> None:
+    world = CMOMMT(robots=2, rng=1)
+    world.datacollector = collector = mesa.DataCollector(
+        model_reporters={"tick": "tick", "rest": lambda world: 1 / (2 - world.tick)}
+    )
+    with pytest.raises(ZeroDivisionError):
+        world.run(5)
+    world.run(2)
+    assert collector.model_vars == {"tick": [0, 1, 3, 4], "rest": [0.5, 1.0, -1.0, -0.5]}
+
+
 def test_batches_of_models_that_collect_themselves_have_one_row_a_step() -> None:
     options: dict[str, Any] = {"max_steps": 4, "data_collection_period": 1, "display_progress": False}
     for when in ("before", "after"):
