@@ -261,8 +261,8 @@ def _drawn(name: str, value: Any) -> int:
         if np.asarray(value).dtype == np.bool_:
             raise TypeError
         return int(np.random.default_rng(value).integers(2**_BITS_OF_SEED))
-    except (TypeError, ValueError):
+    except Exception:
         raise TypeError(
-            f"{name}={shown(value)}: must be a whole number of at least 0, several of them, a SeedSequence, a "
-            "BitGenerator or a Generator of numpy.random, or None for a new seed"
+            f"{name}={shown(value)}: must be a whole number of at least 0, several, a SeedSequence, "
+            "BitGenerator or Generator of numpy.random, or None"
         ) from None

@@ -24,6 +24,7 @@ from numba.core.serialize import dumps
 
 from teamsight.core.kernel.cache_folder import cache_folder, read, write
 from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel.parts import refuse_circles
 
 _FORMAT = b"teamsight kernel 1\n"
 _HEAD = len(_FORMAT) + hashlib.sha256().digest_size
@@ -69,6 +70,7 @@ class KernelCache:
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compile result, if there is a cache folder."""
+        refuse_circles(result.library)
         key, file = self._place(signature, result.codegen)
         if file is not None:
             # One that cannot be pickled is compiled by each process.

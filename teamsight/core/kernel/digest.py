@@ -14,7 +14,7 @@ import llvmlite
 import numba
 import numpy as np
 
-from teamsight.core.kernel.decorators import FLAGS
+from teamsight.core.kernel.parts import FLAGS
 from teamsight.core.kernel.uses import enclosed, globals_of, is_library
 
 

@@ -114,7 +114,7 @@ def _arguments(entry: Callable[..., Any], text: str) -> tuple[str, str | None] |
     met = re.search(r"Cannot bind 'args=.*? due to \"TypeError: (.*?)\"", text)
     if not met:
         return None
-    called = re.search(r"resolving callee type: type\(CPUDispatcher\(<function (\S+) at", text[met.end() :])
+    called = re.search(r"resolving callee type: type\((?:CPUDispatcher|Part)\(<function (\S+) at", text[met.end() :])
     name = called[1] if called else "a kernel"
     bound, arguments = _bound_kernel(entry)
     # The call is in the template, so the kernel's signature is wrong.

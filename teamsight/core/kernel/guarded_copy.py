@@ -6,17 +6,16 @@ import hashlib
 import types as python_types
 from typing import Any
 
-import numba
 from numba.core.dispatcher import Dispatcher
 
 from teamsight.core.kernel.guard import REPLACED, VERSION
 from teamsight.core.kernel.guarded_record import guarded_at
 from teamsight.core.kernel.layout import Node
+from teamsight.core.kernel.parts import Part
 from teamsight.core.kernel.uses import enclosed, is_library, names_in
 
 # Calls in place of code inlined everywhere compile faster.
 _DROPPED = {"boundscheck", "cache", "forceinline", "nopython"}
-_OPTIONS = {"boundscheck": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def guarded(kernel: Any) -> Any:
@@ -33,7 +32,7 @@ def _copy(kernel: Any, copies: dict[int, Any]) -> Any:
         copy.__kwdefaults__, copy.__module__ = function.__kwdefaults__, function.__module__
         copy.__qualname__ = f"{function.__qualname__}-{_lines(function.__code__)}"
         kept = {name: value for name, value in kernel.targetoptions.items() if name not in _DROPPED}
-        copies[id(kernel)] = numba.njit(**kept, **_OPTIONS)(copy)
+        copies[id(kernel)] = Part(copy, options=dict(kept, boundscheck=True))
         # Last, since a kernel may call itself.
         used = set(names_in(function.__code__))
         for name, value in function.__globals__.items():

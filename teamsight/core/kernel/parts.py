@@ -1,0 +1,125 @@
+"""Kernels as parts of an entry: numba makes no machine code of their own for them, until Python calls one.
+
+For each function numba also compiles a wrapper for the interpreter, and makes machine code of both. A kernel needs
+neither, since an entry holds the code of all that it calls. That is a third of the time that an entry takes to compile.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cached_property
+from inspect import signature
+from typing import Any, cast
+
+import numba
+from numba.core.codegen import JITCodeLibrary, RuntimeLinker
+from numba.core.compiler import Compiler, _LowerResult
+from numba.core.compiler_machinery import register_pass
+from numba.core.errors import NumbaError
+from numba.core.registry import CPUDispatcher
+from numba.core.typed_passes import NativeLowering
+
+# fastmath stays off: it would break the checks for NaN and the equality of the two paths to the last bit.
+FLAGS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+
+
+class _Part(JITCodeLibrary):
+    """Code that others link, and that is not run by itself."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LoweringOfParts(NativeLowering):  # type: ignore[misc]
+    _name = "teamsight_lowering_of_parts"
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = state.flags.no_cpython_wrapper = True
+        changed = super().run_pass(state)
+        description, helper, _, environment = state.cr
+        # What callers find it by, of the type that numba asks for; nothing calls it.
+        key = [].append
+        state.targetctx.insert_user_function(key, description, [state.library])
+        state.reload_init.extend(state.library._reload_init)
+        state.cr = _LowerResult(description, helper, cfunc=key, env=environment)
+        return bool(changed)
+
+
+class _CompilerOfParts(Compiler):  # type: ignore[misc]
+    def define_pipelines(self) -> list[Any]:
+        pipelines = super().define_pipelines()
+        for pipeline in pipelines:
+            pipeline.passes = [
+                (_LoweringOfParts if step is NativeLowering else step, name) for step, name in pipeline.passes
+            ]
+            pipeline.finalize()
+        return list(pipelines)
+
+
+class Part(CPUDispatcher):  # type: ignore[misc]
+    """A kernel for entries and other kernels; from Python it runs too, compiled once more as a whole.
+
+    Parameters
+    ----------
+    function : callable
+        The kernel's Python function.
+    types : mapping, optional
+        Types of its variables.
+    options : mapping, optional
+        As for `numba.njit`.
+    pipeline : type
+        Numba's compiler.
+    """
+
+    def __init__(
+        self, function: Callable[..., Any], types: Any = None, options: Any = None, pipeline: Any = _CompilerOfParts
+    ) -> None:
+        super().__init__(function, types, dict(options or {}, nopython=True), pipeline)
+
+    @cached_property
+    def _whole(self) -> Callable[..., Any]:
+        # Another function, since numba takes a call of the same one for recursion.
+        part = self
+        return cast(Callable[..., Any], numba.njit(**FLAGS)(lambda *arguments: part(*arguments)))
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        """Run it from Python."""
+        bound = signature(self.py_func).bind(*arguments, **named)
+        bound.apply_defaults()
+        return self._whole(*bound.args)
+
+
+def refuse_circles(library: Any) -> None:
+    """Refuse an entry with kernels that call each other in a circle.
+
+    The code of such kernels could only be called in the process that compiled it.
+
+    Parameters
+    ----------
+    library : numba.core.codegen.CodeLibrary
+        The code of the entry.
+
+    Raises
+    ------
+    NumbaError
+        With the first of them.
+    """
+    library._ensure_finalized()
+    for variable in library._final_module.global_variables:
+        if variable.name.startswith(RuntimeLinker.PREFIX):
+            name = _last_name(variable.name)
+            raise NumbaError(f"kernels call each other in a circle, by way of {name}(); use a loop")
+
+
+def _last_name(mangled: str) -> str:
+    """Return the name of a function from that of its symbol, which has the length before each part."""
+    name, rest = "a kernel", mangled[mangled.index("_ZN") + 3 :]
+    while met := re.match(r"\d+", rest):
+        end = met.end() + int(met[0])
+        name, rest = rest[met.end() : end], rest[end:]
+    return name
