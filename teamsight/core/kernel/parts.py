@@ -24,7 +24,7 @@ from numba.core.typed_passes import NativeLowering
 FLAGS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
-class _Part(JITCodeLibrary):
+class _Part(JITCodeLibrary):  # type: ignore[misc]
     """Code that others link, and that is not run by itself."""
 
     def _finalize_final_module(self) -> None:
@@ -43,7 +43,8 @@ class _LoweringOfParts(NativeLowering):  # type: ignore[misc]
         changed = super().run_pass(state)
         description, helper, _, environment = state.cr
         # What callers find it by, of the type that numba asks for; nothing calls it.
-        key = [].append
+        unique: list[None] = []
+        key = unique.append
         state.targetctx.insert_user_function(key, description, [state.library])
         state.reload_init.extend(state.library._reload_init)
         state.cr = _LowerResult(description, helper, cfunc=key, env=environment)
@@ -79,7 +80,7 @@ class Part(CPUDispatcher):  # type: ignore[misc]
     def __init__(
         self, function: Callable[..., Any], types: Any = None, options: Any = None, pipeline: Any = _CompilerOfParts
     ) -> None:
-        super().__init__(function, types, dict(options or {}, nopython=True), pipeline)
+        super().__init__(function, types or {}, dict(options or {}, nopython=True), pipeline)
 
     @cached_property
     def _whole(self) -> Callable[..., Any]:
