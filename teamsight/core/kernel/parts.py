@@ -46,7 +46,8 @@ class _LoweringOfParts(NativeLowering):  # type: ignore[misc]
         unique: list[None] = []
         key = unique.append
         state.targetctx.insert_user_function(key, description, [state.library])
-        state.reload_init.extend(state.library._reload_init)
+        # Since numba 0.62.
+        state.reload_init.extend(getattr(state.library, "_reload_init", ()))
         state.cr = _LowerResult(description, helper, cfunc=key, env=environment)
         return bool(changed)
 
