@@ -6,6 +6,7 @@ import math
 import random
 from collections.abc import Mapping
 from functools import cached_property
+from inspect import Parameter
 from types import EllipsisType
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -37,6 +38,7 @@ from teamsight.world.proximity.shapes import shape_given
 
 A = TypeVar("A", bound=Body)
 Rule = TypeVar("Rule", bound=Interaction)
+_NONE: Any = Parameter.empty
 if TYPE_CHECKING:
     from teamsight.agents.space import WorldSpace
 
@@ -78,9 +80,10 @@ class World(RunMethods):
 
     clock: Clock
 
-    # Without a default for the arena, Python's own error would come first, which names no cure.
-    def __init__(self, arena: Arena = None, *, rng: SeedLike = None, seed: SeedLike = None) -> None:  # type: ignore[assignment]
-        if arena is None:
+    # Without a default for the arena, Python's own error would come first, which names no cure. With this one the
+    # signature says that it has none.
+    def __init__(self, arena: Arena = _NONE, *, rng: SeedLike = None, seed: SeedLike = None) -> None:
+        if arena is _NONE:
             made = "World" if type(self) is World else "super().__init__"
             raise TypeError(f"{type(self).__name__}: has no arena; give it one, as in {made}(Box(10, 10), rng=rng)")
         if not isinstance(arena, Arena):

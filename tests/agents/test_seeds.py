@@ -63,7 +63,7 @@ def test_whole_numbers_of_any_type_are_the_seed_itself() -> None:
 
 @pytest.mark.parametrize("wrong", ["5", 1.5, [1.5], True, [True, False], [-1], np.array(5), {}, object()])
 def test_what_is_no_seed_is_refused(wrong: Any) -> None:
-    with pytest.raises(TypeError, match="rng=.*: must be a whole number of at least 0, .* or None for a new seed"):
+    with pytest.raises(TypeError, match="rng=.*: must be a whole number of at least 0, several, .* or None"):
         World(Disc(2.0), rng=wrong)
 
 
