@@ -1,4 +1,4 @@
-"""A SLURM job array that makes the runs of a study: each task makes one shard of them."""
+"""A SLURM job array that makes the runs of a study: each task makes one shard of them, the first compiles for all."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from teamsight.core import checks, files
 
 #: The second line of each script, by which one is recognised.
 MARK = "# Written by teamsight submit."
-#: The most tasks of an array; many clusters allow a thousand.
-MOST_TASKS = 10_000
+#: The most tasks of an array, and what SLURM allows where its MaxArraySize was not changed.
+MOST_TASKS, USUAL_TASKS = 10_000, 1000
 _LONGEST = 1000
 
 _TIMES = (
@@ -47,6 +47,10 @@ class JobArray:
         Lines of the shell before the sweep, such as ``module load python``.
     name : str
         Name of the job.
+    at_once : int, optional
+        Tasks that run at one time, at most; by default what the cluster allows.
+    output : Path, optional
+        Folder for what the tasks print, in files ``JOB_TASK.out``; by default ``OUT-log``, beside the study's.
 
     Raises
     ------
@@ -64,10 +68,14 @@ class JobArray:
     memory: str | None = None
     setup: tuple[str, ...] = ()
     name: str = "teamsight"
+    at_once: int | None = None
+    output: Path | None = None
 
     def __post_init__(self) -> None:
         checks.count("tasks", self.tasks, most=MOST_TASKS)
         checks.count("cpus", self.cpus, most=1024)
+        if self.at_once is not None:
+            checks.count("at_once", self.at_once, most=MOST_TASKS)
         for option, (form, example) in _FORMS.items():
             value = getattr(self, option)
             if value is not None and not re.fullmatch(form, value, re.ASCII):
@@ -77,6 +85,7 @@ class JobArray:
         for option, text in (
             ("study", str(self.study)),
             ("out", str(self.out)),
+            ("output", str(self.log)),
             *(("setup", line) for line in self.setup),
         ):
             if not text.isprintable() or len(text) > _LONGEST:
@@ -84,6 +93,16 @@ class JobArray:
                     f"{option}={checks.shown(text)}: must be one line of at most {_LONGEST} printable characters; "
                     "give another"
                 )
+
+        # SLURM replaces nothing in a pattern with a backslash.
+        if "\\" in str(self.log):
+            raise ValueError(f"output={checks.shown(str(self.log))}: has a backslash; give another folder")
+
+    @property
+    def log(self) -> Path:
+        """The folder for what the tasks print."""
+        folder = self.out.with_name(f"{self.out.name}-log") if self.output is None else self.output
+        return folder.absolute()
 
     def script(self, python: str = sys.executable) -> str:
         """Return the script for ``sbatch``.
@@ -93,22 +112,33 @@ class JobArray:
         python : str
             The interpreter that runs the sweep.
         """
+        pattern = str(self.log).replace("%", "%%").replace('"', '\\"')
         options = {
-            "job-name": self.name, "array": f"1-{self.tasks}", "cpus-per-task": self.cpus,
-            "partition": self.partition, "account": self.account, "time": self.time, "mem": self.memory,
+            "job-name": self.name, "array": f"1-{self.tasks}" + (f"%{self.at_once}" if self.at_once else ""),
+            "output": f'"{pattern}/%A_%a.out"', "cpus-per-task": self.cpus, "partition": self.partition,
+            "account": self.account, "time": self.time, "mem": self.memory,
         }  # fmt: skip
         asked = [f"#SBATCH --{option}={value}" for option, value in options.items() if value is not None]
-        study, out = (shlex.quote(str(path.absolute())) for path in (self.study, self.out))
+        study, out, log = (shlex.quote(str(path.absolute())) for path in (self.study, self.out, self.log))
         return "\n".join([
             "#!/bin/bash",
             MARK,
-            "# Each task makes one shard of the runs, and only what is missing: any task may be repeated, at any time.",
+            "# To submit: bash and this file. Task 0 comes first and compiles for all. Each other task makes one shard",
+            "# of the runs, and only what is missing: any task may be repeated, at any time.",
             "# To repeat task 3: sbatch --array=3 and this file.",
             *asked,
+            'if [ -z "${SLURM_ARRAY_TASK_ID:-}" ]; then',
+            f"  mkdir -p {log} || exit",
+            '  first=$(sbatch --parsable --array=0 "$0") || exit',
+            '  exec sbatch --dependency="afterok:${first%%;*}" --kill-on-invalid-dep=yes "$0"',
+            "fi",
             *self.setup,
-            f"exec {shlex.quote(python)} -m teamsight sweep {study} --out {out} \\",
-            f'  --shard "${{SLURM_ARRAY_TASK_ID:?run this file by sbatch}}/{self.tasks}" \\',
-            f'  --workers "${{SLURM_CPUS_PER_TASK:-{self.cpus}}}"',
+            'if [ "$SLURM_ARRAY_TASK_ID" -eq 0 ]; then',
+            "  set -- --warm-up",
+            "else",
+            f'  set -- --shard "$SLURM_ARRAY_TASK_ID/{self.tasks}" --workers "${{SLURM_CPUS_PER_TASK:-{self.cpus}}}"',
+            "fi",
+            f'exec {shlex.quote(python)} -m teamsight sweep {study} --out {out} "$@"',
             "",
         ])  # fmt: skip
 
@@ -140,7 +170,7 @@ def write_script(path: Path, array: JobArray, *, force: bool = False) -> None:
 
 
 def submit(path: Path) -> str:
-    """Submit a script by ``sbatch`` and return what that prints, such as "Submitted batch job 1234".
+    """Run a script, which submits itself by ``sbatch``; return what that prints, such as "Submitted batch job 1234".
 
     Raises
     ------
@@ -150,10 +180,9 @@ def submit(path: Path) -> str:
     import shutil
     import subprocess
 
-    program = shutil.which("sbatch")
-    if program is None:
+    if shutil.which("sbatch") is None:
         raise ValueError(f"sbatch: is not on this machine; submit where SLURM is, with: {command(path)}")
-    done = subprocess.run([program, str(path)], capture_output=True, text=True, check=False)
+    done = subprocess.run(["/bin/bash", str(path)], capture_output=True, text=True, check=False)
     said = " ".join((done.stdout + done.stderr).split())
     if done.returncode:
         raise ValueError(f"sbatch: refused {path} ({said[:200]}); change the options, or the script")
@@ -162,4 +191,4 @@ def submit(path: Path) -> str:
 
 def command(path: Path) -> str:
     """Return the command that submits a script."""
-    return f"sbatch {shlex.quote(str(path))}"
+    return f"bash {shlex.quote(str(path))}"

@@ -20,6 +20,7 @@ from teamsight.analysis.studies.same_code import DECIDING, source_digests
 from teamsight.analysis.studies.shard import Common
 from teamsight.analysis.studies.sharding import expected_seconds
 from teamsight.analysis.studies.standing import not_finite_note, wide_note
+from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
@@ -148,6 +149,22 @@ def sweep(
         counts.planned - counts.done - counts.failed, tuple(rounds.errors), time.perf_counter() - began,
         wide_note(rounds.wide, plan.settings, study.until), not_finite_note(folder.not_finite()),
     )  # fmt: skip
+
+
+def warm_up_study(study: Study) -> int:
+    """Compile what the runs of a study need, for later processes too; return the number of kinds of runs.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the study is wrong; what fails in a run is left to the run.
+    """
+    study.check()
+    study = replace(study, model=in_full(study.model))
+    plan = study.plan()
+    shard = one_of_each_kind(plan, common_of(study, plan.types))
+    warm_up(shard)
+    return len(shard.runs)
 
 
 def run_study(

@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teamsight.analysis.studies.slurm import MOST_TASKS
+from teamsight.analysis.studies.slurm import MOST_TASKS, USUAL_TASKS
 from teamsight.cli import values
 from teamsight.cli.options import Option, Settings
 
@@ -21,6 +21,12 @@ class SubmitSettings(Settings):
     out: Path = values.folder(None, "Folder of the study, which all machines of the cluster see.", required=True)
     slurm: bool = values.flag("For a SLURM cluster, the only kind so far.")
     tasks: int = values.count(16, "Number of tasks; task i makes shard i of the runs.", most=MOST_TASKS)
+    most_tasks: int = values.count(
+        USUAL_TASKS, "Most tasks of an array that the cluster allows, its MaxArraySize less 1.", most=MOST_TASKS
+    )
+    at_once: int | None = values.count(
+        None, "Tasks that run at one time, at most.", most=MOST_TASKS, shown="what the cluster allows"
+    )
     cpus: int = values.count(1, "Processors of each task, which are its workers.", most=1024)
     memory: str | None = values.text("Memory of each task, such as 4G.", "that of the cluster", metavar="SIZE")
     time: str | None = values.text(
@@ -33,15 +39,21 @@ class SubmitSettings(Settings):
         lambda name, lines: tuple(lines), (), "Line of the shell before the sweep, such as 'module load python'.",
         "LINE", many=True,
     )  # type: ignore[assignment]  # fmt: skip
+    output: Path | None = values.folder(None, "Folder for what the tasks print.", shown="OUT-log")
     script: Path | None = values.file("Where to write the script.", shown="STUDY.sbatch in this folder")
     dry_run: bool = values.flag("Print the script, and write nothing.")
-    submit: bool = values.flag("Call sbatch with the script.")
+    submit: bool = values.flag("Run the script, which calls sbatch.")
     force: bool = values.flag("Replace a script that teamsight did not write.")
 
     def check(self) -> None:
         """Refuse options that do not go together."""
         if not self.slurm:
             raise ValueError("slurm=False: say for which cluster; give --slurm, the only kind so far")
+        if self.tasks > self.most_tasks:
+            raise ValueError(
+                f"tasks={self.tasks}: are more than the {self.most_tasks} of most_tasks; give fewer with more --cpus, "
+                "or --most-tasks if the cluster allows more"
+            )
         if self.dry_run and self.submit:
             raise ValueError("submit=True: does not go with --dry-run, which writes nothing; leave one out")
 
@@ -49,8 +61,9 @@ class SubmitSettings(Settings):
 def submit(settings: SubmitSettings) -> None:
     """Write a script by which a cluster makes the runs of a study, and print how to submit it.
 
-    STUDY is a study file; see docs/studies.md. The script is a SLURM job array. Each of its tasks makes one shard of
-    the runs and writes it to the folder of the study, and may be repeated at any time: it makes what is missing.
+    STUDY is a study file; see docs/studies.md. The script submits a SLURM job array. Each of its tasks makes one shard
+    of the runs and writes it to the folder of the study, and may be repeated at any time: it makes what is missing.
+    Task 0 comes first: it compiles the kernels, which are kept for all machines that share the home folder.
 
     \b
     Examples:
@@ -84,5 +97,5 @@ def submit(settings: SubmitSettings) -> None:
 def _array(settings: SubmitSettings) -> JobArray:
     from teamsight.analysis.studies.slurm import JobArray
 
-    options = settings.values(("tasks", "cpus", "partition", "account", "time", "memory"))
+    options = settings.values(("tasks", "at_once", "cpus", "partition", "account", "time", "memory", "output"))
     return JobArray(settings.study, settings.out, setup=settings.setup, **options)

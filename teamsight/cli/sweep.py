@@ -24,6 +24,7 @@ _ON_ERROR = ("continue", "stop")
 # Seconds from one line of progress to the next where there is no terminal, as in the log of a cluster's job.
 _PERIOD = 30.0
 _OF_TASK = ("set", "replicates", "steps", "seed")
+_NOT_TO_WARM_UP = ("engine", "scheduler", "workers", "on_error", "shard", "wait", "mixed_code", "retry_failed")
 _OF_DASK = ("scheduler", "tls_ca", "tls_cert", "tls_key")
 
 
@@ -54,6 +55,7 @@ class SweepSettings(Settings):
     wait: bool = values.flag("Wait until another sweep of the folder has ended.")
     mixed_code: bool = values.flag("Go on although runs in the folder were made by other code.")
     retry_failed: bool = values.flag("Make the runs again that have failed.")
+    warm_up: bool = values.flag("Compile what the runs need and keep it, and make none: before a job array.")
 
     def check(self) -> None:
         """Refuse a study and a task together, and options of Dask without it."""
@@ -65,6 +67,8 @@ class SweepSettings(Settings):
             if self.engine != "dask" and name in self.given:
                 flag = "--" + name.replace("_", "-")
                 raise ValueError(f"{name}={getattr(self, name)}: is for Dask; give --engine dask, or leave out {flag}")
+        if self.warm_up and (other := [name for name in _NOT_TO_WARM_UP if name in self.given]):
+            raise ValueError(f"warm_up=True: makes no runs, so it does not go with {', '.join(other)}; leave one out")
         if "scheduler" in self.given and "workers" in self.given:
             raise ValueError(f"workers={self.workers}: the scheduler has its own workers; leave --workers out")
 
@@ -91,6 +95,8 @@ def sweep(settings: SweepSettings) -> int:
     from teamsight.core.status_line import seconds
 
     study = Study.from_file(settings.study) if settings.study else _of_task(settings)
+    if settings.warm_up:
+        return _warm_up(study)
     runs = 0
     with when_stopped(lambda: _kept(settings, runs)), Watch() as watch:
 
@@ -133,6 +139,18 @@ def _of_task(settings: SweepSettings) -> Study:
     )
     study.check()
     return study
+
+
+def _warm_up(study: Study) -> int:
+    """Compile what the runs of a study need."""
+    from teamsight.analysis.studies.sweep import warm_up_study
+    from teamsight.cli.show import plural, say
+
+    began = time.monotonic()
+    with when_stopped(lambda: "no run was made; the same command goes on with what is not compiled"):
+        kinds = warm_up_study(study)
+    say(f"compiled for {plural(kinds, 'kind')} of runs in {time.monotonic() - began:.0f} s")
+    return 0
 
 
 @contextlib.contextmanager

@@ -163,9 +163,9 @@ def file(help: str, *, metavar: str = "FILE", many: bool = False, shown: str = "
     return Option(check, () if many else None, help, metavar, shown, many=many, **how)
 
 
-def folder(default: Any, help: str, *, required: bool = False) -> Any:
+def folder(default: Any, help: str, *, required: bool = False, shown: str = "") -> Any:
     """Declare a folder."""
-    return Option(_folder, default, help, "FOLDER", required=required)
+    return Option(_folder, default, help, "FOLDER", shown, required=required)
 
 
 def input_file(metavar: str, *, required: bool = True) -> Any:

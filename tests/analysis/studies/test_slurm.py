@@ -31,15 +31,25 @@ robots = [2, 3]
 radius = [1.5, 2.0]
 """
 
-# Runs the tasks of an array one after the other, the last first and twice.
+# Runs the tasks of an array one after the other, the last first and twice, once the job that it depends on has ended well.
 SBATCH = """#!/bin/bash
-echo "$@" > "$(dirname "$0")/arguments"
-last=$(sed -n 's/^#SBATCH --array=1-//p' "$1")
-cpus=$(sed -n 's/^#SBATCH --cpus-per-task=//p' "$1")
-for task in $(seq "$last" -1 1) "$last"; do
-  SLURM_ARRAY_TASK_ID=$task SLURM_CPUS_PER_TASK=$cpus bash "$1" > /dev/null || exit
-done
-echo "Submitted batch job 17"
+here=$(dirname "$0")
+echo "$@" >> "$here/arguments"
+script="${!#}"
+output=$(sed -n 's/^#SBATCH --output="\\(.*\\)"$/\\1/p' "$script" | sed 's/\\\\"/"/g')
+cpus=$(sed -n 's/^#SBATCH --cpus-per-task=//p' "$script")
+run() {
+  SLURM_ARRAY_TASK_ID=$1 SLURM_CPUS_PER_TASK=$cpus bash "$script" > "$(echo "$output" | sed "s/%A/17/; s/%a/$1/")" 2>&1
+}
+case "$*" in
+  *--parsable*--array=0*) run 0 || exit; touch "$here/warm"; echo "16;cluster" ;;
+  *--dependency=afterok:16\\ --kill-on-invalid-dep=yes*)
+    [ -e "$here/warm" ] || exit 3
+    last=$(sed -n 's/^#SBATCH --array=1-\\([0-9]*\\).*/\\1/p' "$script")
+    for task in $(seq "$last" -1 1) "$last"; do run "$task" || exit; done
+    echo "Submitted batch job 17" ;;
+  *) exit 4 ;;
+esac
 """
 
 
@@ -73,8 +83,15 @@ def test_the_tasks_of_an_array_make_what_one_sweep_makes(tmp_path: Path) -> None
         env=dict(os.environ, PYTHONPATH=str(ROOT), PATH=f"{tools}{os.pathsep}{os.environ['PATH']}"),
     )  # fmt: skip
     assert re.search(r"^my script.sbatch: 12 runs in 2 tasks\nSubmitted batch job 17\n", done.stdout)
-    assert (tools / "arguments").read_text() == "my script.sbatch\n"
-    assert (tmp_path / "greetings").read_text() == "good morning\n" * 3
+    assert (tools / "arguments").read_text().splitlines() == [
+        "--parsable --array=0 my script.sbatch",
+        "--dependency=afterok:16 --kill-on-invalid-dep=yes my script.sbatch",
+    ]
+    assert (tmp_path / "greetings").read_text() == "good morning\n" * 4
+    log = tmp_path / 'the "out" folder-log'
+    assert sorted(one.name for one in log.iterdir()) == ["17_0.out", "17_1.out", "17_2.out"]
+    # Task 0 made no run.
+    assert re.fullmatch(r"compiled for 1 kind of runs in \d+ s\n", (log / "17_0.out").read_text())
 
     sweep(Study.from_file(study), tmp_path / "one")
     assert len(rows(out)) == 12
@@ -90,19 +107,23 @@ def array(**options: object) -> JobArray:
 @pytest.mark.short
 def test_the_script_asks_for_what_is_given() -> None:
     script = array(
-        cpus=8, partition="short", account="robots", time="1-12:00:00", memory="4G", setup=("module load python",)
-    ).script("/opt/python")
+        cpus=8, partition="short", account="robots", time="1-12:00:00", memory="4G", setup=("module load python",),
+        at_once=2, output=Path('/logs/50 % of "all"'),
+    ).script("/opt/python")  # fmt: skip
     assert [line for line in script.splitlines() if line.startswith("#SBATCH")] == [
-        "#SBATCH --job-name=teamsight", "#SBATCH --array=1-4", "#SBATCH --cpus-per-task=8",
+        "#SBATCH --job-name=teamsight", "#SBATCH --array=1-4%2",
+        '#SBATCH --output="/logs/50 %% of \\"all\\"/%A_%a.out"', "#SBATCH --cpus-per-task=8",
         "#SBATCH --partition=short", "#SBATCH --account=robots", "#SBATCH --time=1-12:00:00", "#SBATCH --mem=4G",
     ]  # fmt: skip
-    assert script.index("--mem=4G") < script.index("\nmodule load python\nexec /opt/python -m teamsight sweep /")
+    assert script.index("--mem=4G") < script.index("\nmodule load python\n") < script.index("\nexec /opt/python -m teamsight")
     asked = array().script()
+    assert "#SBATCH --array=1-4\n" in asked
+    assert f'#SBATCH --output="{Path.cwd()}/results-log/%A_%a.out"\n' in asked
     assert not re.search("--(?:partition|account|time|mem)=", asked)
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("name", ["a b", "a'b", 'a"b', "a`b`$(c)$d", "a\\b", "ä%j", "-x", "#", "a;b&c"])
+@pytest.mark.parametrize("name", ["a b", "a'b", 'a"b', "a`b`$(c)$d", "ä%j", "-x", "#", "a;b&c"])
 def test_paths_reach_the_sweep_as_they_are(tmp_path: Path, name: str) -> None:
     (tmp_path / "teamsight.sh").write_text('printf "%s\\n" "$@"\n')
     text = array(study=Path("/data") / name, out=Path("/results") / name).script("PYTHON")
@@ -110,25 +131,28 @@ def test_paths_reach_the_sweep_as_they_are(tmp_path: Path, name: str) -> None:
     # A function in place of the interpreter shows what it would be called with.
     script.write_text(text.replace("exec PYTHON", f"bash {tmp_path}/teamsight.sh"))
     assert subprocess.run(["bash", "-n", str(script)], check=False).returncode == 0
-    done = subprocess.run(
-        ["bash", str(script)], capture_output=True, text=True, check=True,
-        env={"SLURM_ARRAY_TASK_ID": "2", "SLURM_CPUS_PER_TASK": "6", "PATH": os.environ["PATH"]},
-    )  # fmt: skip
-    assert done.stdout.splitlines() == [
-        "-m", "teamsight", "sweep", f"/data/{name}", "--out", f"/results/{name}", "--shard", "2/4", "--workers", "6",
-    ]  # fmt: skip
-    assert done.stderr == ""
+    for task, last in (("2", ["--shard", "2/4", "--workers", "6"]), ("0", ["--warm-up"])):
+        done = subprocess.run(
+            ["bash", str(script)], capture_output=True, text=True, check=True,
+            env={"SLURM_ARRAY_TASK_ID": task, "SLURM_CPUS_PER_TASK": "6", "PATH": os.environ["PATH"]},
+        )  # fmt: skip
+        sweep = ["-m", "teamsight", "sweep", f"/data/{name}", "--out", f"/results/{name}"]
+        assert (done.stdout.splitlines(), done.stderr) == ([*sweep, *last], "")
 
 
 @pytest.mark.short
-def test_a_script_that_no_array_runs_says_so(tmp_path: Path) -> None:
+def test_what_does_not_compile_holds_the_array_back(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY.replace("targets = 2", "tragets = 2"))
     script = tmp_path / "script"
-    script.write_text(array().script())
+    script.write_text(array(study=tmp_path / "study.toml", out=tmp_path / "out").script())
+    tools = program(tmp_path / "bin", SBATCH)
     done = subprocess.run(
-        ["bash", str(script)], capture_output=True, text=True, env={}, check=False, executable="/bin/bash"
-    )
+        ["bash", str(script)], capture_output=True, text=True, check=False,
+        env=dict(os.environ, PYTHONPATH=str(ROOT), PATH=f"{tools}{os.pathsep}{os.environ['PATH']}"),
+    )  # fmt: skip
     assert done.returncode
-    assert "run this file by sbatch" in done.stderr
+    assert len((tools / "arguments").read_text().splitlines()) == 1
+    assert "did you mean 'targets'?" in (tmp_path / "out-log" / "17_0.out").read_text()
 
 
 @pytest.mark.short
@@ -144,6 +168,9 @@ def test_a_script_that_no_array_runs_says_so(tmp_path: Path) -> None:
         ({"account": "a b"}, "^account='a b': is not"),
         ({"study": Path("a\nb.toml")}, "^study='a.nb.toml': must be one line"),
         ({"out": Path("a\tb")}, "^out='a.tb': must be one line"),
+        ({"at_once": 0}, "^at_once=0: must be at least 1"),
+        ({"output": Path("a\\b")}, "^output=.*: has a backslash; give another folder"),
+        ({"out": Path("a\\b")}, "^output=.*: has a backslash; give another folder"),
         ({"setup": ("module load a\nrm -r b",)}, "^setup=.*: must be one line"),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
@@ -158,7 +185,7 @@ def test_only_scripts_of_this_command_are_replaced(tmp_path: Path) -> None:
     path = tmp_path / "study.sbatch"
     slurm.write_script(path, array())
     slurm.write_script(path, array(tasks=5))
-    assert "--array=1-5" in path.read_text()
+    assert "--array=1-5\n" in path.read_text()
     path.write_text("#!/bin/bash\necho mine\n")
     with pytest.raises(ValueError, match=r"study.sbatch: was not written by teamsight submit; .* --script, or --force"):
         slurm.write_script(path, array())
@@ -172,10 +199,12 @@ def test_without_sbatch_or_when_it_refuses_the_error_says_what_to_do(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "my study.sbatch"
-    path.write_text(array().script())
+    path.write_text(array(out=tmp_path / "out").script())
+    path_before = os.environ["PATH"]
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(ValueError, match=r"^sbatch: is not on this machine; .*: sbatch '.*my study.sbatch'$"):
+    with pytest.raises(ValueError, match=r"^sbatch: is not on this machine; .*: bash '.*my study.sbatch'$"):
         slurm.submit(path)
-    monkeypatch.setenv("PATH", str(program(tmp_path / "bin", "#!/bin/sh\necho no such partition >&2\nexit 1\n")))
+    tools = program(tmp_path / "bin", "#!/bin/sh\necho no such partition >&2\nexit 1\n")
+    monkeypatch.setenv("PATH", f"{tools}{os.pathsep}{path_before}")
     with pytest.raises(ValueError, match=r"^sbatch: refused .* \(no such partition\); change the options"):
         slurm.submit(path)
