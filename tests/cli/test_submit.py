@@ -36,7 +36,7 @@ def submit(*options: str) -> tuple[str, str]:
 def test_it_writes_a_script_and_prints_the_next_commands(study: Path) -> None:
     output, error = submit("--slurm", "--tasks", "4")
     assert (output, error) == (
-        "study.sbatch: 4 runs in 4 tasks\nnext: sbatch study.sbatch\nthen: teamsight status results\n", ""
+        "study.sbatch: 4 runs in 4 tasks\nnext: bash study.sbatch\nthen: teamsight status results\n", ""
     )  # fmt: skip
     assert sorted(path.name for path in study.parent.iterdir()) == ["study.sbatch", "study.toml"]
 
