@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from typing import Any, Literal
 
 Attempted = tuple[Literal["done", "failed"], Any]
@@ -36,6 +36,37 @@ _emit: Callable[[str], None] = _drop
 def emit(text: str) -> None:
     """Send a message from within a job to the process that owns the executor."""
     _emit(text)
+
+
+def _forget(part: object, done: int) -> None:
+    pass
+
+
+_advance: Callable[[Hashable, int], None] = _forget
+
+
+def advance(part: Hashable, done: int) -> None:
+    """Report from within a job how much of it is done, to the process that owns the executor.
+
+    Parameters
+    ----------
+    part : hashable
+        What is being made; a later report about the same replaces this one. It can be pickled.
+    done : int
+        How much of it is done.
+    """
+    _advance(part, done)
+
+
+@contextlib.contextmanager
+def advancing(on_advance: Callable[[Hashable, int], None]) -> Iterator[None]:
+    """Pass what jobs report within the block to a function; jobs on a cluster report nothing."""
+    global _advance
+    before, _advance = _advance, on_advance
+    try:
+        yield
+    finally:
+        _advance = before
 
 
 def receiver() -> Callable[[str], None]:

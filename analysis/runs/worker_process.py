@@ -18,7 +18,7 @@ from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Any
 
-from teamsight.analysis.runs.attempt import attempt, emitting
+from teamsight.analysis.runs.attempt import advancing, attempt, emitting
 from teamsight.core.kernel import cache_folder
 
 
@@ -70,7 +70,7 @@ class WorkerProcess:
         return self.job is not None
 
     def answer(self) -> tuple[str, Any] | None:
-        """Receive "ready", a message or the outcome of the job; None if the worker is dead."""
+        """Receive "ready", a message, a report or the outcome of the job; None if the worker is dead."""
         try:
             message = self.pipe.recv_bytes()
         except (EOFError, OSError):
@@ -116,7 +116,11 @@ def _serve(pipe: Connection, imports: tuple[str, ...], folder: Path | None) -> N
         # A failing import fails again within a job, where the error is reported.
         with contextlib.suppress(Exception):
             importlib.import_module(name)
-    with contextlib.suppress(EOFError, OSError), emitting(lambda text: pipe.send(("message", text))):
+    with (
+        contextlib.suppress(EOFError, OSError),
+        emitting(lambda text: pipe.send(("message", text))),
+        advancing(lambda part, done: pipe.send(("advance", (part, done)))),
+    ):
         pipe.send(("ready", None))
         while (message := pipe.recv_bytes()) != _END:
             outcome = _made(message)

@@ -15,7 +15,7 @@ from multiprocessing.connection import wait
 from types import TracebackType
 from typing import TypeVar
 
-from teamsight.analysis.runs.attempt import attempt, emitting, receiver
+from teamsight.analysis.runs.attempt import advance, attempt, emitting, receiver
 from teamsight.analysis.runs.attempt import emit as emit
 from teamsight.analysis.runs.executor import MOST_DEATHS, ExecutorError, Outcome, results_of, start_cure
 from teamsight.analysis.runs.executor import JobError as JobError
@@ -203,6 +203,9 @@ class WorkerPool:
             return None
         if kind == "message":
             self._on_message(value)
+            return None
+        if kind == "advance":
+            advance(*value)
             return None
         assert worker.job is not None  # a worker that has none sends nothing else
         index, worker.job = worker.job, None

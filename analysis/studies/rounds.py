@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from teamsight.analysis.runs.attempt import advancing
 from teamsight.analysis.studies.definition.recording import check_measured
 from teamsight.analysis.studies.folder.run_set import joined
 from teamsight.analysis.studies.missing import Selection
@@ -86,6 +87,9 @@ class Rounds:
         self._retry_failed, self._stops, self._only = retry_failed, stops, only
         self._rate: float | None = None
         self._in_flight: dict[int, Sized] = {}
+        # Runs that are made but not yet here, by the names of their shards.
+        self._made_of: dict[Hashable, int] = {}
+        self._unsaid: Exception | None = None
 
     def run(self) -> None:
         """Make rounds until nothing is missing, or a run fails that shall stop the sweep."""
@@ -127,7 +131,11 @@ class Rounds:
         sharding = Sharding(self._plan, self._common, missing, self._engine.size, self._rate)
         while not sharding.is_empty:
             self._in_flight.clear()
-            with contextlib.closing(self._engine.outcomes(make_shard, self._jobs(sharding))) as outcomes:
+            self._made_of.clear()
+            with (
+                advancing(self._advance),
+                contextlib.closing(self._engine.outcomes(make_shard, self._jobs(sharding))) as outcomes,
+            ):
                 for outcome in outcomes:
                     self._take(outcome, sharding)
                     if self._stops and self.errors:
@@ -146,9 +154,19 @@ class Rounds:
             self._in_flight[index] = sized
             yield sized.shard
 
+    def _advance(self, shard: Hashable, made: int) -> None:
+        self._made_of[shard] = made
+        # Within a job of this process, an error of the caller's function would be one of the job.
+        if self._unsaid is None:
+            try:
+                self._report()
+            except Exception as error:
+                self._unsaid = error
+
     def _take(self, outcome: Outcome, sharding: Sharding) -> None:
         """Write what a worker has made."""
         sized = self._in_flight.pop(outcome.index)
+        self._made_of.pop(sized.shard.name, None)
         if outcome.status == "died":
             if len(sized.shard.runs) > 1:
                 sharding.divide(sized)
@@ -163,6 +181,8 @@ class Rounds:
             self._write(sized.shard, result)
         else:
             raise _fatal(outcome, sized.shard.describe())
+        if self._unsaid is not None:
+            raise self._unsaid
         self._report()
 
     def _agrees(self, result: ShardResult, sharding: Sharding) -> bool:
@@ -191,9 +211,12 @@ class Rounds:
 
     def _report(self) -> None:
         counts = self.counts
-        running = sum(len(sized.shard.runs) for sized in self._in_flight.values())
-        self._heartbeat.update(counts.done, counts.planned, failed=counts.failed, running=running, made=counts.made)
-        self._progress(counts.done + counts.failed, counts.planned, self._heartbeat.seconds_left)
+        held = sum(len(sized.shard.runs) for sized in self._in_flight.values())
+        made = sum(self._made_of.values())
+        self._heartbeat.update(
+            counts.done, counts.planned, failed=counts.failed, running=held, made=counts.made, unwritten=made
+        )
+        self._progress(counts.done + counts.failed + made, counts.planned, self._heartbeat.seconds_left)
 
     def _standing(self) -> Standing:
         """Return how far the study is by what was measured so far."""

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
+from teamsight.analysis.runs.attempt import advance
 from teamsight.analysis.studies.failure import Failure, failure_of
 from teamsight.analysis.studies.measured import Kind
 from teamsight.analysis.studies.part_tables import OWN_COLUMNS, Kinds, PartTables, Types
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from teamsight.analysis.studies.study import Record
 
 T = TypeVar("T")
+
+# Seconds between two reports of how many runs of a shard are made.
+_PERIOD = 0.2
 
 
 class Common(NamedTuple):
@@ -60,9 +64,14 @@ class Shard(NamedTuple):
     common: Common
     runs: tuple[ShardRun, ...]
 
+    @property
+    def name(self) -> str:
+        """The id of the first run."""
+        return self.runs[0].id
+
     def describe(self) -> str:
         """Return the shard in words, for errors."""
-        first = f"run {self.runs[0].id}"
+        first = f"run {self.name}"
         return first if len(self.runs) == 1 else f"{len(self.runs)} runs, the first of which is {first}"
 
 
@@ -91,7 +100,7 @@ class ShardResult(NamedTuple):
 
 
 def make_shard(shard: Shard) -> ShardResult:
-    """Make the runs of a shard. All engines run this function.
+    """Make the runs of a shard. All engines run this function; it reports how many are made, under the shard's name.
 
     A run that raises is a row of "failed", and so is one whose measures are of other types than those of other runs.
 
@@ -100,15 +109,18 @@ def make_shard(shard: Shard) -> ShardResult:
     SourceError
         If this process has another version of the code, or of a module that the study names.
     """
-    began = time.perf_counter()
+    began = reported = time.perf_counter()
     common = shard.common
     check_same_code(common)
     tables = PartTables(common.types, common.steps, common.kinds)
-    for run, made in _made(shard):
+    for count, (run, made) in enumerate(_made(shard), 1):
         if isinstance(made, Failure):
             tables.add_failure(run, made)
         else:
             tables.add_run(run, made)
+        if (now := time.perf_counter()) - reported >= _PERIOD:
+            reported = now
+            advance(shard.name, count)
     parts = tables.parts()
     return ShardResult(parts, tables.done, tuple(tables.failed), time.perf_counter() - began, tables.kinds)
 

@@ -131,8 +131,11 @@ class Sharding:
     def _following(self) -> Sized:
         """Return the next shard of runs that were not taken yet."""
         runs: list[ShardRun] = []
-        cost, room = 0.0, 0.0
-        while self._left and len(runs) < _MOST_RUNS and (not runs or cost < room):
+        cost, room, most = 0.0, 0.0, _MOST_RUNS
+        if self.rate is None and self._workers > 1:
+            # Runs may take much longer than expected, with a slow measure: each worker shall have some.
+            most = min(most, -(-self._left // (_SHARDS_PER_WORKER * self._workers)))
+        while self._left and len(runs) < most and (not runs or cost < room):
             setting, replicate = next(self._runs)
             if setting != self._setting:
                 self._turn_to(setting)

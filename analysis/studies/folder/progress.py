@@ -75,6 +75,7 @@ class Heartbeat:
         self._last = Progress(os.getpid(), socket.gethostname(), engine, workers, shard, 0, 0, 0, 0, 0, None, False)
         # When how many runs had been made.
         self._made: deque[tuple[float, int]] = deque()
+        self._unwritten = 0
         self._written, self._period = -math.inf, _PERIOD
 
     @property
@@ -95,9 +96,12 @@ class Heartbeat:
     @property
     def seconds_left(self) -> float | None:
         """Time until all runs are made at the present rate [s]; None until the rate is known."""
-        return seconds_left(self._last.total - self._last.done - self._last.failed, self._last.rate)
+        last = self._last
+        return seconds_left(last.total - last.done - last.failed - self._unwritten, last.rate)
 
-    def update(self, done: int, total: int, *, failed: int = 0, running: int = 0, made: int = 0) -> None:
+    def update(
+        self, done: int, total: int, *, failed: int = 0, running: int = 0, made: int = 0, unwritten: int = 0
+    ) -> None:
         """Take note of how far the sweep is.
 
         Parameters
@@ -110,9 +114,11 @@ class Heartbeat:
             Runs that workers have now.
         made : int
             Runs that this sweep has made, done or failed.
+        unwritten : int
+            Runs that workers have made of shards that are not whole; they count for the rate.
         """
-        now = time.monotonic()
-        self._made.append((now, made))
+        now, self._unwritten = time.monotonic(), unwritten
+        self._made.append((now, made + unwritten))
         while len(self._made) > 2 and now - self._made[1][0] > _WINDOW:
             self._made.popleft()
         self._last = self._last._replace(

@@ -8,7 +8,7 @@ import threading
 import time
 from pathlib import Path
 
-from teamsight.analysis.runs.attempt import emit
+from teamsight.analysis.runs.attempt import advance, emit
 from teamsight.core.kernel.cache_folder import cache_folder
 
 
@@ -40,6 +40,12 @@ def cache_folder_of(number: int) -> str:
 
 def talk(number: int) -> int:
     emit(f"line {number}")
+    return number
+
+
+def make_in_steps(number: int) -> int:
+    for done in range(number):
+        advance(number, done + 1)
     return number
 
 

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Hashable
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
@@ -15,6 +16,7 @@ import numpy as np
 import pytest
 
 from teamsight.analysis.runs import workers as workers_module
+from teamsight.analysis.runs.attempt import advancing
 from teamsight.analysis.runs.workers import JobError, WorkerPool, check_workers
 from teamsight.core.kernel.cache_folder import cache_folder
 
@@ -54,6 +56,17 @@ def test_messages_of_a_job_arrive(workers: int) -> None:
     with WorkerPool(workers, on_message=lines.append) as pool:
         pool.map(jobs.talk, range(4))
     assert sorted(lines) == [f"line {number}" for number in range(4)]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_jobs_report_how_much_of_them_is_done(workers: int) -> None:
+    reports: list[tuple[Hashable, int]] = []
+    with WorkerPool(workers) as pool:
+        pool.map(jobs.make_in_steps, [2])
+        with advancing(lambda part, done: reports.append((part, done))):
+            pool.map(jobs.make_in_steps, [2, 3])
+        pool.map(jobs.make_in_steps, [2])
+    assert sorted(reports) == [(2, 1), (2, 2), (3, 1), (3, 2), (3, 3)]
 
 
 _LONG = """

@@ -16,6 +16,7 @@ from teamsight import run_many
 from teamsight.analysis.runs import checkpoint, simulate
 from teamsight.analysis.runs.workers import JobError, cores
 from teamsight.analysis.studies import lazy_pool, same_code, sharding
+from teamsight.analysis.studies import shard as shard_module
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.study import Record, Study
@@ -69,6 +70,40 @@ def test_shards_of_a_job_array(array: int, tmp_path: Path) -> None:
     assert sum(each.made for each in made) == 12
     assert {each.missing for each in made} == {0}
     same_rows(tmp_path / "out", tmp_path / "whole")
+
+
+@pytest.mark.short
+def test_progress_counts_runs_before_their_shard_is_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shard_module, "_PERIOD", 0.0)
+    seen: list[tuple[int, int, bool]] = []
+    kept = StudyFolder(tmp_path / "out").done
+    sweep(
+        small(), tmp_path / "out", executor=(engine := Engine()),
+        progress=lambda done, total, seconds_left: seen.append((done, kept().size, seconds_left is None)),
+    )  # fmt: skip
+    assert [len(shard.runs) for shard in engine.jobs] == [12]
+    assert seen == [(0, 0, True), *((done, 0, False) for done in range(1, 13)), (12, 12, False)]
+
+
+@pytest.mark.short
+def test_an_error_of_the_progress_function_is_raised_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(shard_module, "_PERIOD", 0.0)
+
+    def show(done: int, total: int, seconds_left: float | None) -> None:
+        if done:
+            raise BrokenPipeError("nobody reads")
+
+    with pytest.raises(BrokenPipeError, match="nobody reads"):
+        sweep(small(), tmp_path / "out", progress=show)
+    assert StudyFolder(tmp_path / "out").done().size == 12
+
+
+@pytest.mark.short
+def test_the_first_shards_leave_runs_for_all_workers(tmp_path: Path) -> None:
+    """Whatever a slow measure makes of the expected time, which is that of CMOMMT without one."""
+    sweep(small(replicates=20), tmp_path / "out", executor=(engine := Engine(size=2)))
+    _warm_up, first, *_ = engine.jobs
+    assert len(first.runs) == 80 // (2 * 4)
 
 
 @pytest.mark.parametrize(("runs", "array"), [((7, 4), 3), ((1, 100), 7), ((100, 1), 7), ((3, 2), 9)])
