@@ -98,8 +98,12 @@ class CompilationReport:
         self._is_compiling = False
         if self._line is not None:
             self._line.close()
+        if not is_done:
+            # The world is not made; the next one begins from 1.
+            self._number, self._line = 0, None
+            return
         needed = self._needed()
-        if not is_done or not needed or any(kernel.is_missing() for kernel in needed):
+        if not needed or any(kernel.is_missing() for kernel in needed):
             return
         count = f"{self._number} kernel" if self._number == 1 else f"{self._number} kernels"
         closing = f"teamsight: compiled {count} in {seconds(monotonic() - self._began)}"

@@ -82,6 +82,21 @@ def test_a_terminal_shows_which_of_how_many(line: type[Line], capsys: pytest.Cap
     assert capsys.readouterr().err == "teamsight: compiled 3 kernels in 0 s\n"
 
 
+def test_after_one_that_fails_the_next_world_counts_from_one(
+    line: type[Line], capsys: pytest.CaptureFixture[str]
+) -> None:
+    said, kernels = CompilationReport(), [Kernel(), Kernel()]
+    said.plan(lambda: kernels)
+    kernels[0].compile(said)
+    said.begin("wrong")
+    said.end(is_done=False)
+    other = Kernel()
+    said.plan(lambda: [other])
+    other.compile(said)
+    assert line.texts == ["teamsight: compiling kernel 1 of 1, once per machine (0 s): rule", ""]
+    assert capsys.readouterr().err == "teamsight: compiled 1 kernel in 0 s\n"
+
+
 def test_below_a_progress_bar_there_is_one_line(
     line: type[Line], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
