@@ -20,6 +20,7 @@ from teamsight.agents.engine.state_rows import layout
 from teamsight.agents.group import Group
 from teamsight.core.kernel import Packed
 from teamsight.core.kernel.window import Integers
+from teamsight.core.references import stable_name
 from teamsight.world.interaction import (
     Interacting,
     InteractingBodies,
@@ -110,7 +111,7 @@ class PlacedInteraction:
 
     def begin(self, key: Key) -> None:
         """Begin to draw from the noise of a world with this key."""
-        self.key[:] = key_within(key, f"interaction {self.name} {self.nth}")
+        self.key[:] = key_within(key, f"interaction {stable_name(type(self.interaction))} {self.nth}")
         self.block[:] = -1
 
     def with_changes(self, changes: Mapping[str, Any]) -> Interaction:

@@ -10,6 +10,7 @@ import numpy as np
 
 from teamsight.agents.group import Group
 from teamsight.core import checks
+from teamsight.core.references import stable_name
 from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of_block
 from teamsight.world.planned import Planned, call
 
@@ -261,7 +262,7 @@ class EventSource:
 
     def _key(self) -> Any:
         group = -1 if self.group is None else self.group.number
-        return key_within(self.world._data.key, f"{type(self).__name__} {group} {self.nth}")
+        return key_within(self.world._data.key, f"{stable_name(type(self))} {group} {self.nth}")
 
     def _its_group(self) -> Group[Any]:
         if self.group is None:

@@ -14,6 +14,9 @@ from typing import Any
 
 from teamsight.core import checks
 
+#: Classes of this package that have moved or were renamed: the reference of before, and that of now. Seeds, the ids of
+#: settings and study files have the former, which stays for ever.
+MOVED: dict[str, str] = {}
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500
 # Folders that `search_in` has added to the path, and those that it was given last.
@@ -50,7 +53,7 @@ def load(reference: str, what: str = "policy", *, place: str = "put its file bes
         raise TypeError(f"{given}: must be a text such as 'package.module:Name'")
     if not is_reference(reference):
         raise ValueError(f"{given}: is no reference; write the module and the name in it, as in 'package.module:Name'")
-    home, _, names = reference.partition(":")
+    home, _, names = MOVED.get(reference, reference).partition(":")
     found: Any = _module(home, given, place)
     owner = f"module {home!r}"
     for name in names.split("."):
@@ -162,10 +165,21 @@ def reference_to(obj: object, what: str = "policy") -> str:
         raise ValueError(f"{given}: is defined within a function; {cure}")
     if home == "__main__":
         raise ValueError(f"{given}: is defined in the script that runs; {cure}")
-    reference = f"{home}:{name}"
+    reference = _stable(f"{home}:{name}")
     if load(reference, what) is not obj:
         raise ValueError(f"{given}: {reference!r} is another object of the same name; {cure}")
     return reference
+
+
+def _stable(reference: str) -> str:
+    return next((before for before, now in MOVED.items() if now == reference), reference)
+
+
+def stable_name(kind: type) -> str:
+    """Return the name of a class of which noise is made: the one that it had before it was renamed."""
+    now = f"{kind.__module__}:{kind.__qualname__}"
+    before = _stable(now)
+    return kind.__name__ if before == now else before.rpartition(":")[2]
 
 
 def search_in(folders: Iterable[str | Path]) -> None:
