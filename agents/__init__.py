@@ -13,11 +13,11 @@ if __name__ != "teamsight.agents":
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
-    from teamsight.agents.events.agent_left import AgentLeftError
+    from teamsight.agents.events.timeline import AgentLeftError
     from teamsight.agents.visualisation import draw_arena, make_world_component, portrayal
 
 _HOMES = {
-    "AgentLeftError": "teamsight.agents.events.agent_left",
+    "AgentLeftError": "teamsight.agents.events.timeline",
     "check_awareness": "teamsight.agents.awareness.check",
     "draw_arena": "teamsight.agents.visualisation",
     "make_world_component": "teamsight.agents.visualisation",

@@ -284,3 +284,13 @@ def _noted(step: Any) -> Any:
         return step(self, *arguments, **named)
 
     return noted
+
+
+class Robot(Body):
+    """A robot of the team "robots", unless `World.add` names another team; see `Body`."""
+
+    team: ClassVar[str | None] = "robots"
+
+
+class Target(Body):
+    """A target, on no team. To avoid robots it must sense them: ``world.senses(targets, robots)``."""

@@ -1,18 +1,18 @@
-"""CMOMMT: the paper's task, cooperative observation of multiple moving targets, in a disc."""
+"""CMOMMT: the paper's model, robots that observe moving targets."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness import Awareness
+from teamsight.agents.awareness import Awareness, RingAwareness
+from teamsight.agents.awareness.registry import awareness_named
+from teamsight.agents.body import Robot, Target
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
-from teamsight.agents.cmommt_components import degree_of, target_policy_of
-from teamsight.agents.cmommt_numbers import checked_numbers
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
@@ -20,20 +20,73 @@ from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetNam
 from teamsight.agents.group import Group
 from teamsight.agents.live_setting import FixedSetting, LiveSetting
 from teamsight.agents.model import World
-from teamsight.agents.presets import PRESETS
-from teamsight.agents.resolve import checked_options, policy_of, shared_options
-from teamsight.agents.robot import Robot
+from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.target import Target
 from teamsight.agents.world_data import FirstStates
 from teamsight.core import checks
 from teamsight.policies import Policy, Stationary
 from teamsight.policies.percept_of_one import Rule
+from teamsight.world.arena import Disc
+from teamsight.world.limits import Limits, length
 from teamsight.world.noise import Stream, stream_number, uniforms
-from teamsight.world.starts import Starts
+from teamsight.world.placement import Starts
 
 if TYPE_CHECKING:
     from teamsight.agents.events.source import EventSource
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "touzet2000": {
+        "robot_speed": 0.1,
+        "target_speed": 0.075,
+        "uniform_target_speed": False,
+        "policy_options": {"idle": "stay", "idle_when": "no-force", "weights": "nearest", "gain": 0.5},
+    }
+}
+
+
+class CheckedNumbers(NamedTuple):
+    """The settings that differ between runs of equal worlds; see the parameters of `CMOMMT`."""
+
+    arena: Disc
+    limits: Limits
+    sensing_range: float
+    awareness_range: float
+    robot_speed: float
+    target_speed: float
+
+
+def checked_numbers(plan: Mapping[str, Any]) -> CheckedNumbers:
+    """Return the arena, the ranges and the speeds of a plan.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is not a number or outside its limits.
+    """
+    arena = Disc(length("radius", plan["radius"]))
+    limits = Limits(arena)
+    sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+    speeds = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
+    return CheckedNumbers(arena, limits, sensing, aware, *speeds)
+
+
+# Options of policies by name whose defaults are for robots.
+_TARGET_OPTIONS = {"random-walk": {"turn_probability": 0.05}}
+
+
+def target_policy_of(value: Any, options: Mapping[str, Any]) -> Any:
+    """Return the policy of the targets: a name with its options, or an object."""
+    defaults = _TARGET_OPTIONS.get(value, {}) if isinstance(value, str) else {}
+    return policy_of(value, {**defaults, **options}, "target_policy")
+
+
+def degree_of(plan: Mapping[str, Any]) -> Awareness:
+    """Return the degree of awareness of the robots; `delta` is that of a degree given by name."""
+    # Checked for every degree, so that a wrong one is never ignored.
+    delta = RingAwareness(plan["delta"]).delta
+    degree = plan["awareness"]
+    return awareness_named(degree, {"delta": delta}) if isinstance(degree, str) else awareness_of(degree)
+
 
 Floats = npt.NDArray[np.float64]
 
@@ -71,10 +124,13 @@ class _Default:
 
 _DEFAULT: dict[str, Any] = {name: _Default(value) for name, value in DEFAULTS.items()}
 
+
 @refusing(
     robots="build another model, or change their number with model.robots.add(5) and robot.remove()",
     targets="build another model, or change their number with model.targets.add(5) and target.remove()",
 )
+
+
 class CMOMMT(World):
     """Robots in a disc that observe as many moving targets as possible.
 

@@ -10,13 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
-from teamsight.agents.awareness.perception import Perception
+from teamsight.agents.awareness.binding import Perception
 from teamsight.agents.channel import TEAMMATES, Channel
-from teamsight.agents.column_attributes import new_column
-from teamsight.agents.columns import Column, Columns
+from teamsight.agents.columns import Column, Columns, new_column
 from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.decisions.cycle import CycleLike
-from teamsight.agents.engine.readings import Readings
+from teamsight.agents.engine.detection import Readings
 from teamsight.agents.fixed import put, refusing
 from teamsight.agents.given import Numbers, PlacementName, Points, Rows
 from teamsight.agents.host_protocol import Host
@@ -29,7 +28,7 @@ from teamsight.policies.interface import Action, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
-from teamsight.world.starts import Founders
+from teamsight.world.placement import Founders
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -54,6 +53,8 @@ Floats = npt.NDArray[np.float64]
     identity="identities are given by the world; add_column makes numbers of your own",
     agents="robots.add(1) adds one, and robots[0].remove() takes one out",
 )
+
+
 class Group(Perceiving, Generic[A]):
     """Agents of one class that share a policy and a degree of awareness: ``Group[Scout]`` is a group of scouts.
 

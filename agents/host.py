@@ -9,41 +9,380 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import building
-from teamsight.agents.adjusting import adjust, adjust_one
-from teamsight.agents.arguments import OWN_OF_GROUP, divided
-from teamsight.agents.arrivals import extended, join
+from teamsight.agents import mesa_compat
 from teamsight.agents.body import Body
-from teamsight.agents.building import Plan, check_names
-from teamsight.agents.channel import TEAMMATES, Channel
-from teamsight.agents.condition import set_active, set_works
-from teamsight.agents.decisions.timetabling import (
-    set_cycle_of_one,
-    set_policy_of_one,
+from teamsight.agents.building import (
+    MOST_AGENTS,
+    OWN_OF_GROUP,
+    check_names,
+    column,
+    divided,
+    extended,
+    join,
+    make_group,
+    turn_columns,
 )
-from teamsight.agents.engine.engine import Engine
+from teamsight.agents.channel import TEAMMATES, changed
+from teamsight.agents.condition_of_one import channel_of
+from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
+from teamsight.agents.decisions.other_policies import OtherPolicy
+from teamsight.agents.decisions.timetable import new_timetable, put_timetable
 from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.engine.state_rows import take_rows
 from teamsight.agents.fixed import put
-from teamsight.agents.group import Group
-from teamsight.agents.mesa_bases import Agent, Model
+from teamsight.agents.group import Group, team_of
+from teamsight.agents.mesa_bases import Agent
 from teamsight.agents.places import checked_positions
-from teamsight.agents.senses import set_sensor
-from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.undo import Undo
-from teamsight.agents.world_data import WorldData
+from teamsight.agents.policy_state import first_state, put_rows, take_rows
+from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.compiled import CompiledPolicy, check_state
-from teamsight.policies.interface import Action
-from teamsight.policies.percept_of_one import PerceptOfOne
+from teamsight.policies.interface import Action, PolicyState
 from teamsight.policies.registry import label
 from teamsight.world.bodies import Abilities
 
-A = TypeVar("A", bound=Body)
-
 if TYPE_CHECKING:
+    from teamsight.agents.building import (
+        Plan,
+    )
+    from teamsight.agents.channel import Channel
+    from teamsight.agents.decisions.timetable import Timetable
+    from teamsight.agents.engine.engine import Engine
+    from teamsight.agents.mesa_bases import Model
+    from teamsight.agents.sensing.sensor import Sensor
     from teamsight.agents.space import WorldSpace
+    from teamsight.agents.world_data import WorldData
+    from teamsight.policies.percept_of_one import PerceptOfOne
+
+
+def declare(
+    data: WorldData, engine: Engine, groups: tuple[Group, Group], name: str, sensor: Sensor | None, counts: bool | None
+) -> None:
+    """Let the first of two groups sense the other in the channel `name`; see `World.senses`."""
+    data.timeline.check_undecided("senses()", "declare it before the run, or by world.clock.at(world.clock.now, …)")
+    observers, observed = groups
+    for group in groups:
+        if not isinstance(group, Group):
+            given = checks.shown(group)
+            raise TypeError(f"senses({given}): give a group, not a list or an agent; world.add returns it")
+        if group not in data.groups:
+            shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
+            raise ValueError(f"{shown}: both groups must have been added to this world")
+    before = observers.channels.get(name) if isinstance(name, str) else None
+    is_team = observers.team is not None
+    channel = changed(before, name, sensor, counts, on_team=is_team, size=len(observers))
+    _check_range(data, channel.sensor)
+    if observed not in channel.observed:
+        channel.observed.append(observed)
+    with deferred():
+        observers.channels[name] = channel
+        engine.is_bound = False
+
+
+def set_sensor(data: WorldData, engine: Engine, channel: Channel, sensor: Sensor | None) -> None:
+    """Replace the sensor of a channel from the next step on."""
+    data.timeline.check_undecided("sensors[…]", "plan it with world.clock.at(world.clock.now, …)")
+    _check_range(data, sensor)
+    with deferred():
+        channel.sensor = sensor
+        engine.is_bound = False
+
+
+def _check_range(data: WorldData, sensor: Any) -> None:
+    if sensor is not None and sensor.range is not None:
+        data.limits.range("sensor.range", sensor.range)
+
+
+def set_active(data: WorldData, engine: Engine, agent: Body, active: bool) -> None:
+    """Let an agent take part, or not; neighbour lists show it at once."""
+    group, row = agent.group, agent.row
+    # A mask of NumPy's has elements of its own type.
+    active = checks.flag("active", bool(active) if isinstance(active, np.bool_) else active)
+    data.timeline.check_undecided("active", "plan it with world.clock.at(world.clock.now, …)")
+    data.sources.switched(agent, None, active)
+    if group.bodies.active[row] != active:
+        with deferred():
+            group.bodies.active[row] = active
+            engine.change(group, row)
+            data.sources.note_change("active" if active else "inactive", agent)
+
+
+def set_works(data: WorldData, engine: Engine, agent: Body, channel: str, works: bool) -> None:
+    """Put one agent's sensor of a channel in order, or out of order; neighbour lists show it at once."""
+    group, row = agent.group, agent.row
+    array = channel_of(group, channel).works
+    what = "repair_sensor()" if works else "break_sensor()"
+    data.timeline.check_undecided(what, "plan it with world.clock.at(world.clock.now, …)")
+    data.sources.switched(agent, channel, works)
+    if array[row] != works:
+        with deferred():
+            array[row] = works
+            engine.change(group, row)
+
+
+def note_conditions(group: Group) -> None:
+    """Note whether an agent of a group is inactive, or a sensor out of order, after its arrays were replaced."""
+    works = all(channel.works.all() for channel in group.channels.values())
+    group.has_conditions = group.has_conditions or not (works and group.bodies.active.all())
+
+
+Integers = npt.NDArray[np.int64]
+
+_WHEN = "plan it with world.clock.at(world.clock.now, …)"
+
+
+def check_not_recorded(engine: Engine, group: Group, what: str) -> None:
+    """Refuse robots that do not decide at every step where their transitions are recorded."""
+    if group in engine.transitions.groups:
+        raise ValueError(
+            f"{what}: transitions of {group.name!r} are recorded, which takes a decision of each robot at every step; "
+            "record them in a world with Cycle()"
+        )
+
+
+def timetable_with(data: WorldData, engine: Engine, group: Group, value: Any) -> Timetable | None:
+    """Return the timetable of a group with another cycle, which begins now; None if it goes on without one."""
+    cycle = cycle_of(value)
+    if cycle != EVERY_STEP:
+        check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
+    return new_timetable(data, group, cycle) if group.timetable or cycle != EVERY_STEP else None
+
+
+def set_cycle_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) -> None:
+    """Give one robot a cycle that begins now; a reset goes back to that of the group."""
+    data.timeline.check_undecided("cycle", _WHEN)
+    group, row = agent.group, agent.row
+    cycle = cycle_of(value)
+    given = cycle.numbers(1)
+    if cycle != EVERY_STEP:
+        check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
+    table = group.timetable or new_timetable(data, group)
+    with deferred():
+        slots = len(table.arrives_at)
+        for present, one in zip(table.numbers, given, strict=True):
+            present[row] = one[0]
+        table.begin(np.array([row]), data.key, group.bodies.member, data.timeline.tick)
+        if group.timetable is None or len(table.arrives_at) != slots:
+            put_timetable(group, table)
+            engine.is_bound = False
+
+
+def set_policy_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) -> None:
+    """Give one robot a policy, with the policy's first state; a reset goes back to that of the group."""
+    data.timeline.check_undecided("policy", _WHEN)
+    group, row = agent.group, agent.row
+    policy = policy_of(value)
+    if group.is_growing:
+        raise RuntimeError(
+            f"policy={checks.shown(value)}: set in {group.agent_class.__name__}.__init__, and a reset would not call "
+            "that again; set it after world.add(…), or add a group for these agents"
+        )
+    index = index_of(group, policy)
+    others = group.others
+    if index < 0:
+        check_channels(group, policy)
+        check_policies(group, [policy], team_of(data.groups, group))
+        others = (*others, OtherPolicy(policy, first_state(policy, len(group))))
+    table = group.timetable or new_timetable(data, group)
+    with deferred():
+        if index >= 0:
+            start_again(group, index, np.array([row]))
+        else:
+            index = len(others)
+        table.policy[row] = index
+        if others is not group.others:
+            put(group, others=others)
+            put_timetable(group, table)
+            # The buffers for noise and situations depend on all policies.
+            group.begin(group.policy_state, group.decided)
+            engine.is_bound = False
+        elif group.timetable is None:
+            put_timetable(group, table)
+            engine.is_bound = False
+
+
+def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None:
+    """Refuse policies that do not fit the degree of awareness of a group; see `check_fit`."""
+    before = group.rules
+    try:
+        for policy in policies:
+            put(group, rules=(policy, before[1]))
+            check_fit(group, team)
+    finally:
+        put(group, rules=before)
+
+
+def begin_policy(group: Group, state: Any) -> None:
+    """Let all robots decide by a new policy of the group, which has been set, with its first state."""
+    put(group, others=())
+    if group.timetable is not None:
+        group.timetable.policy[:] = 0
+    group.begin(state)
+
+
+def back_to_group(group: Group) -> None:
+    """Let all robots decide by the policy of the group; those that had another begin anew."""
+    table = group.timetable
+    if table is not None and table.policy.any():
+        start_again(group, 0, np.flatnonzero(table.policy))
+        table.policy[:] = 0
+
+
+def index_of(group: Group, policy: Any) -> int:
+    """Return the index of a policy among those of a group; −1 if it is not known to the group."""
+    for index, known in enumerate(group.policies):
+        if known is policy or (type(known) is type(policy) and _is_equal(known, policy)):
+            return index
+    return -1
+
+
+def _is_equal(one: Any, other: Any) -> bool:
+    # Only dataclasses, such as those of the package, compare by their options.
+    return bool(hasattr(type(one), "__dataclass_fields__") and one == other)
+
+
+def start_again(group: Group, index: int, rows: Integers) -> None:
+    """Set the state of some robots to that before the first decision of a policy."""
+    size = len(group)
+    policy, state = group.policies[index], group.states[index]
+    fresh = take_rows(first_state(policy, size), rows, size)
+    if isinstance(state, PolicyState):
+        # In place, because kernels read it.
+        for array, part in zip(state, fresh, strict=True):
+            array[rows] = part
+    else:
+        group.set_state(index, put_rows(state, rows, fresh, size))
+
+
+def adjust(data: WorldData, engine: Engine, group: Group, changes: dict[str, Any]) -> None:
+    """Change the settings of a group; see `World.adjust`."""
+    data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
+    if group not in data.groups:
+        raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
+    given = {name: value for name, value in changes.items() if value is not None}
+    size, limits, bodies = len(group), data.limits, group.bodies
+    ranges = [
+        column(name, given[name], size, limits.range) if name in given else before
+        for name, before in zip(("sensing_range", "awareness_range"), group.ranges, strict=True)
+    ]
+    speed = column("speed", given["speed"], size, limits.speed) if "speed" in given else bodies.speed
+    turning = bodies.turn_cosine, bodies.turn_sine
+    if "turn_limit" in given:
+        turning = turn_columns(given["turn_limit"], size)
+    table = timetable_with(data, engine, group, given["cycle"]) if "cycle" in given else None
+    before, policy = group.rules, _policy_given(group, given)
+    awareness = awareness_of(given["awareness"]) if "awareness" in given else before[1]
+    try:
+        put(group, rules=(policy, awareness))
+        stay = group.policies if policy is before[0] else [policy]
+        check_policies(group, stay, team_of(data.groups, group))
+        state = first_state(policy, size) if policy is not before[0] else None
+    except BaseException:
+        put(group, rules=before)
+        raise
+    with deferred():
+        if "policy" in given and policy is before[0]:
+            back_to_group(group)
+            if table is not None:
+                table.policy[:] = 0
+        group.ranges = ranges[0], ranges[1]
+        bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
+        if table is not None:
+            put_timetable(group, table)
+        if policy is not before[0]:
+            begin_policy(group, state)
+        engine.is_bound = False
+
+
+def _policy_given(group: Group, given: dict[str, Any]) -> Any:
+    """Return the new policy of a group; without one its present."""
+    if "policy" in given:
+        policy = policy_of(given["policy"], given.get("policy_options"))
+        check_channels(group, policy)
+        return policy
+    if "policy_options" in given:
+        shown = checks.shown(given["policy_options"])
+        raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
+    return group.rules[0]
+
+
+def adjust_one(data: WorldData, engine: Engine, agent: Body, name: str, value: float) -> None:
+    """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
+    group, row, bodies, limits = agent.group, agent.row, agent.group.bodies, data.limits
+    if name == "turn_limit":
+        (cosine,), (sine,) = turn_columns(value, 1)
+        with deferred():
+            bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
+        return
+    number = column(name, value, 1, limits.speed if name == "speed" else limits.range)[0]
+    if name == "speed":
+        bodies.speed[row] = number
+    else:
+        with deferred():
+            group.ranges[name == "awareness_range"][row] = number
+            engine.is_bound = False
+
+
+class Undo:
+    """What was there before agents are added.
+
+    The ``__init__`` of an agent may add groups and agents, and remove others. Adding and removing replace arrays, so it
+    suffices to keep the old ones.
+    """
+
+    def __init__(self, model: Model, data: WorldData, engine: Engine) -> None:
+        self._model, self._data, self._engine = model, data, engine
+        # Ctrl-C may come where `Timeline.calling` cannot set it back.
+        self._inside = data.timeline.inside
+        self._first = mesa_compat.next_identity(model)
+        self._interactions = [(one, one.changes) for one in data.interactions]
+        self._kept = [_Kept(group) for group in data.groups]
+
+    def undo(self) -> None:
+        """Go back."""
+        with deferred():
+            self._data.timeline.inside = self._inside
+            added = self._data.groups[len(self._kept) :]
+            del self._data.groups[len(self._kept) :]
+            for agent in [agent for agent in self._model.agents if agent.unique_id >= self._first]:
+                self._model.deregister_agent(agent)
+            for kept in self._kept:
+                kept.put_back(self._model)
+            mesa_compat.set_next_identity(self._model, self._first)
+            for group in added:
+                self._engine.leave_out(group)
+            self._data.interactions[:] = [one for one, _ in self._interactions]
+            for one, changes in self._interactions:
+                one.take(changes)
+            self._engine.is_bound = False
+
+
+class _Kept:
+    """The attributes of a group, its agents and its columns."""
+
+    def __init__(self, group: Group) -> None:
+        self._group = group
+        self._attributes: dict[str, Any] = vars(group).copy()
+        self._agents, self._columns = group._agents.copy(), group.columns.kept()
+        self._works = {name: channel.works for name, channel in group.channels.items()}
+
+    def put_back(self, model: Model) -> None:
+        """Give the group what it had."""
+        vars(self._group).update(self._attributes)
+        self._group._agents = self._agents
+        self._group.columns.go_back(self._columns)
+        for name, works in self._works.items():
+            self._group.channels[name].works = works
+        for row, agent in enumerate(self._agents):
+            if agent._row < 0:
+                # mesa 3.5 would give it a new number.
+                identity = agent.unique_id
+                model.register_agent(agent)
+                agent.unique_id = identity
+            agent.row = row
+
+
+A = TypeVar("A", bound=Body)
 
 
 class WorldHost:
@@ -72,7 +411,7 @@ class WorldHost:
 
     def add(self, agent_class: type[A], size: int, plan: Plan, each: list[dict[str, Any]]) -> Group[A]:
         """Add a group; see `World.add`. `each` has the arguments of each agent's ``__init__``."""
-        group = building.make_group(self._data, agent_class, size, plan, self)
+        group = make_group(self._data, agent_class, size, plan, self)
         undo = Undo(self._model, self._data, self._engine)
         try:
             self._data.groups.append(group)
@@ -89,7 +428,7 @@ class WorldHost:
         data = self._data
         data.timeline.check_undecided("add()", "plan it with world.clock.at(world.clock.now, group.add)")
         self._check_complete(group, "add()")
-        size, count = len(group), checks.count("count", count, most=building.MOST_AGENTS)
+        size, count = len(group), checks.count("count", count, most=MOST_AGENTS)
         own = divided(group.agent_class, count, arguments, OWN_OF_GROUP, group.columns)
         new = extended(data, group, count, given, own.columns)
         undo = Undo(self._model, data, self._engine)

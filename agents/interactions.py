@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents.column_attributes import is_free
+from teamsight.agents.columns import is_free
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.engine.placed_interaction import PlacedInteraction
+from teamsight.agents.engine.interactions import PlacedInteraction
 from teamsight.agents.group import Group
 from teamsight.agents.recording.history import COLUMNS
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
+from teamsight.world.checked_interaction import check_interaction_declarations
 from teamsight.world.interaction import Interaction
-from teamsight.world.interaction_declarations import check_interaction_declarations
 
 
 def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: dict[str, Group]) -> None:

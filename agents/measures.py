@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, Self
 import mesa
 
 from teamsight.agents import mesa_bases
-from teamsight.agents.arguments import check_names
 from teamsight.agents.body import Body
+from teamsight.agents.building import check_keywords
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.fixed import refusing
 from teamsight.agents.group import Group
@@ -36,6 +36,8 @@ from teamsight.world.interaction import Interaction
     mean_neighbours="it is measured; reset() starts again",
     max_neighbours="it is measured; reset() starts again",
 )
+
+
 class Measures(mesa_bases.Model):
     """The measures of a world; `World` derives from it."""
 
@@ -46,7 +48,7 @@ class Measures(mesa_bases.Model):
 
     def __new__(cls, *arguments: Any, **named: Any) -> Self:
         # Before Python's own error, which suggests nothing.
-        check_names(cls, named)
+        check_keywords(cls, named)
         return super().__new__(cls)
 
     # Type checkers would take every attribute to exist.

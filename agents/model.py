@@ -11,20 +11,18 @@ from types import EllipsisType
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.arguments import OWN_OF_WORLD, divided
 from teamsight.agents.body import Body
-from teamsight.agents.building import MOST_AGENTS, Places, Plan, check_class, team_given
+from teamsight.agents.building import MOST_AGENTS, OWN_OF_WORLD, Places, Plan, check_class, divided, team_given
 from teamsight.agents.condition_of_one import note_of_inactive
 from teamsight.agents.decisions.cycle import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape, SeedLike
 from teamsight.agents.group import Group
-from teamsight.agents.host import WorldHost
+from teamsight.agents.host import WorldHost, declare
 from teamsight.agents.live_setting import SettingOfGroups
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.run_methods import RunMethods
-from teamsight.agents.senses import declare
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.state import StateKeeper
 from teamsight.agents.stepping import Stepper

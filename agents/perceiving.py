@@ -16,7 +16,7 @@ from teamsight.policies.interface import Percept
 from teamsight.world.noise import TICKS_A_BLOCK
 
 if TYPE_CHECKING:
-    from teamsight.agents.awareness.perception import Perception
+    from teamsight.agents.awareness.binding import Perception
     from teamsight.agents.engine.relation import Relation
     from teamsight.world.bodies import Bodies
 

@@ -1,4 +1,4 @@
-"""The state of a policy for a group: before its first decision, and with rows for agents that join."""
+"""The state of a policy: before its first decision, with rows taken out and put in, and for agents that join."""
 
 from __future__ import annotations
 
@@ -7,10 +7,81 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.state_rows import take_rows, with_more_rows
 from teamsight.policies.compiled import CompiledPolicy, check_state
 from teamsight.policies.interface import Policy
 from teamsight.policies.registry import label
+
+
+def take_rows(state: Any, rows: npt.NDArray[Any], size: int) -> Any:
+    """Return the state of some of the `size` robots; what is not an array with a row for each is returned unchanged."""
+    if isinstance(state, np.ndarray):
+        return np.ascontiguousarray(state[rows]) if state.shape[:1] == (size,) else state
+    if isinstance(state, dict):
+        return {name: take_rows(part, rows, size) for name, part in state.items()}
+    if isinstance(state, (tuple, list)):
+        return _rebuilt(state, [take_rows(part, rows, size) for part in state])
+    return state
+
+
+def put_rows(state: Any, rows: npt.NDArray[Any], part: Any, size: int) -> Any:
+    """Return a copy of the state with the rows of some robots replaced by `part`, which is as from `take_rows`.
+
+    Values without rows are replaced for all robots.
+    """
+    if isinstance(state, np.ndarray) and state.shape[:1] == (size,):
+        changed = state.copy()
+        changed[rows] = part
+        return changed
+    if isinstance(state, dict) and isinstance(part, dict) and state.keys() == part.keys():
+        return {name: put_rows(state[name], rows, part[name], size) for name in state}
+    if isinstance(state, (tuple, list)) and type(state) is type(part) and len(state) == len(part):
+        pairs = zip(state, part, strict=True)
+        return _rebuilt(state, [put_rows(before, rows, after, size) for before, after in pairs])
+    return part
+
+
+def with_more_rows(state: Any, fresh: Any, size: int, total: int, name: str) -> Any:
+    """Return the state of `size` robots with the rows of more, from the `fresh` state of `total` robots.
+
+    Values without rows stay. `name` says in errors where the fresh state comes from.
+
+    Raises
+    ------
+    TypeError
+        If the fresh state is arranged in another way.
+    """
+    if isinstance(state, np.ndarray) and isinstance(fresh, np.ndarray) and state.shape[1:] == fresh.shape[1:]:
+        if state.shape[:1] == (size,) and fresh.shape[:1] == (total,):
+            return np.concatenate([state, fresh[size:].astype(state.dtype)])
+        if state.shape == fresh.shape:
+            return state
+    elif isinstance(state, dict) and isinstance(fresh, dict) and state.keys() == fresh.keys():
+        return {key: with_more_rows(state[key], fresh[key], size, total, name) for key in state}
+    elif isinstance(state, (tuple, list)) and type(state) is type(fresh) and len(state) == len(fresh):
+        pairs = zip(state, fresh, strict=True)
+        return _rebuilt(state, [with_more_rows(before, new, size, total, name) for before, new in pairs])
+    elif not isinstance(state, (np.ndarray, dict, tuple, list)):
+        return state
+    raise TypeError(
+        f"{name} returns {layout(fresh)}, and the state of {size} is {layout(state)}; return arrays with a row for "
+        "each robot from start, so that robots can join"
+    )
+
+
+def layout(state: Any) -> str:
+    """Return a description of the types and shapes in a state; a policy can continue only from a state with its own."""
+    if isinstance(state, np.ndarray):
+        return f"{state.dtype}{list(state.shape)}"
+    if isinstance(state, dict):
+        return "{" + ", ".join(f"{name}: {layout(part)}" for name, part in state.items()) + "}"
+    if isinstance(state, (tuple, list)) and any(isinstance(part, (np.ndarray, dict, tuple, list)) for part in state):
+        return f"{type(state).__name__}({', '.join(layout(part) for part in state)})"
+    return type(state).__name__
+
+
+def _rebuilt(state: Any, parts: list[Any]) -> Any:
+    return type(state)(*parts) if hasattr(state, "_fields") else type(state)(parts)
+
 
 Integers = npt.NDArray[np.int64]
 

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teamsight.agents.awareness import AWARENESS, Awareness
-from teamsight.agents.awareness.interface import check_width
+from teamsight.agents.awareness.interface import OWN_SECTORS, check_width
 from teamsight.agents.awareness.registry import awareness_named
-from teamsight.agents.awareness.sectors import OWN_SECTORS
 from teamsight.core import checks
 from teamsight.policies import registry
 from teamsight.policies.declarations import check_declarations
@@ -21,7 +20,6 @@ from teamsight.policies.registry import POLICIES, label, options_of
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
-
 
 
 class NoPolicy:

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.cmommt import CMOMMT, DEFAULTS
+from teamsight.agents.cmommt import CMOMMT, DEFAULTS, PRESETS
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
-from teamsight.agents.presets import PRESETS
 from teamsight.core import checks
 from teamsight.world.noise import key_of
-from teamsight.world.starts import Starts
+from teamsight.world.placement import Starts
 
 #: Parameters of `CMOMMT` that are written into the arrays of a built world.
 NUMBERS = frozenset({"radius", "sensing_range", "awareness_range", "robot_speed", "target_speed"})

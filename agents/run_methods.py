@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from teamsight.agents.host import WorldHost
     from teamsight.agents.recording.world_replay import WorldReplay
     from teamsight.agents.world_data import FirstStates
-    from teamsight.world.starts import Starts
+    from teamsight.world.placement import Starts
 
 
 class RunMethods(MesaEvents):

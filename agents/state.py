@@ -3,39 +3,169 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, NamedTuple
+import pickle
+import weakref
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mesa
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
-from teamsight.agents.condition import note_conditions
-from teamsight.agents.decisions.saved_policies import SavedPolicy, described, others_of
+from teamsight.agents.body import Body
+from teamsight.agents.decisions.other_policies import OtherPolicy
 from teamsight.agents.decisions.timetable import Timetable
-from teamsight.agents.engine.engine import Engine
-from teamsight.agents.engine.placed_interaction import InteractionSaved, check_interactions
-from teamsight.agents.engine.readings import Readings
-from teamsight.agents.engine.state_rows import layout
+from teamsight.agents.engine.detection import Readings
+from teamsight.agents.engine.interactions import InteractionSaved, check_interactions
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.fixed import put
-from teamsight.agents.given import SeedLike
-from teamsight.agents.group import Group
+from teamsight.agents.host import note_conditions
+from teamsight.agents.mesa_bases import Agent
 from teamsight.agents.mesa_compat import Generators
-from teamsight.agents.policy_state import first_state_of_members
+from teamsight.agents.policy_state import first_state_of_members, layout
 from teamsight.agents.recording.collector import HistoryCollector, collecting_once
 from teamsight.agents.recording.history import History
-from teamsight.agents.recording.recording import Recording
-from teamsight.agents.returning import bring_back, lost_members
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.world_data import FirstStates, WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import Action
-from teamsight.world.arena import Arena
 from teamsight.world.bodies import Abilities, Bodies
 from teamsight.world.noise import key_of
-from teamsight.world.starts import Founders, Starts
+from teamsight.world.placement import Founders
+
+if TYPE_CHECKING:
+    from teamsight.agents.engine.engine import Engine
+    from teamsight.agents.given import SeedLike
+    from teamsight.agents.group import Group
+    from teamsight.agents.mesa_bases import Model
+    from teamsight.agents.recording.recording import Recording
+    from teamsight.agents.world_data import FirstStates, WorldData
+    from teamsight.world.arena import Arena
+    from teamsight.world.placement import Starts
+
+
+def lost_members(group: Group, member: npt.NDArray[np.int64]) -> list[int]:
+    """Return the members that cannot come back: agents made by an ``__init__`` of the user's that nobody keeps."""
+    if group.agent_class.__init__ is Body.__init__:
+        return []
+    missing = set(member.tolist()) - set(group.bodies.member.tolist())
+    return sorted(number for number in missing if number not in group.departed)
+
+
+def bring_back(model: Model, group: Group, member: npt.NDArray[np.int64], identity: npt.NDArray[np.int64]) -> None:
+    """Give a group the agents that are these members, in this order, with these identities; columns get rows for them.
+
+    An agent that has left and is still in use somewhere comes back itself; else a new one takes its place.
+    """
+    present = dict(zip(group.bodies.member.tolist(), group._agents, strict=True))
+    rows = {number: row for row, number in enumerate(present)}
+    wanted = member.tolist()
+    group.columns.replace(group.columns.rearranged([rows.get(number, -1) for number in wanted]))
+    for number in present.keys() - set(wanted):
+        agent = present.pop(number)
+        model.deregister_agent(agent)
+        agent.row = -1
+        group.departed[number] = agent
+    agents = []
+    for row, (number, unique_id) in enumerate(zip(wanted, identity.tolist(), strict=True)):
+        agent = present.get(number) or _returned(model, group, number)
+        # Here agents may have come in another order; and mesa may give those that return a new one.
+        agent.unique_id = unique_id
+        agent.row = row
+        agents.append(agent)
+    group._agents = agents
+
+
+def _returned(model: Model, group: Group, number: int) -> Any:
+    agent = group.departed.pop(number, None)
+    if agent is None:
+        made: Any = group.agent_class
+        agent = made.__new__(made)
+        vars(agent).update(group=group, _row=-1)
+        Agent.__init__(agent, model)
+    else:
+        model.register_agent(agent)
+    return agent
+
+
+class SavedPolicy:
+    """A policy of single robots of a group, in a state. Copies of the state share it.
+
+    Attributes
+    ----------
+    description : str
+        See `described`.
+    """
+
+    def __init__(self, policy: Any, group: Group) -> None:
+        self.description = described(policy)
+        self._policy, self._bytes = policy, b""
+        self._group: Any = weakref.ref(group)
+
+    def is_of(self, group: Group, policy: Any) -> bool:
+        """Whether a policy of a group is this one, or like it."""
+        return policy is self._policy if self._is_of(group) else described(policy) == self.description
+
+    def made_for(self, group: Group) -> Any:
+        """Return the policy for a group that has none like it; None if it cannot be pickled."""
+        # A copy for another group: a policy in Python may hold data, or be a method, of the world that it comes from.
+        return self._policy if self._is_of(group) else _unpickled(self._bytes or _pickled(self._policy))
+
+    def _is_of(self, group: Group) -> bool:
+        return self._group is not None and self._group() is group
+
+    def __deepcopy__(self, memo: Any) -> SavedPolicy:
+        return self
+
+    def __getstate__(self) -> dict[str, Any]:
+        # As bytes: a state can be loaded where the policy's class is not known.
+        policy = self._bytes or _pickled(self._policy)
+        return {"description": self.description, "_policy": None, "_group": None, "_bytes": policy}
+
+
+def _pickled(policy: Any) -> bytes:
+    """Return a pickled policy; nothing if that is not possible."""
+    try:
+        return b"" if policy is None else pickle.dumps(policy)
+    except Exception:  # Whatever the user's class raises.
+        return b""
+
+
+def _unpickled(policy: bytes) -> Any:
+    try:
+        return pickle.loads(policy) if policy else None
+    except Exception:  # A class that is not known here, or whatever it raises.
+        return None
+
+
+def described(policy: Any) -> str:
+    """Return a text that is equal for equal policies, also in other processes."""
+    text = repr(policy)
+    # A repr that contains a memory address differs between processes.
+    return getattr(policy, "__qualname__", type(policy).__name__) if " at 0x" in text else text
+
+
+def others_of(group: Group, saved: tuple[tuple[SavedPolicy, Any], ...]) -> list[OtherPolicy]:
+    """Return the policies of single robots with their saved states: its own, those like them that it has, or copies.
+
+    Raises
+    ------
+    ValueError
+        If the group does not have a policy, and it cannot be pickled.
+    """
+    known, found = [other.policy for other in group.others], []
+    for one, state in saved:
+        alike = [policy for policy in known if one.is_of(group, policy)]
+        policy = alike[0] if alike else one.made_for(group)
+        if policy is None:
+            raise ValueError(
+                f"restore(…): the state is of a world in which single {group.name} have the policy {one.description}, "
+                f"which could not be pickled and which {group.name} do not have here; give it to one of them first, "
+                f"as in {group.name}[0].policy = …"
+            )
+        known = [other for other in known if other is not policy]
+        found.append(OtherPolicy(policy, state))
+    return found
 
 
 class GroupState(NamedTuple):

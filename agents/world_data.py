@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.placed_interaction import PlacedInteraction
-from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.sources import Sources
 from teamsight.agents.events.timeline import Timeline
-from teamsight.agents.group import Group
 from teamsight.agents.policy_state import first_state_of_members
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.policies.interface import PolicyState
-from teamsight.world.arena import Arena
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import key_of
-from teamsight.world.starts import Starts, starts
+from teamsight.world.placement import starts
+
+if TYPE_CHECKING:
+    from teamsight.agents.engine.interactions import PlacedInteraction
+    from teamsight.agents.engine.watching import Watcher
+    from teamsight.agents.group import Group
+    from teamsight.world.arena import Arena
+    from teamsight.world.placement import Starts
 
 
 class WorldData:

@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 
 from teamsight.core.kernel import Entry, specialise
-from teamsight.core.kernel.fences import Fences
-from teamsight.core.kernel.guarded_arrays import Axis, machine_code, run_guarded
-from teamsight.core.kernel.guarded_copy import guarded
-from teamsight.core.kernel.guarded_record import GuardedRecord
+from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
 from teamsight.policies.compiled import CompiledPolicy, check_state, decide_at, decision_record, pack_decision
 from teamsight.policies.interface import Action, Floats, Percept, PolicyState
 

@@ -16,22 +16,18 @@ from teamsight.core.version import __version__
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
-    from teamsight.agents.body import Body
+    from teamsight.agents.body import Body, Robot, Target
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.components.arrivals import Arrivals, Departures
-    from teamsight.agents.components.batteries import Batteries
-    from teamsight.agents.components.charging_places import ChargingPlaces
+    from teamsight.agents.components.batteries import Batteries, ChargingPlaces
     from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull
-    from teamsight.agents.components.failures import Failures
-    from teamsight.agents.components.sensor_dropouts import SensorDropouts
+    from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
     from teamsight.agents.decisions.cycle import Cycle
     from teamsight.agents.events.source import EventSource
     from teamsight.agents.model import World
-    from teamsight.agents.robot import Robot
     from teamsight.agents.sensing.check import check_sensor
     from teamsight.agents.sensing.sensor import Sensor
-    from teamsight.agents.target import Target
     from teamsight.analysis.runs.run_many import run_many
     from teamsight.analysis.studies.results import open_study
     from teamsight.analysis.studies.study import Study
@@ -53,21 +49,21 @@ _HOMES = {
     "CMOMMT": "teamsight.agents.cmommt",
     "Arrivals": "teamsight.agents.components.arrivals",
     "Batteries": "teamsight.agents.components.batteries",
-    "ChargingPlaces": "teamsight.agents.components.charging_places",
+    "ChargingPlaces": "teamsight.agents.components.batteries",
     "Constant": "teamsight.agents.components.durations",
     "Departures": "teamsight.agents.components.arrivals",
     "EventSource": "teamsight.agents.events.source",
     "Exponential": "teamsight.agents.components.durations",
     "Failures": "teamsight.agents.components.failures",
-    "SensorDropouts": "teamsight.agents.components.sensor_dropouts",
+    "SensorDropouts": "teamsight.agents.components.failures",
     "Times": "teamsight.agents.components.durations",
     "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
     "Weibull": "teamsight.agents.components.durations",
     "Cycle": "teamsight.agents.decisions.cycle",
     "World": "teamsight.agents.model",
-    "Robot": "teamsight.agents.robot",
+    "Robot": "teamsight.agents.body",
     "Sensor": "teamsight.agents.sensing.sensor",
-    "Target": "teamsight.agents.target",
+    "Target": "teamsight.agents.body",
     "Disc": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",

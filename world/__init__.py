@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from teamsight.world.obstacles import Obstacle, Outline
     from teamsight.world.polygon import Polygon
     from teamsight.world.sight import Sight
-    from teamsight.world.wall_contacts import Walls
+    from teamsight.world.walls import Walls
 
 _HOMES = {
     "Arena": "teamsight.world.contract",
@@ -37,7 +37,7 @@ _HOMES = {
     "Polygon": "teamsight.world.polygon",
     "Sight": "teamsight.world.sight",
     "Torus": "teamsight.world.arena",
-    "Walls": "teamsight.world.wall_contacts",
+    "Walls": "teamsight.world.walls",
     "check_arena": "teamsight.world.check",
     "check_interaction": "teamsight.world.checked_interaction",
 }

@@ -9,11 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.world import limits
-from teamsight.world.contract import Arena, Points
-from teamsight.world.period import ENDLESS, kernel_period
+from teamsight.world.contract import ENDLESS, Arena, Points, kernel_period
 from teamsight.world.polygons import round_boundary, walls_of
-from teamsight.world.wall_contacts import Walls, no_walls
-from teamsight.world.walls import confine_box, confine_disc, confine_torus
+from teamsight.world.walls import Walls, confine_box, confine_disc, confine_torus, no_walls
 
 __all__ = ["ENDLESS", "Arena", "Box", "Disc", "Points", "Torus", "kernel_period"]
 

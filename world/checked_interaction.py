@@ -1,26 +1,199 @@
-"""`check_interaction`: tests whether an interaction keeps its contract."""
+"""The check of an interaction: its declarations, and its kernel, guarded and compared."""
 
 from __future__ import annotations
 
+import keyword
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core import checks
+from teamsight.core.kernel import Entry, specialise
+from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
 from teamsight.world.arena import Torus
 from teamsight.world.contract import Arena
-from teamsight.world.guarded_interaction import Called
 from teamsight.world.interaction import (
+    WRITABLE,
+    Interacting,
     InteractingBodies,
     Interaction,
     InteractionState,
     Kinds,
     bodies_type,
     first_state,
+    interact_at,
+    interacting_record,
+    lanes_of,
+    length_of,
     sizes_type,
 )
-from teamsight.world.interaction_declarations import check_interaction_declarations
 from teamsight.world.noise import LANES
+
+_STATE = "start(sizes) determines the shape"
+
+
+@cache
+def _guarded_record(kinds: Kinds) -> GuardedRecord:
+    axes = {
+        "2": Axis("components", "0 is x, and 1 is y"),
+        "parameters": Axis("parameters", "add what it needs to `parameters`"),
+        "scores": Axis("scores", "declare as many as it needs as `scores`"),
+        "draws": Axis("draws", "declare as many as it needs as `draws`"),
+        "floatrows": Axis("rows", _STATE), "floatfields": Axis("fields", _STATE),
+        "introws": Axis("rows", _STATE), "intfields": Axis("fields", _STATE),
+    }  # fmt: skip
+    writable, limits = ["state", "scores"], {}
+    for role, columns in kinds:
+        count = f"bodies.{role}.position.shape[0]"
+        axes[length_of(role)] = Axis("bodies", f"{role} are 0 to n − 1, and n is {count}")
+        axes[lanes_of(role)] = Axis("bodies", f"rows of noise can be longer than there are {role}: stop at {count}")
+        writable += [f"bodies.{role}.{name}" for name in (*WRITABLE, *(name for name, _ in columns))]
+        limits[f"noise.{role}"] = length_of(role)
+    return GuardedRecord(interacting_record(kinds), tuple(writable), axes, limits)
+
+
+_ENTRIES: dict[tuple[Callable[..., Any], Kinds], Entry | None] = {}
+
+
+def _entry(interaction: Interaction, kinds: Kinds) -> Entry | None:
+    kind = type(interaction).kernel, kinds
+    if kind not in _ENTRIES:
+        name = type(interaction).__name__
+        guards = {"interaction_kernel": guarded(type(interaction).kernel), "interacting_at": _guarded_record(kinds).at}
+        made = specialise(interact_at, f"{name.lower()}-guarded", **guards)
+        _ENTRIES[kind] = machine_code(name, "its kernel", made, interaction.entry(kinds))
+    return _ENTRIES[kind]
+
+
+class Called:
+    """What a kernel has written in one call on guarded copies.
+
+    Attributes
+    ----------
+    bodies : dict of str to NamedTuple
+        The bodies of each role.
+    state : InteractionState
+        The state.
+    scores : ndarray, shape (s,), float64
+        The scores.
+    """
+
+    def __init__(
+        self,
+        interaction: Interaction,
+        kinds: Kinds,
+        given: tuple[dict[str, Any], InteractionState, dict[str, npt.NDArray[np.float64]]],
+        turn: int,
+    ) -> None:
+        (bodies, state, noise), fences = given, Fences()
+        self.bodies = {
+            role: bodies_type(role, columns)(*(
+                fences.put(f"bodies.{role}.{name}", array, read_only=name in ("before", "moved", "active", "identity"))
+                for name, array in bodies[role]._asdict().items()
+            ))
+            for role, columns in kinds
+        }  # fmt: skip
+        self.state: InteractionState = fences.put("state", state)
+        self.scores = fences.put("scores", np.zeros(len(interaction.scores)))
+        parameters = fences.put("parameters", np.array(interaction.parameters, float), read_only=True)
+        rows = {role: fences.put(f"noise.{role}", array, read_only=True) for role, array in noise.items()}
+        record = interacting_record(kinds)
+        bodies_kind, noise_kind = record.node.parts[0].kind, record.node.parts[3].kind
+        call = Interacting(
+            bodies_kind(**self.bodies), self.state, parameters, noise_kind(**rows), self.scores, turn
+        )  # fmt: skip
+        entry, name = _entry(interaction, kinds) or interaction.entry(kinds), type(interaction).__name__
+        run_guarded(name, "its kernel", entry, record.pack(call), _guarded_record(kinds).arrays, fences)
+
+    @property
+    def arrays(self) -> list[npt.NDArray[Any]]:
+        """All that was written."""
+        return [*(array for one in self.bodies.values() for array in one), *self.state, self.scores]
+
+
+# What the kernels can read.
+_TYPES = (np.dtype(np.float64), np.dtype(np.int64), np.dtype(np.bool_))
+
+
+def check_interaction_declarations(interaction: Interaction) -> None:
+    """Refuse what is no interaction, or declares something of a wrong type; see `Interaction`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the attribute.
+    """
+    if isinstance(interaction, type):
+        raise TypeError(f"{interaction.__name__}: is a class; give an object, {interaction.__name__}()")
+    name = type(interaction).__name__
+    if not isinstance(interaction, Interaction):
+        raise TypeError(f"interaction={checks.shown(interaction)}: must be an object of a subclass of Interaction")
+    if not hasattr(type(interaction), "kernel"):
+        raise TypeError(f"{name}: has no 'kernel'; give kernel(bodies, state, parameters, noise, scores, turn)")
+    _check_names(f"{name}.roles", interaction.roles, "('hunters', 'prey')")
+    if not interaction.roles:
+        raise ValueError(f"{name}.roles=(): must name at least one role, such as ('robots',)")
+    _check_names(f"{name}.scores", interaction.scores, "('captures',)")
+    checks.count(f"{name}.draws", interaction.draws, least=0)
+    checks.flag(f"{name}.in_turn", interaction.in_turn)
+    _check_columns(name, interaction)
+    _check_parameters(name, interaction)
+
+
+def _check_names(what: str, names: Any, example: str) -> None:
+    if not isinstance(names, tuple) or not all(isinstance(name, str) for name in names):
+        example = f"({names!r},)" if isinstance(names, str) else example
+        raise TypeError(f"{what}={checks.shown(names)}: must be a tuple of names, such as {example}")
+    for name in names:
+        if not name.isidentifier() or keyword.iskeyword(name) or name.startswith("_") or hasattr(tuple, name):
+            raise ValueError(f"{what}: {name!r} cannot be the name of a field; take a name such as {example}")
+        if names.count(name) > 1:
+            raise ValueError(f"{what}: {name!r} is there twice; take two names")
+
+
+def _check_columns(name: str, interaction: Interaction) -> None:
+    what, example = f"{name}.columns", "(('robots', 'load', 0.0),)"
+    columns = interaction.columns
+    if not isinstance(columns, tuple) or not all(isinstance(one, tuple) and len(one) == 3 for one in columns):
+        raise TypeError(f"{what}={checks.shown(columns)}: must be tuples of role, name and value, such as {example}")
+    for role, column, value in columns:
+        checks.choice(f"{what}: the role", role, interaction.roles)
+        _check_names(what, (column,), example)
+        if column in InteractingBodies._fields:
+            raise ValueError(f"{what}: {column!r} is a field of all bodies, bodies.{role}.{column}; take another name")
+        _check_first(f"{what}: {column}={checks.shown(value)}", value, example)
+    declared = [(role, column) for role, column, _ in columns]
+    for pair in declared:
+        if declared.count(pair) > 1:
+            raise ValueError(f"{what}: {pair[1]!r} of {pair[0]} is there twice; take two names")
+
+
+def _check_first(what: str, value: Any, example: str) -> None:
+    """Refuse what a column cannot begin with."""
+    if not isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating)):
+        raise TypeError(f"{what}: must begin as a finite number, as in {example}")
+    kind = np.asarray(value).dtype
+    if kind not in _TYPES:
+        cure = value.item() if isinstance(value, np.generic) else 0.0
+        raise TypeError(f"{what}: has the type {kind}; columns are float64, int64 or bool: begin with {cure!r}")
+    if not np.isfinite(value):
+        raise TypeError(f"{what}: must begin as a finite number, as in {example}")
+
+
+def _check_parameters(name: str, interaction: Interaction) -> None:
+    try:
+        parameters = np.asarray(interaction.parameters, float)
+    except (TypeError, ValueError) as error:
+        if name in str(error):
+            raise
+        kind = type(interaction.parameters).__name__
+        raise TypeError(f"{name}.parameters: has the type {kind}; it must be a tuple of numbers") from None
+    if parameters.ndim != 1 or not np.isfinite(parameters).all():
+        raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; they are {parameters.tolist()}")
+
 
 # The number of bodies of each role in turn, and the share of the arena over which they are spread.
 _SCENES = (((1,), 1.0), ((7, 4), 1.0), ((4, 9, 2), 0.2), ((3, 0), 0.5), ((0, 5), 0.5), ((12, 12), 0.02), ((5, 3), 0.0))

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.world import limits
 from teamsight.world.polygons import round_boundary
-from teamsight.world.wall_contacts import Walls
+from teamsight.world.walls import Walls
 
 Points = npt.NDArray[np.float64]
 

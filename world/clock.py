@@ -1,21 +1,289 @@
-"""The clock: a SimPy environment whose unit is the tick. Only it and `planned` import simpy."""
+"""A call that is planned on a clock, and what events call."""
 
 from __future__ import annotations
 
 import itertools
 import math
 import weakref
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from heapq import heapify, heappop, heappush
+from inspect import isgeneratorfunction
 from numbers import Integral
+from types import GeneratorType
 from typing import Any
 
 import simpy
 
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.world.checked_process import CheckedGenerator
-from teamsight.world.planned import Planned, callbacks_of, check_does_not_yield, is_whole
+
+
+class Planned(simpy.Event):  # type: ignore[misc]
+    """A call that is planned on a clock. It can be cancelled before it happens, and processes can wait for it.
+
+    Attributes
+    ----------
+    time : float
+        The time of the call [ticks].
+    priority, order : float, int
+        Of simultaneous calls, that with the lowest priority comes first; of these, that with the lowest order: the one
+        that was planned first.
+    action, arguments : callable, tuple
+        What is called.
+    links : int
+        See `Clock.links_to`.
+    is_cancelled : bool
+        Whether it was cancelled.
+    """
+
+    _ok = True
+    _value = None
+    callbacks: Any
+    is_cancelled = False
+
+    def __init__(
+        self, clock: Any, time: float, priority: float, order: int, action: Callable[..., Any], arguments: Any
+    ) -> None:
+        self.env, self.callbacks = clock, [_call]
+        self.time, self.priority, self.order = time, priority, order
+        self.action, self.arguments = action, arguments
+        self.links = clock.links_to(time)
+        heappush(clock._queue, (time, priority, order, self))
+
+    def cancel(self) -> None:
+        """Take the call back. It has no effect on one that has happened or was cancelled before."""
+        if self.callbacks is not None:
+            self.callbacks, self.is_cancelled = None, True
+            self.env.forget_cancelled()
+
+    def __repr__(self) -> str:
+        name = getattr(self.action, "__name__", type(self.action).__name__)
+        past = " (cancelled)" if self.is_cancelled else " (happened)" if self.callbacks is None else ""
+        return f"<{name}{self.arguments or '()'} planned at {self.time:g}{past}>"
+
+
+def _call(planned: Planned) -> None:
+    call(planned.env, planned.action, planned.arguments)
+
+
+def call(clock: Any, action: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    """Call something as an event of a clock.
+
+    Raises
+    ------
+    TypeError
+        If it yields: then it has only made a generator.
+    """
+    clock.caller = getattr(action, "__self__", None)
+    try:
+        result = action(*arguments)
+    finally:
+        clock.caller = None
+    if type(result) is GeneratorType:
+        raise _never_runs(action)
+
+
+def check_does_not_yield(action: Any) -> None:
+    """Refuse to plan a function that yields, which would do nothing when it is called.
+
+    Raises
+    ------
+    TypeError
+        If it does.
+    """
+    if isgeneratorfunction(action):
+        raise _never_runs(action)
+
+
+def _never_runs(action: Any) -> TypeError:
+    """Return the error for a planned call that has only made a generator."""
+    name = getattr(action, "__name__", type(action).__name__)
+    return TypeError(f"the planned call {name} yields, so it does nothing; start a process: clock.process({name}())")
+
+
+def callbacks_of(event: Any) -> list[Any]:
+    """Return what an event calls, except SimPy's resources, which have done their part when it is in the queue."""
+    resource = simpy.resources.base.BaseResource
+    return [one for one in event.callbacks or () if not isinstance(getattr(one, "__self__", None), resource)]
+
+
+def is_whole(event: Any) -> bool:
+    """Whether all that an event calls are methods of objects that defer Ctrl-C, as event sources do."""
+    resource = simpy.resources.base.BaseResource
+    for one in [event] if type(event) is Planned and len(event.callbacks) == 1 else event.callbacks:
+        owner = getattr(one, "__self__", None)
+        if not isinstance(owner, resource):
+            owner = getattr(getattr(one, "action", None), "__self__", None)
+            if not getattr(owner, "defers_interrupts", False):
+                return False
+    return True
+
+
+class Waiting(list[Any]):
+    """The callbacks of an event: SimPy adds those that wait and removes those that no longer do, as after an interrupt.
+
+    Parameters
+    ----------
+    event : simpy.Event
+        The event.
+    changed : callable
+        Called without arguments whenever `is_awaited` may have changed.
+    callbacks : iterable, optional
+        The callbacks that the event has.
+    """
+
+    def __init__(self, event: Any, changed: Callable[[], None], callbacks: Iterable[Any] = ()) -> None:
+        super().__init__(callbacks)
+        self._event, self._changed = weakref.ref(event), [changed]
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether a process waits for the event."""
+        return any(self._is_waiting(callback) for callback in self)
+
+    def _is_waiting(self, callback: Any) -> bool:
+        owner: Any = getattr(callback, "__self__", None)
+        if owner is self._event():
+            return False
+        # A condition that nobody waits for keeps its callbacks in its events.
+        above = owner.callbacks if _is_condition(owner) else None
+        return not isinstance(above, Waiting) or above.is_awaited
+
+    def append(self, callback: Any) -> None:
+        """Add one that waits."""
+        super().append(callback)
+        owner: Any = getattr(callback, "__self__", None)
+        if owner is not self._event() and _is_condition(owner):
+            if type(owner.callbacks) is list:
+                owner.callbacks = Waiting(owner, self._notify, owner.callbacks)
+            elif isinstance(owner.callbacks, Waiting):
+                owner.callbacks._changed.append(self._notify)
+        self._notify()
+
+    def remove(self, callback: Any) -> None:
+        """Remove one that no longer waits."""
+        super().remove(callback)
+        self._notify()
+
+    def _notify(self) -> None:
+        for changed in self._changed:
+            changed()
+
+
+def _is_condition(owner: Any) -> bool:
+    # Only the clock imports simpy.
+    return hasattr(owner, "_evaluate") and hasattr(owner, "_events")
+
+
+class Kept:
+    """An event that is kept while a process waits for it: nothing else refers to a process that waits.
+
+    An event for which nobody waits is kept by whoever holds it, and is gone if nobody does.
+    """
+
+    def __init__(self, event: Any) -> None:
+        self.event: Callable[[], Any] = weakref.ref(event)
+        self._held: Any = None
+        mine = weakref.ref(self)
+        event.callbacks = Waiting(event, lambda: _hold(mine()), event.callbacks)
+
+    def hold(self) -> None:
+        """Keep the event as long as it is awaited."""
+        event = self.event()
+        waiting = None if event is None else event.callbacks
+        self._held = event if isinstance(waiting, Waiting) and waiting.is_awaited else None
+
+
+def _hold(kept: Kept | None) -> None:
+    if kept is not None:
+        kept.hold()
+
+
+# The generators of which processes were made.
+_started: weakref.WeakSet[GeneratorType[Any, Any, Any]] = weakref.WeakSet()
+
+
+class NoGeneratorError(TypeError, ValueError):
+    """A process was started with what is no generator. SimPy raises a ValueError."""
+
+
+class NoEventError(TypeError, RuntimeError):
+    """A process has yielded what is no event of its clock. SimPy raises a RuntimeError."""
+
+
+class CheckedGenerator:
+    """Stands for a generator in a SimPy process.
+
+    What is no event, or an event of another clock, is refused by an error at the yield. After the clock began again, it
+    ends: at its next yield, or where it waits.
+
+    Raises
+    ------
+    NoGeneratorError
+        If it is not a generator.
+    ValueError
+        If a process was made of it before.
+    """
+
+    def __init__(self, clock: Any, generator: Generator[Any, Any, Any]) -> None:
+        if not hasattr(generator, "throw"):
+            raise NoGeneratorError(
+                f"process({checks.shown(generator)}): is not a generator; call the function that yields: process(f(…))"
+            )
+        self._clock, self._generator, self._beginnings = clock, generator, clock.beginnings
+        self.__name__ = getattr(generator, "__name__", type(generator).__name__)
+        if isinstance(generator, GeneratorType):
+            if generator in _started:
+                name = self.__name__
+                raise ValueError(
+                    f"process({checks.shown(generator)}): a process of this generator was started already; call the "
+                    f"function again for another: process({name}(…))"
+                )
+            _started.add(generator)
+
+    def send(self, value: Any) -> Any:
+        """Go on to the next yield; return the event."""
+        if self._is_over:
+            return self._end()
+        return self._checked(self._generator.send(value))
+
+    def throw(self, error: BaseException) -> Any:
+        """Go on with an exception at the present yield; return the next event."""
+        if self._is_over:
+            return self._end()
+        return self._checked(self._generator.throw(error))
+
+    @property
+    def _is_over(self) -> bool:
+        return bool(self._beginnings != self._clock.beginnings)
+
+    def _checked(self, event: Any) -> Any:
+        while not self._is_over:
+            wrong = self._what_is_wrong(event)
+            if not wrong:
+                return event
+            what = f"Invalid yield value \"{checks.shown(event)}\""
+            event = self._generator.throw(NoEventError(f"process {self.__name__}: {what}, {wrong}"))
+        return self._end()
+
+    def _what_is_wrong(self, event: Any) -> str:
+        if not hasattr(event, "callbacks"):
+            return (
+                "which is no event; yield one, such as world.clock.timeout(10), world.clock.process(…) or a request of "
+                "a resource"
+            )
+        if event.env is not self._clock:
+            return (
+                "which is of another clock and may never come here; yield an event of this world, such as "
+                "world.clock.timeout(10)"
+            )
+        return ""
+
+    def _end(self) -> None:
+        """End the process, as if its function had returned; what it has in `finally` is done."""
+        self._generator.close()
+        raise StopIteration
+
 
 # SimPy adds delays to the present time; 0.1 + 2.9 must still count as the whole tick 3.
 _ROUNDING = 1e-9

@@ -1,27 +1,95 @@
-"""The contract of arenas: where bodies can be, what happens at the wall, the shortest way between two positions.
-
-A new arena is a subclass of `Arena` in a file of its own; `teamsight.check_arena` checks whether it keeps the contract.
-`Obstructed` is any arena with obstacles.
-"""
+"""Arenas that repeat: periods, the shortest way, the longest range."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.world.obstacles import Obstacle, Outline, check_obstacles
-from teamsight.world.period import check_reach, shortest
 from teamsight.world.sight import Sight, open_sight
-from teamsight.world.wall_contacts import ROUNDING, Walls, clearance, confine_walls, joined, repeated, walls_size
+from teamsight.world.walls import ROUNDING, Walls, clearance, confine_walls, joined, repeated, walls_size
 
 Points = npt.NDArray[np.float64]
+
+#: A period longer than any distance: ``way - ENDLESS * rint(way / ENDLESS)`` is `way`, to the last bit.
+ENDLESS = 1e300
+
+
+def kernel_period(period: tuple[float, float]) -> Points:
+    """Return an arena's period for formulas that divide by it: `ENDLESS` along an axis that does not repeat.
+
+    If neither axis repeats, both are 0: nothing needs wrapping.
+    """
+    sides = np.array(period, float)
+    return np.where(sides > 0, sides, ENDLESS) if sides.any() else sides
+
+
+def shortest(way: Points, period: tuple[float, float]) -> Points:
+    """Return the shortest displacements between positions that `way`, shape (..., 2), leads from one to another."""
+    if not any(period):
+        return way
+    sides = kernel_period(period)
+    return np.asarray(way - sides * np.rint(way / sides))
+
+
+def check_reach(reach: float, period: tuple[float, float]) -> None:
+    """Refuse a range within which a body could be found twice; see `Arena.check_reach`."""
+    if not any(period):
+        return
+    limit = min((side / 2 for side in period if side > 0), default=math.inf)
+    if reach > limit:
+        raise ValueError(
+            f"range={reach:g}: on a torus a range must be at most half of the shorter side, here {limit:g}; "
+            "take a larger torus or a shorter range"
+        )
+
+
+_HALVINGS = 50
+_DIRECTIONS = 64
+
+
+class Star(Protocol):
+    """The part of `Arena` that is read here; arenas import this file."""
+
+    @property
+    def period(self) -> tuple[float, float]: ...
+    def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]: ...
+    def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points: ...
+
+
+def towards_origin(arena: Star, points: Points, margin: float) -> Points:
+    """Move points that are outside, or nearer to the wall than `margin`, towards the origin; see `Arena.inside`."""
+    points = np.array(arena.displacement(np.zeros(2), points))
+    is_open = np.asarray(arena.period) > 0
+    angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+    around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
+    # Each look costs time: only points that have to move are moved.
+    stuck = np.flatnonzero(~_is_free(arena, points, around))
+    moving = points[stuck]
+    near, far = np.zeros(len(stuck)), np.ones(len(stuck))
+    for _ in range(_HALVINGS if len(stuck) else 0):
+        middle = 0.5 * (near + far)
+        is_free = _is_free(arena, np.where(is_open, moving, moving * middle[:, None]), around)
+        near, far = np.where(is_free, middle, near), np.where(is_free, far, middle)
+    points[stuck] = np.where(is_open, moving, moving * near[:, None])
+    return points
+
+
+def _is_free(arena: Star, points: Points, around: Points) -> npt.NDArray[np.bool_]:
+    """Return for each point whether all points around it are inside."""
+    # The arena continues across the seam of an axis that repeats.
+    places = arena.displacement(np.zeros(2), points[:, None] + around)
+    return np.asarray(np.all(arena.contains(places), axis=1))
+
+
 # More obstacles are counted where a world is described.
 _MOST_NAMED = 3
 
@@ -144,7 +212,6 @@ class Arena(ABC):
         ndarray, shape (n, 2), float64
             Positions inside [length].
         """
-        from teamsight.world.towards_origin import towards_origin
 
         return towards_origin(self, points, margin)
 
@@ -224,7 +291,7 @@ class Obstructed(Arena):
 
     @cached_property
     def area(self) -> float:
-        from teamsight.world.free_area import free_area
+        from teamsight.world.free_places import free_area
 
         return free_area(self)
 
@@ -281,7 +348,7 @@ class Obstructed(Arena):
         return place_freely(self, u, v, margin)
 
     def inside(self, points: Points, margin: float = 0.0) -> Points:
-        from teamsight.world.nearest import nearest_free
+        from teamsight.world.free_places import nearest_free
 
         return nearest_free(self, points, margin)
 

@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
 from teamsight.world.bodies import Bodies, Column
-from teamsight.world.contract import Arena, Obstructed
-from teamsight.world.period import kernel_period
+from teamsight.world.contract import Arena, Obstructed, kernel_period
 
 
 class Move(NamedTuple):

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.world.limits import FINEST
-from teamsight.world.wall_contacts import Walls
+from teamsight.world.walls import Walls
 
 Points = npt.NDArray[np.float64]
 

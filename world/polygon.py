@@ -11,10 +11,9 @@ import numpy.typing as npt
 
 from teamsight.world import polygons
 from teamsight.world.contract import Arena, Points
-from teamsight.world.free_places import fits, place_freely
-from teamsight.world.nearest import nearest_free
+from teamsight.world.free_places import fits, nearest_free, place_freely
 from teamsight.world.sight import Sight, open_sight
-from teamsight.world.wall_contacts import ROUNDING, Walls, confine_walls, walls_size
+from teamsight.world.walls import ROUNDING, Walls, confine_walls, walls_size
 
 _MOST_SHOWN = 6
 

@@ -1,4 +1,4 @@
-"""The record of a degree of awareness, and the entries that call its kernels on it."""
+"""The records and buffers with which a degree of awareness is called."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness, Scene
-from teamsight.core.kernel import Entry, Record, specialise
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.kernel import Entry, Packed, Record, specialise
+from teamsight.core.neighbour_list import NeighbourList, neighbour_room, no_neighbours
 
 
 class Sensing(NamedTuple):
@@ -52,3 +52,86 @@ def perceive_entry(awareness: Awareness) -> Entry | None:
 def situate_entry(awareness: Awareness) -> Entry:
     """Return the entry that writes the situation vectors under this degree."""
     return _specialised(situate_at, awareness.name, situate_kernel=type(awareness).situate)
+
+
+class Perception:
+    """The arrays that a degree of awareness writes for n robots.
+
+    Parameters
+    ----------
+    size : int
+        The number of robots.
+
+    Attributes
+    ----------
+    nothing : NeighbourList
+        An empty list.
+    shown, relayed : NeighbourList
+        Room for teammates, and for the targets that they sense.
+    situation : ndarray, shape (n, width), float32
+        The vectors for learners; of width 0 unless the policy reads them.
+    room : int
+        The number of entries for which `shown` and `relayed` have room.
+    is_situated : bool
+        Whether the policy reads situation vectors.
+    record : Packed
+        The argument of the degree's kernels; see `teamsight.agents.engine.binding`.
+    """
+
+    def __init__(self, size: int) -> None:
+        self.nothing = self.shown = self.relayed = no_neighbours(size)
+        self.situation = np.zeros((size, 0), np.float32)
+        self.room = self.width = 0
+        self.is_situated = False
+        self.record: Packed[Sensing]
+        self._situated_at: tuple[int, int] | None = None
+
+    def make_room(self, awareness: Awareness, team_size: int, teammates: int, inputs: int) -> None:
+        """Make the arrays anew.
+
+        Parameters
+        ----------
+        awareness : Awareness
+            The degree that writes them.
+        team_size : int
+            The number of robots in the team.
+        teammates : int
+            The number of neighbours for which there is room; −1 for a group without a team.
+        inputs : int
+            The width of the situation vector that the policy reads; 0 for none.
+        """
+        size = len(self.situation)
+        self.shown = self.relayed = self.nothing
+        if type(awareness).perceive is not None and teammates >= 0:
+            self.room = max(self.room, teammates)
+            self.relayed = neighbour_room(size, self.room)
+            if not awareness.shows_teammates:
+                self.shown = neighbour_room(size, self.room)
+        self.width = sum(awareness.width(max(team_size, 1)))
+        self.is_situated = bool(inputs)
+        # Situations can be huge in a large team: if the policy does not read them, `situate` makes them on demand.
+        self.situation = np.zeros((size, self.width if inputs else 0), np.float32)
+        self._situated_at = None
+
+    def grow(self, need: int) -> None:
+        """Make room for at least this many entries; it takes effect when the group is bound again."""
+        self.room = max(need + need // 4, 16)
+
+    def perceive(self, awareness: Awareness) -> bool:
+        """Update the arrays to the present neighbour lists; return whether there was room."""
+        entry = perceive_entry(awareness)
+        need = entry(self.record) if entry else 0
+        if need > self.room:
+            self.grow(need)
+            return False
+        if self.is_situated:
+            situate_entry(awareness)(self.record)
+        return True
+
+    def situate(self, awareness: Awareness, moment: tuple[int, int]) -> npt.NDArray[np.float32]:
+        """Return the situation vectors of the present moment, shape (n, width)."""
+        if self._situated_at != moment:
+            self._situations = np.zeros((len(self.situation), self.width), np.float32)
+            situate_entry(awareness)(SENSING.pack(self.record.value._replace(situation=self._situations)))
+            self._situated_at = moment
+        return self._situations

@@ -1,15 +1,182 @@
-"""The check of the contract of degrees of awareness."""
+"""The check of a degree of awareness: its kernels on sample scenes, guarded and compared."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from teamsight.agents.awareness.guarded_scene import GuardedScene
-from teamsight.agents.awareness.interface import Awareness, check_width
-from teamsight.agents.awareness.sample_scene import Sample, sample_scene, without_team
-from teamsight.core.neighbour_list import NeighbourList, filled
+from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_at, perceive_entry, situate_at, situate_entry
+from teamsight.agents.awareness.interface import TEAM_GROUP, Awareness, Scene, TeamGroup, check_width
+from teamsight.core.kernel import Entry, specialise
+from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
+from teamsight.core.neighbour_list import NeighbourList, filled, no_neighbours
+from teamsight.policies.guarded_decision import PERCEPT_AXES
+from teamsight.policies.interface import Floats, Integers
+from teamsight.world.proximity.shapes import farthest_of
+
+
+class Sample(NamedTuple):
+    """The surroundings of one group of a team among targets.
+
+    Attributes
+    ----------
+    scene : Scene
+        Its scene, with an empty `team`.
+    groups : list of TeamGroup
+        The groups of the team.
+    team_identity, target_identity : ndarray, int64
+        The identities of all robots and of all targets.
+    """
+
+    scene: Scene
+    groups: list[TeamGroup]
+    team_identity: Integers
+    target_identity: Integers
+
+    @property
+    def team_size(self) -> int:
+        """Number of robots of the team; 1 without a team, as worlds count for `Awareness.width`."""
+        return max(len(self.team_identity), 1)
+
+
+def sample_scene(
+    sizes: tuple[int, ...], group: int, targets: int, side: float, rng: np.random.Generator, *, coincide: bool = False,
+    square: bool = False,
+) -> Sample:  # fmt: skip
+    """Return a random sample.
+
+    Parameters
+    ----------
+    sizes : tuple of int
+        Sizes of the groups of the team.
+    group : int
+        The index of the group whose scene it is.
+    targets : int
+        The number of targets.
+    side : float
+        The side of the square that contains all agents [sensing ranges].
+    rng : numpy.random.Generator
+        The generator.
+    coincide : bool, default False
+        Whether all robots and the first target are at one place.
+    square : bool, default False
+        Whether ranges are squares.
+    """
+    size = sum(sizes)
+    robots = np.zeros((size, 2)) if coincide else rng.uniform(0, side, (size, 2))
+    prey = rng.uniform(0, side, (targets, 2))
+    if coincide:
+        prey[:1] = 0.0
+    # Some identities are left out, as after removals.
+    identity = np.sort(rng.choice(3 * (size + targets) + 3, size + targets, replace=False)) + 1
+    who, what = identity[:size], identity[size:]
+    angle = rng.uniform(0, 2 * np.pi, size)
+    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    reach, aware = rng.uniform(0.8, 1.2, size), rng.uniform(0.8, 1.2, size)
+    members = [slice(*edges) for edges in pairwise(np.cumsum([0, *sizes]).tolist())]
+    shape = "square" if square else "disc"
+    far = farthest_of(shape)
+    groups = [
+        TeamGroup(of.start, heading[of], reach[of], _neighbours(robots[of], reach[of], prey, what, shape)[0], far)
+        for of in members
+    ]
+    mine = members[group]
+    teammates, place = _neighbours(robots[mine], aware[mine], robots, who, shape, mine.start)
+    scene = Scene(
+        heading[mine], reach[mine], aware[mine], groups[group].targets, teammates, place, mine.start, [], far
+    )
+    return Sample(scene, groups, who, what)
+
+
+def without_team(sample: Sample) -> Sample:
+    """Return the scene of the same group without a team, as targets are."""
+    empty = np.zeros(0, np.int64)
+    scene = sample.scene._replace(teammates=no_neighbours(len(sample.scene.heading)), place=empty, first=0)
+    return sample._replace(scene=scene, groups=[], team_identity=empty)
+
+
+def _neighbours(
+    observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], shape: str,
+    own: int | None = None,
+) -> tuple[NeighbourList, Integers]:
+    """Return the neighbours, and their indices among the observed; `own` is that of the first observer."""
+    way = observed - observers[:, np.newaxis]
+    apart = np.hypot(way[..., 0], way[..., 1]) if shape == "disc" else np.abs(way).max(axis=-1, initial=0.0)
+    near = apart <= reach[:, np.newaxis]
+    if own is not None:
+        near[np.arange(len(near)), own + np.arange(len(near))] = False
+    offset, place = way[near], np.nonzero(near)[1]
+    start = np.concatenate([[0], np.cumsum(near.sum(axis=1))])
+    distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
+    return NeighbourList(start, identity[place], offset, distance), place
+
+
+_ENTRY = Axis("entries", "write no more than there is room for, and return how many are needed")
+_AXES = PERCEPT_AXES | {
+    "n": Axis("robots", "robots are 0 to n − 1, and n is scene.heading.shape[0]"),
+    "records": Axis("groups", "find a robot's group by its place"),
+    "width": Axis("inputs", "width(team_size) says how many there are"),
+    **{f"{kind}.{name} k": _ENTRY for kind in ("teammates", "relayed") for name in ("identity", "offset", "distance")},
+}
+# The teammates of a degree that shows all of them, including `start`, may only be read.
+_GUARDED = {
+    hides: GuardedRecord(SENSING, ("relayed", "situation") + ("teammates",) * hides, _AXES) for hides in (False, True)
+}
+
+_ENTRIES: dict[tuple[Callable[..., Any], bool], Entry] = {}
+
+
+def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plain: Entry) -> Entry:
+    """Return the guarded form of an entry, or the entry as it is where that cannot be compiled."""
+    rule, hides = getattr(type(awareness), name), not awareness.shows_teammates
+    if (rule, hides) not in _ENTRIES:
+        guards = {f"{name}_kernel": guarded(rule), "sensing_at": _GUARDED[hides].at}
+        made = specialise(template, f"{awareness.name}-guarded", **guards)
+        _ENTRIES[rule, hides] = machine_code(type(awareness).__name__, name, made, plain) or plain
+    return _ENTRIES[rule, hides]
+
+
+class GuardedScene:
+    """A random scene in guarded arrays, on which the kernels of a degree of awareness run."""
+
+    def __init__(self, awareness: Awareness, sample: Sample) -> None:
+        self._awareness, self._fences = awareness, Fences()
+        put = partial(self._fences.put, read_only=True)
+        team = [TEAM_GROUP.pack(put("a teammate", group)) for group in sample.groups]
+        scene = put("scene", sample.scene)._replace(team=team)
+        parameters = put("parameters", np.ascontiguousarray(awareness.parameters, float))
+        nothing = no_neighbours(len(scene.heading))
+        blank = np.zeros((len(scene.heading), 0), np.float32)
+        self._record = SENSING.pack(Sensing(scene, parameters, nothing, nothing, blank))
+
+    def perceive(self, shown: NeighbourList, relayed: NeighbourList) -> tuple[int, NeighbourList, NeighbourList]:
+        """Run `perceive` on copies of these buffers; return its answer and what it wrote."""
+        plain = perceive_entry(self._awareness)
+        if plain is None:
+            return 0, shown, relayed
+        entry = _entry(perceive_at, self._awareness, "perceive", plain)
+        shown, relayed = self._fences.put("teammates", shown), self._fences.put("relayed", relayed)
+        self._record.update(teammates=shown, relayed=relayed)
+        return self._run("perceive", entry), shown, relayed
+
+    def situate(self, situation: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
+        """Run `situate` on a copy of this array; return what it wrote."""
+        written: npt.NDArray[np.float32] = self._fences.put("situation", situation)
+        self._record.update(situation=written)
+        entry = _entry(situate_at, self._awareness, "situate", situate_entry(self._awareness))
+        self._run("situate", entry)
+        return written
+
+    def _run(self, kernel: str, entry: Entry) -> int:
+        name = type(self._awareness).__name__
+        guarded_record = _GUARDED[not self._awareness.shows_teammates]
+        return run_guarded(name, kernel, entry, self._record, guarded_record.arrays, self._fences)
+
 
 _FIELDS = ("targets", "teammates", "relayed", "identities")
 _NO_IDENTITY = -7_777_777

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Self
 
-from teamsight.agents.awareness.interface import Awareness, Width
+from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, Width, situate_targets
 from teamsight.agents.awareness.pairwise import SIGMA, bearing_of
-from teamsight.agents.awareness.sectors import OWN_SECTORS, situate_targets
 from teamsight.agents.awareness.team import next_nearest, show
 from teamsight.core import checks
 from teamsight.core.kernel import kernel

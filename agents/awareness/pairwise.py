@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.agents.awareness.interface import Awareness, Width
-from teamsight.agents.awareness.sectors import OWN_SECTORS, situate_targets
+from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, Width, situate_targets
 from teamsight.core import checks
 from teamsight.core.kernel import inlined, kernel
 

@@ -9,8 +9,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.interface import Awareness, Width
-from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring, sector_of, situate_targets
+from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, Width, read_ring, sector_of, situate_targets
 from teamsight.core import checks
 from teamsight.core.kernel import kernel
 

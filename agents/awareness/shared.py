@@ -6,9 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.agents.awareness.interface import Awareness, Width, team_group_at
+from teamsight.agents.awareness.interface import (
+    OWN_SECTORS,
+    Awareness,
+    Width,
+    read_ring,
+    situate_targets,
+    team_group_at,
+)
 from teamsight.agents.awareness.pairwise import slot_of
-from teamsight.agents.awareness.sectors import OWN_SECTORS, read_ring, situate_targets
 from teamsight.agents.awareness.team import group_of
 from teamsight.core import checks
 from teamsight.core.kernel import kernel

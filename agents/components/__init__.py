@@ -8,23 +8,21 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.agents.components.arrivals import Arrivals, Departures
-    from teamsight.agents.components.batteries import Batteries
-    from teamsight.agents.components.charging_places import ChargingPlaces
+    from teamsight.agents.components.batteries import Batteries, ChargingPlaces
     from teamsight.agents.components.durations import Constant, Duration, Exponential, Times, Weibull
-    from teamsight.agents.components.failures import Failures
-    from teamsight.agents.components.sensor_dropouts import SensorDropouts
+    from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
 
 _HOMES = {
     "Arrivals": "teamsight.agents.components.arrivals",
     "Batteries": "teamsight.agents.components.batteries",
-    "ChargingPlaces": "teamsight.agents.components.charging_places",
+    "ChargingPlaces": "teamsight.agents.components.batteries",
     "Constant": "teamsight.agents.components.durations",
     "Departures": "teamsight.agents.components.arrivals",
     "Duration": "teamsight.agents.components.durations",
     "Exponential": "teamsight.agents.components.durations",
     "Failures": "teamsight.agents.components.failures",
-    "SensorDropouts": "teamsight.agents.components.sensor_dropouts",
+    "SensorDropouts": "teamsight.agents.components.failures",
     "Times": "teamsight.agents.components.durations",
     "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
     "Weibull": "teamsight.agents.components.durations",

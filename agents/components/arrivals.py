@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.arguments import OWN_OF_GROUP, divided
-from teamsight.agents.arrivals import extended, forget_members
+from teamsight.agents.building import OWN_OF_GROUP, divided, extended, forget_members
 from teamsight.agents.components.durations import Duration, Times, lasting, time_to, together
-from teamsight.agents.components.listed_members import Coming, check_members
+from teamsight.agents.components.failures import Coming, check_members
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.mesa_compat import next_identity, set_next_identity
 from teamsight.core import checks

@@ -1,20 +1,160 @@
-"""Batteries, which drain as agents move, decide, and wait."""
+"""Batteries: what a step costs, what happens when one is empty, and places to charge."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.body import Body
 from teamsight.agents.columns import Column
-from teamsight.agents.components.disabling import Disabling
-from teamsight.agents.components.drain import EMPTY, LOW, Drain
-from teamsight.agents.events.agent_left import AgentLeftError
+from teamsight.agents.components.durations import Duration, Times, lasting
+from teamsight.agents.components.failures import Disabling, check_members
+from teamsight.agents.engine.watching import Bound, Watcher
+from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.timeline import AgentLeftError
+from teamsight.agents.group import Group
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
+from teamsight.core.kernel import Entry, Record
+from teamsight.core.neighbour_list import Filled
 
 if TYPE_CHECKING:
-    from teamsight.agents.body import Body
+    from teamsight.agents.given import Points, PolicyLike
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+#: The level of a battery.
+ENOUGH, LOW, EMPTY = range(3)
+#: The share of the capacity below which a charge is 0.
+ROUNDING = 1e-9
+
+
+class DrainArrays(NamedTuple):
+    """The record of the batteries of a group.
+
+    Attributes
+    ----------
+    member : ndarray, shape (n,), int64
+        The member of each row.
+    active : ndarray, shape (n,), bool
+        Who takes part; others drain nothing.
+    moved : ndarray, shape (n, 2), float64
+        The displacement of the last step [length].
+    decided_at : ndarray, shape (n,) or (0,), int64
+        The tick at which each last decided; empty if all active agents decide at every step.
+    moment : ndarray, shape (1,), int64
+        The tick of the present positions.
+    charge : ndarray, shape (n,), float64
+        Written: the charge.
+    supply : ndarray, shape (members,), float64
+        By member, the charge that a battery gains in a step while it is charged; 0 while it is not.
+    level : ndarray, shape (members,), int64
+        Written: by member, `ENOUGH`, `LOW` or `EMPTY`.
+    capacity, low, per_distance, per_tick, per_decision : float
+        As for `Batteries`.
+    """
+
+    member: Annotated[Integers, "n"]
+    active: Annotated[npt.NDArray[np.bool_], "n"]
+    moved: Annotated[Floats, "n", 2]
+    decided_at: Annotated[Integers, "deciding"]
+    moment: Annotated[Integers, 1]
+    charge: Annotated[Floats, "n"]
+    supply: Annotated[Floats, "members"]
+    level: Annotated[Integers, "members"]
+    capacity: float
+    low: float
+    per_distance: float
+    per_tick: float
+    per_decision: float
+
+
+DRAIN = Record(DrainArrays)
+_drain_at = DRAIN.at
+
+
+def _drain(address: int) -> int:
+    here = _drain_at(address)
+    has_changed = 0
+    rounding = ROUNDING * here.capacity
+    for i in range(here.member.shape[0]):
+        m = here.member[i]
+        charge = here.charge[i]
+        if here.supply[m] > 0.0:
+            charge = min(charge + here.supply[m], here.capacity)
+        elif here.active[i]:
+            x = here.moved[i, 0]
+            y = here.moved[i, 1]
+            has_decided = here.decided_at.shape[0] == 0 or here.decided_at[i] == here.moment[0] - 1
+            decision = here.per_decision if has_decided else 0.0
+            charge -= here.per_tick + decision + here.per_distance * math.sqrt(x * x + y * y)
+        # Ten drains of 0.1 must empty a battery of 1.
+        charge = charge if charge > rounding else 0.0
+        here.charge[i] = charge
+        level = EMPTY if charge == 0.0 else LOW if charge <= here.low + rounding else ENOUGH
+        if level != here.level[m]:
+            here.level[m] = level
+            has_changed = 1
+    return has_changed
+
+
+class Drain(Watcher):
+    """Drains and charges the batteries of a group in each step.
+
+    Parameters
+    ----------
+    group : Group
+        The group; its column `column` has the charge of each agent.
+    column : str
+        The name of that column.
+    rates : tuple of five float
+        Capacity, low, per distance, per tick and per decision.
+    report : callable
+        Called after a step in which levels have changed.
+
+    Attributes
+    ----------
+    supply, level : ndarray, shape (members,)
+        As for `DrainArrays`.
+    """
+
+    entry = Entry(_drain)
+
+    def __init__(self, group: Group, column: str, rates: tuple[float, ...], report: Callable[[], None]) -> None:
+        self._group, self._column, self._rates, self._report = group, column, rates, report
+        self.supply, self.level = np.zeros(0), np.zeros(0, np.int64)
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin with full batteries, none of which is being charged."""
+        self.supply[:], self.level[:] = 0.0, ENOUGH
+        self.make_room()
+
+    def make_room(self) -> None:
+        """Make room for the members that have come."""
+        more = self._group.members_so_far - len(self.level)
+        if more > 0:
+            self.supply = np.append(self.supply, np.zeros(more))
+            self.level = np.append(self.level, np.full(more, ENOUGH))
+
+    def bind(self, bound: Bound) -> None:
+        """Pack the record from the present arrays."""
+        self.make_room()
+        bodies, charge, table = self._group.bodies, self._group.columns.array(self._column), self._group.timetable
+        self.record = DRAIN.pack(DrainArrays(
+            bodies.member, bodies.active, bodies.moved, np.zeros(0, np.int64) if table is None else table.decided_at,
+            bound.moment, charge, self.supply, self.level, *self._rates,
+        ))  # fmt: skip
+
+    def happened(self) -> None:
+        """Report changed levels."""
+        self._report()
+
 
 #: The column with the charge of each agent.
 BATTERY = "battery"
@@ -216,3 +356,380 @@ class NeedsCharge:
     def is_low(self, member: int) -> None:
         """Called when the battery of a member is low, or empty."""
         raise NotImplementedError
+
+
+class VicinityArrays(NamedTuple):
+    """The record of the agents that may need a charging place.
+
+    Attributes
+    ----------
+    member : ndarray, shape (n,), int64
+        The member of each row.
+    level : ndarray, shape (members,), int64
+        By member, the level of its battery.
+    place : ndarray, shape (members,), int64
+        Written: by member, the charging place at which it is, counted from 1; 0 for none.
+    near : NeighbourList
+        The charging places in range of each agent, by their indices.
+    first, number : int
+        The index of the first of these charging places, and how many there are.
+    radius : float
+        The distance within which an agent is at a place [length].
+    """
+
+    member: Annotated[Integers, "n"]
+    level: Annotated[Integers, "members"]
+    place: Annotated[Integers, "members"]
+    near: Filled
+    first: int
+    number: int
+    radius: float
+
+
+VICINITY = Record(VicinityArrays)
+_vicinity_at = VICINITY.at
+
+
+def _find(address: int) -> int:
+    here = _vicinity_at(address)
+    has_come = 0
+    for i in range(here.member.shape[0]):
+        m = here.member[i]
+        if here.level[m] != ENOUGH and here.place[m] == 0:
+            least = here.radius
+            for k in range(here.near.start[i], here.near.start[i + 1]):
+                index = here.near.identity[k] - here.first
+                if 0 <= index < here.number and here.near.distance[k] <= least:
+                    least = here.near.distance[k]
+                    here.place[m] = index + 1
+                    has_come = 1
+    return has_come
+
+
+class Vicinity(Watcher):
+    """Finds the agents of a group that have come to a charging place with a low battery.
+
+    Parameters
+    ----------
+    group, places : Group
+        The agents, and the charging places.
+    channel : str
+        The channel in which the agents sense the places.
+    radius : float
+        The distance within which an agent is at a place [length].
+    drain : Drain
+        The batteries.
+    report : callable
+        Called after a step in which an agent has come.
+
+    Attributes
+    ----------
+    place : ndarray, shape (members,), int64
+        As for `VicinityArrays`.
+    """
+
+    entry = Entry(_find)
+
+    def __init__(
+        self, group: Group, places: Group, channel: str, radius: float, drain: Drain, report: Callable[[], None]
+    ) -> None:
+        self._group, self._places, self._channel, self._radius = group, places, channel, radius
+        self._drain, self._report = drain, report
+        self.place = np.zeros(0, np.int64)
+        self.make_room()
+
+    def make_room(self) -> None:
+        """Make room for the members that have come."""
+        self._drain.make_room()
+        self.place = np.append(self.place, np.zeros(len(self._drain.level) - len(self.place), np.int64))
+
+    def release(self, member: int) -> None:
+        """Forget where a member is, so that it is found again."""
+        self.make_room()
+        self.place[member] = 0
+
+    def bind(self, bound: Bound) -> None:
+        """Pack the record from the present arrays."""
+        self.make_room()
+        relation = bound.relation(self._group, self._channel)
+        assert relation is not None
+        first = self._group.relations[self._channel].first[self._places.number]
+        self.record = VICINITY.pack(VicinityArrays(
+            self._group.bodies.member, self._drain.level, self.place, relation.value.neighbours, first,
+            len(self._places), self._radius,
+        ))  # fmt: skip
+
+    def happened(self) -> None:
+        """Report who has come."""
+        self._report()
+
+
+#: The channel in which agents sense charging places, and the name of their group.
+CHARGERS = "chargers"
+
+
+class ChargingPlaces(EventSource, NeedsCharge):
+    """Agents with a low battery that come to a charging place queue there, are charged, and go on.
+
+    It is attached to a group that has `Batteries`. It adds a group "chargers" of bodies that do not move, which the
+    agents sense in the channel "chargers", so that their policy can go there. An agent that is at a place and low stops
+    (its speed is 0), requests one of its chargers, and goes on when its battery is full. While it is charged, its
+    battery does not drain. The log says "queued", "charging" and "charged".
+
+    Parameters
+    ----------
+    position : array_like, shape (2,) or (k, 2)
+        The places [length].
+    chargers : int, default 1
+        The number of agents that a place can charge at the same time; the others queue, first come, first served.
+    rate : float, optional
+        Charge per tick [charge / tick].
+    duration : float, Duration or Times, optional
+        In place of `rate`: how long charging takes [ticks], whatever the charge; a number is the mean of an exponential
+        duration.
+    radius : float, default 0.1
+        The distance within which an agent is at a place [length].
+    policy : Policy, callable or str, optional
+        The policy of an agent from when its battery is low until it is charged, such as
+        `teamsight.policies.SeekCharger`; by default its policy does not change.
+    reach : float, optional
+        The distance within which agents sense the places [length]; by default all that the arena allows.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits, or not one of `rate` and `duration` is given; when
+        attached, if a place is outside the arena, the group has no batteries, or other places have a `policy` already.
+
+    Notes
+    -----
+    If several are attached to one group, an agent queues at one place at a time, and is as before once any has charged
+    it. One `policy` serves them all.
+    """
+
+    def __init__(
+        self,
+        position: Points,
+        chargers: int = 1,
+        *,
+        rate: float | None = None,
+        duration: float | Duration | Times | None = None,
+        radius: float = 0.1,
+        policy: PolicyLike | None = None,
+        reach: float | None = None,
+    ) -> None:
+        places = np.asarray(position, float)
+        if places.shape[-1:] != (2,) or places.ndim > 2 or not np.isfinite(places).all():
+            raise ValueError(f"position={checks.shown(position)}: must be (x, y), or a list of these, [length]")
+        self.position = tuple(map(tuple, np.atleast_2d(places).tolist()))
+        self.chargers = checks.count("chargers", chargers)
+        if (rate is None) == (duration is None):
+            raise ValueError(f"rate={rate}, duration={duration}: give one of the two, such as rate=0.5")
+        self.rate = None if rate is None else checks.number("rate", rate, above=0, cure="it is charge per tick")
+        self.duration = None if duration is None else lasting("duration", duration)
+        self.radius = checks.number("radius", radius, above=0, cure="it is a length, such as 0.1")
+        self.policy = policy
+        self.reach = None if reach is None else checks.number("reach", reach, above=0, cure="leave it out for no limit")
+
+    def check(self) -> None:
+        """Refuse durations that are listed for unknown members."""
+        check_members(self, "duration")
+
+    def connect(self) -> None:
+        """Add the places, and watch."""
+        group = self._its_group()
+        if "_vicinity" not in vars(self):
+            found = [one for one in self.world.sources if isinstance(one, Batteries) and one.group is group]
+            if not found:
+                raise ValueError(
+                    f"ChargingPlaces: the agents of {group.name!r} have no batteries; attach them first, as in "
+                    "world.attach(Batteries(20), robots)"
+                )
+            self._check_policy()
+            reach = _longest_reach(self.world) if self.reach is None else self.reach
+            sensor = Sensor(range=max(reach, self.radius), occluded=False)
+            others = sum(one.name.startswith(CHARGERS) for one in self.world.groups)
+            name = f"{CHARGERS} {others + 1}" if others else CHARGERS
+            self.places: Group[Body] = self.world.add(
+                Body, len(self.position), policy="stationary", team=None, position=self.position, name=name
+            )
+            self.world.senses(group, self.places, as_=CHARGERS, sensor=sensor, counts=False)
+            self._batteries = found[0]
+            if self.policy is not None and len(group) and self.world.tick == 0:
+                # The group knows it before the run, so that a state fits every world that is built alike. In the middle
+                # of a run this would cost a robot its memory.
+                before, group[0].policy = group[0].policy, self.policy
+                group[0].policy = before
+            self._vicinity = Vicinity(group, self.places, CHARGERS, self.radius, found[0].drain, self._report)
+        self.world._engine.watch(self._vicinity)
+
+    def disconnect(self) -> None:
+        """Watch no longer; the places stay, since groups cannot leave a world."""
+        if "_vicinity" in vars(self):
+            self.world._engine.unwatch(self._vicinity)
+
+    def begin(self) -> None:
+        """Begin with free places."""
+        self._vicinity.place[:] = 0
+        # By member: its speed and its own policy, by its index in the group, before; and the number of its visits.
+        self._speeds: dict[int, float] = {}
+        self._policies: dict[int, int] = {}
+        self._visits: dict[int, int] = {}
+        self._requests: dict[int, Any] = {}
+        self._begun: set[int] = set()
+        self._resources = [self.clock.resource(self.chargers) for _ in self.position]
+        for member in self.members:
+            if self._batteries.level(member):
+                self.is_low(member)
+
+    def end(self) -> None:
+        """Let all agents go."""
+        for member in [*self._requests, *self._policies]:
+            self._let_go(member)
+
+    def queue(self, place: int = 0) -> list[Body]:
+        """Return the agents that wait at a place, the next to be charged first."""
+        return self._agents_of(self._resources[place].queue)
+
+    def charging(self, place: int = 0) -> list[Body]:
+        """Return the agents that are charged at a place, in the order in which they began."""
+        return self._agents_of(self._resources[place].users)
+
+    def is_low(self, member: int) -> None:
+        """Give an agent whose battery is low the policy for that."""
+        if self.policy is not None and member not in self._policies:
+            agent = self.agent(member)
+            before = agent.policy
+            known = self._its_group().policies
+            self._policies[member] = next(index for index, policy in enumerate(known) if policy is before)
+            agent.policy = self.policy
+
+    def come(self, member: int, place: int) -> None:
+        """Let an agent queue at a place."""
+        agent = self.agent(member)
+        # Where it queues already, it comes from there again if it leaves that queue low.
+        if agent is None or any(member in one._requests for one in self._all_places()):
+            return
+        self._speeds[member], agent.speed = agent.speed, 0.0
+        self._vicinity.place[member] = place + 1
+        self.log("queued", agent, place=place)
+        self._request(member, place)
+
+    def charge(self, member: int) -> None:
+        """Begin to charge an agent, whose turn it is."""
+        agent = self.agent(member)
+        if agent is None or member not in self._requests or member in self._begun:
+            return
+        self._begun.add(member)
+        missing = self._batteries.capacity - float(self._batteries.charge[agent.row])
+        visit = self._visits[member] = self._visits.get(member, -1) + 1
+        if self.rate is not None:
+            needed = missing / self.rate
+        elif isinstance(self.duration, Times):
+            needed = self.duration.lasting(visit, member)
+        else:
+            needed = self.duration.draw(self.random(member, visit))  # type: ignore[union-attr]
+        self.log("charging", agent, place=int(self._vicinity.place[member]) - 1)
+        self._batteries.supply(member, missing / needed if missing else math.ulp(0.0))
+        if needed < math.inf:
+            self.plan(self.now + needed, "finish", member, visit)
+
+    def finish(self, member: int, visit: int) -> None:
+        """Let an agent go whose battery is full."""
+        agent = self.agent(member)
+        if agent is None or member not in self._requests or self._visits[member] != visit:
+            return
+        self._batteries.set_charge(member, self._batteries.capacity)
+        self.log("charged", agent, place=int(self._vicinity.place[member]) - 1)
+        self._let_go(member)
+
+    def left(self, agent: Body, member: int) -> None:
+        """Free the place of an agent that has left."""
+        self._let_go(member)
+
+    def save(self) -> Any:
+        """Return who is where, in the order of the queues."""
+        order = [
+            [self._members_of(resource.users), self._members_of(resource.queue)] for resource in self._resources
+        ]
+        own = self._speeds.copy(), self._policies.copy(), self._visits.copy(), self._begun.copy()
+        return order, self._vicinity.place.copy(), own
+
+    def load(self, data: Any) -> None:
+        """Go back to what `save` returned: the queues are made again, in the same order."""
+        order, place, own = data
+        self._speeds, self._policies, self._visits, self._begun = (part.copy() for part in own)
+        self._vicinity.place = place.copy()
+        self._requests = {}
+        self._resources = [self.clock.resource(self.chargers) for _ in self.position]
+        for number, (users, queue) in enumerate(order):
+            for member in [*users, *queue]:
+                self._request(member, number)
+
+    def _request(self, member: int, place: int) -> None:
+        request = self._requests[member] = self._resources[place].request()
+        if member not in self._begun:
+            self.when(request, "charge", member)
+
+    def _let_go(self, member: int) -> None:
+        request, agent = self._requests.pop(member, None), self.agent(member)
+        if agent is not None and member in self._speeds and agent.speed == 0.0:
+            agent.speed = self._speeds[member]
+        for one in self._all_places():
+            one._give_policy_back(member)
+            if one is not self and member not in one._requests:
+                one._vicinity.release(member)
+        if request is None:
+            return
+        self._speeds.pop(member, None)
+        self._batteries.supply(member, 0.0)
+        self._begun.discard(member)
+        resource = self._resources[int(self._vicinity.place[member]) - 1]
+        self._vicinity.place[member] = 0
+        if request.triggered:
+            resource.release(request)
+        else:
+            request.cancel()
+
+    def _give_policy_back(self, member: int) -> None:
+        agent, index = self.agent(member), self._policies.pop(member, None)
+        if agent is not None and index is not None:
+            known = self._its_group().policies
+            # A group that was given another policy has forgotten those of single robots.
+            agent.policy = known[index] if index < len(known) else known[0]
+
+    def _all_places(self) -> list[ChargingPlaces]:
+        """Return the sources of charging places of the group, this one among them."""
+        sources = [one for one in self.world.sources if isinstance(one, ChargingPlaces)]
+        return [one for one in sources if one.group is self.group]
+
+    def _check_policy(self) -> None:
+        """Refuse a second policy for agents that are low."""
+        others = [one for one in self._all_places() if one is not self and one.policy is not None]
+        if self.policy is not None and others:
+            raise ValueError(
+                f"ChargingPlaces(policy={checks.shown(self.policy)}): other places of {self._its_group().name!r} give "
+                f"agents that are low {checks.shown(others[0].policy)} already; leave policy out, since one serves all "
+                "places, or give all places to one ChargingPlaces"
+            )
+
+    def _members_of(self, requests: list[Any]) -> list[int]:
+        member_of = {id(request): member for member, request in self._requests.items()}
+        return [member_of[id(request)] for request in requests]
+
+    def _agents_of(self, requests: list[Any]) -> list[Body]:
+        return [self.agent(member) for member in self._members_of(requests)]
+
+    def _report(self) -> None:
+        """Plan the arrival of each agent that has come."""
+        for member in np.flatnonzero(self._vicinity.place).tolist():
+            if member not in self._requests:
+                self.plan(self.now, "come", member, int(self._vicinity.place[member]) - 1)
+
+
+def _longest_reach(world: Any) -> float:
+    """Return the longest range in an arena: all of it, or on a torus half of its shorter side."""
+    arena = world._data.arena
+    (left, bottom), (right, top) = arena.bounds
+    sides = [side / 2 for side in arena.period if side > 0]
+    return float(min([math.hypot(right - left, top - bottom), *sides]))

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.state_rows import take_rows
-from teamsight.agents.policy_state import state_of_more
+from teamsight.agents.policy_state import state_of_more, take_rows
 
 
 @dataclass

@@ -2,29 +2,363 @@
 
 from __future__ import annotations
 
+import weakref
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.channel import leave
-from teamsight.agents.decisions.new_timetable import give_timetables, is_every_step
-from teamsight.agents.engine.binding import Binding
-from teamsight.agents.engine.calls import MOST_GROWTH, LoopCalls
-from teamsight.agents.engine.changes import Changes
-from teamsight.agents.engine.failures import endless_growth
-from teamsight.agents.engine.loop import BEGIN_STEP, END_STEP, LOOK, RUN, SEE
-from teamsight.agents.engine.needed import kernels_needed
-from teamsight.agents.engine.neighbours import connect
+import numpy as np
+
+from teamsight.agents.awareness.binding import perceive_entry, situate_entry
+from teamsight.agents.channel import TEAMMATES, leave
+from teamsight.agents.decisions.timetable import give_timetables, is_every_step
+from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding
+from teamsight.agents.engine.interactions import (
+    BAD_HEADING,
+    BAD_POSITION,
+    BAD_REWARD,
+    BAD_SCORE,
+    BAD_SPEED,
+    MOVE_AND_INTERACT,
+    RAISED,
+)
+from teamsight.agents.engine.loop import BEGIN_STEP, CHANGE, END_STEP, HIDE, LOOK, RUN, SEE
 from teamsight.agents.engine.python_policies import Deliberation, carry, due_rows
-from teamsight.agents.engine.watching import Watcher, report
+from teamsight.agents.engine.records import (
+    BAD_ACTION,
+    BAD_INTERACTION,
+    BAD_SENSING,
+    DONE,
+    GROW_DETECTION,
+    GROW_RELATION,
+    OUTSIDE,
+)
+from teamsight.agents.engine.relation import Relation, needs_detection
+from teamsight.agents.engine.relays import SHOW_LATE, delay_of
+from teamsight.agents.engine.watching import report
 from teamsight.agents.events.timeline import DECIDE
-from teamsight.agents.group import Group
-from teamsight.agents.recording.trajectory import Trail
-from teamsight.agents.world_data import WorldData
+from teamsight.agents.group import Group, team_of
+from teamsight.agents.recording.history import Trail
+from teamsight.agents.recording.transitions import TransitionLogs
+from teamsight.agents.resolve import check_channels, check_fit
+from teamsight.agents.sensing.binding import sense_entry
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.report import REPORT
+from teamsight.world.motion import advance_entry, is_watched
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.records import WorldArrays
+    from teamsight.agents.engine.watching import Watcher
+    from teamsight.agents.recording.history import Stretch
+    from teamsight.agents.world_data import WorldData
+    from teamsight.core.kernel import Entry
     from teamsight.policies.interface import Action
+
+
+def kernels_needed(data: WorldData) -> Callable[[], list[Entry]]:
+    """Return a function that lists the kernels for the steps of a world; it does not keep the world alive."""
+    known = weakref.ref(data)
+
+    def entries() -> list[Entry]:
+        world = known()
+        return _entries_of(world) if world is not None else []
+
+    return entries
+
+
+def _entries_of(data: WorldData) -> list[Entry]:
+    groups = data.groups
+    steps = [RUN] if all(group.is_compiled for group in groups) else [BEGIN_STEP, END_STEP]
+    found = [SEE, advance_entry(data.arena), *steps]
+    for group in groups:
+        found += _entries_of_group(group)
+        sensors = (channel.sensor or Sensor() for channel in group.channels.values())
+        found += [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
+    if any(group.has_conditions for group in groups):
+        found += [HIDE, CHANGE]
+    if any(delay_of(group) for group in groups):
+        found.append(SHOW_LATE)
+    if data.interactions:
+        found += [MOVE_AND_INTERACT, *(one.interaction.entry(one.kinds) for one in data.interactions)]
+    if any(group.perceived_columns for group in groups):
+        found.append(SHOW_COLUMNS)
+    if data.watchers:
+        found += [LOOK, *(watcher.entry for watcher in data.watchers)]
+    return list(dict.fromkeys(found))
+
+
+def _entries_of_group(group: Group) -> list[Entry]:
+    """Return the kernels of a policy and a degree of awareness."""
+    entries = []
+    if group.is_compiled:
+        entries += [policy.entry() for policy in group.policies]
+    if group.reads_teammates and (perceive := perceive_entry(group.awareness)) is not None:
+        entries.append(perceive)
+    if group.inputs:
+        entries.append(situate_entry(group.awareness))
+    return entries
+
+
+def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
+    """Return the exception for the status with which the loop ended, at a group and a tick."""
+    group = data.groups[where]
+    if status == OUTSIDE:
+        return ValueError(
+            f"{data.arena}: confine left an agent of {group.name} outside at tick {tick}; check the arena with "
+            "check_arena()"
+        )
+    return ValueError(
+        f"{type(group.policy).__name__}: an action of {group.name} at tick {tick} is not finite, or its heading is not "
+        "a unit vector; check the policy with check_policy(), and a degree of awareness of your own with "
+        "check_awareness(). To continue, give the group another policy, restore() a state or reset()"
+    )
+
+
+def keep_actions(groups: list[Group], status: int, where: int, *, has_decided: bool) -> None:
+    """Mark the groups whose kernels had decided before a step failed: the next step carries their actions out.
+
+    A move before a sensor that failed has been undone.
+    """
+    for group in groups[: where + 1] if status == BAD_ACTION else groups:
+        group.has_decided = has_decided and group.is_compiled
+
+
+def endless(groups: list[Group], relations: list[Relation], status: int, where: int) -> ValueError:
+    """Return the exception for a component that asks for more room on every call."""
+    if status == GROW_DETECTION:
+        return endless_sensor(relations[where])
+    return endless_growth(groups[where])
+
+
+def endless_growth(group: Group) -> ValueError:
+    """Return the exception for a degree of awareness that asks for more room on every call."""
+    return ValueError(
+        f"awareness={group.awareness!r}: perceive asks for more room on every call, for {group.name}; check the degree "
+        "with check_awareness()"
+    )
+
+
+def endless_sensor(relation: Relation) -> ValueError:
+    """Return the exception for a sensor that asks for more room on every call."""
+    return ValueError(
+        f"{_sensor_of(relation)}: sense asks for more room on every call; check the sensor with check_sensor()"
+    )
+
+
+def bad_sensing(relation: Relation, tick: int) -> ValueError:
+    """Return the exception for a sensor whose list cannot be read."""
+    observed = len(relation.everyone)
+    return ValueError(
+        f"{_sensor_of(relation)}: sense has written a wrong list for tick {tick}: `start` must ascend from 0 to at "
+        f"most the number returned, indices lie in {-observed} … {observed - 1}, and offsets and distances finite; "
+        "check the sensor with check_sensor(). To continue, set another one"
+    )
+
+
+def _sensor_of(relation: Relation) -> str:
+    group = relation.observers
+    return f"sensors[{relation.name!r}]={group.channels[relation.name].sensor!r} of {group.name}"
+
+
+def bad_interaction(data: WorldData, world: WorldArrays, where: int) -> ValueError:
+    """Return the exception for an interaction that has left something wrong."""
+    progress, placed, found = world.progress[0], data.interactions[where], world.interactions[where].value.found
+    x, y = found.tolist()
+    cure = "check the interaction with check_interaction(). To continue, restore() a state or reset()"
+    if progress["what"] == RAISED:
+        return ValueError(
+            f"{placed.name}: its kernel raised an exception at tick {int(progress['tick'])}, which is printed above; "
+            f"{cure}"
+        )
+    if progress["what"] == BAD_SCORE:
+        score = placed.interaction.scores[int(progress["need"])]
+        return ValueError(f"{placed.name}: the score {score!r} is {x:g}; scores must be finite; {cure}")
+    role = placed.interaction.roles[int(progress["need"])]
+    wrong = {
+        BAD_POSITION: f"at ({x:g}, {y:g}), which is outside {data.arena}; write positions inside the arena only",
+        BAD_HEADING: f"with the heading ({x:g}, {y:g}); headings must be unit vectors",
+        BAD_SPEED: f"with the speed {x:g}; speeds must be finite and at least 0",
+        BAD_REWARD: f"with the reward {x:g}; rewards must be finite",
+    }[int(progress["what"])]
+    agent = placed.roles[role]._agents[int(progress["body"])]
+    return ValueError(f"{placed.name}: its kernel left {agent!r} at tick {int(progress['tick'])} {wrong}; {cure}")
+
+
+def check_places(data: WorldData) -> None:
+    """Raise if an agent is outside a user-defined arena; others are not checked.
+
+    Raises
+    ------
+    ValueError
+        Naming the group and the position.
+    """
+    arena = data.arena
+    if not is_watched(arena):
+        return
+    for group in data.groups:
+        inside = np.asarray(arena.contains(group.bodies.position))
+        if not inside.all():
+            place = tuple(group.bodies.position[int(np.argmin(inside))].tolist())
+            raise ValueError(
+                f"{arena}: an agent of {group.name} is at {place}, which is outside according to contains(); check "
+                "confine and place() of the arena with check_arena()"
+            )
+
+
+# More changes at a time than this take longer one by one than a search.
+_MOST = 12
+
+
+def connect(data: WorldData) -> list[Relation]:
+    """Return the relations of a world, and set those of each group.
+
+    Raises
+    ------
+    ValueError
+        If an agent is outside the arena, or a policy needs what its group does not perceive. No group is changed then.
+    """
+    check_places(data)
+    teams = {group.number: team_of(data.groups, group) for group in data.groups}
+    for group in data.groups:
+        check_fit(group, teams[group.number])
+        check_channels(group, group.policy)
+    relations: list[Relation] = []
+    for group in data.groups:
+        if TEAMMATES in group.channels:
+            group.channels[TEAMMATES].observed = teams[group.number]
+        # First what is sensed, in the order of declarations, and then the team.
+        channels = sorted(group.channels.values(), key=lambda channel: channel.name == TEAMMATES)
+        group.relations = {channel.name: Relation(channel, group, data) for channel in channels}
+        relations += group.relations.values()
+    return relations
+
+
+class Changes:
+    """The agents whose condition has changed, by group and row: whether one is active, or whether a sensor works."""
+
+    def __init__(self) -> None:
+        self._changed: dict[tuple[int, int], None] = {}
+
+    def __len__(self) -> int:
+        return len(self._changed)
+
+    def note(self, group: int, row: int) -> None:
+        """Note that an agent has changed."""
+        self._changed[group, row] = None
+
+    def clear(self) -> None:
+        """Forget the changes, since the lists show them."""
+        self._changed.clear()
+
+    def apply(self, binding: Binding, relations: Iterable[Relation]) -> bool:
+        """Write the changes into the lists; return whether that was done, or all must be searched again."""
+        if len(self) > _MOST or any(relation.detection for relation in relations):
+            return False
+        with deferred():
+            for group, row in self._changed:
+                binding.progress["where"], binding.progress["need"] = group, row
+                if CHANGE(binding.world) != DONE:
+                    return False
+        return True
+
+
+#: How often in one step a degree of awareness may ask for larger buffers; each time they grow by a quarter.
+MOST_GROWTH = 8
+
+
+class LoopCalls:
+    """What `Engine` calls the loop with; see there for the attributes.
+
+    Parameters
+    ----------
+    data : WorldData
+        The world.
+    """
+
+    def __init__(self, data: WorldData) -> None:
+        self._data = data
+        self._every = self._phase = 0
+        self.relations: list[Relation] = []
+        self.is_bound = self._is_recorded = False
+        self._binding: Binding
+        self.trails: list[Trail] = []
+        self.transitions = TransitionLogs()
+        self.stretch: Stretch = data.history.begin([])
+
+    def _make_room(self, steps: int) -> None:
+        trail = self.trails[-1] if self._every else None
+        self.stretch.make_room(steps)
+        if trail:
+            trail.buffer.make_room(steps // self._every + 1)
+        self._binding.record_into(self.stretch, trail)
+        if self.transitions.make_room(steps):
+            self._binding.rebind_logs()
+
+    def _call(self, entry: Entry) -> None:
+        """Call the loop until it is done, enlarging the buffers that are full.
+
+        Ctrl-C is raised afterwards, so that no step is left incomplete.
+        """
+        binding, grown = self._binding, ((0, 0, 0), 0)
+        with deferred():
+            try:
+                while (status := entry(binding.world)) != DONE:
+                    where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
+                    if status in (BAD_ACTION, OUTSIDE, BAD_SENSING, BAD_INTERACTION):
+                        raise self._fail(status, where, has_decided=entry is not SEE)
+                    # What was computed so far in this step depends on the present state only; it is computed again.
+                    self._grow(status, where, need)
+                    place = status, where, tick
+                    grown = place, grown[1] + 1 if grown[0] == place else 1
+                    if grown[1] > MOST_GROWTH:
+                        raise endless(self._data.groups, self.relations, status, where)
+            finally:
+                self._read_back()
+            if entry is RUN or entry is END_STEP:
+                if binding.watchers:
+                    report(binding.watchers, binding.world.value)
+                self._check_places()
+
+    def _fail(self, status: int, where: int, *, has_decided: bool) -> ValueError:
+        """Return the exception for a step that cannot be made; the decided actions are kept."""
+        self.is_bound = False
+        keep_actions(self._data.groups, status, where, has_decided=has_decided)
+        if status == BAD_SENSING:
+            return bad_sensing(self.relations[where], int(self._data.moment[0]))
+        if status == BAD_INTERACTION:
+            return bad_interaction(self._data, self._binding.world.value, where)
+        return failure(self._data, status, where, int(self._binding.progress["tick"][0]))
+
+    def _check_places(self) -> None:
+        try:
+            check_places(self._data)
+        except ValueError:
+            # The next `prepare` raises the same error, so no further step is made.
+            self.is_bound = False
+            raise
+
+    def _grow(self, status: int, where: int, need: int) -> None:
+        """Enlarge a buffer and bind it; the loop continues where it stopped."""
+        if status in (GROW_RELATION, GROW_DETECTION):
+            self.relations[where].grow(need, detection=status == GROW_DETECTION)
+            self._binding.rebind(where)
+        else:
+            self._data.groups[where].perception.grow(need)
+            self._binding.rebind()
+
+    def _read_back(self) -> None:
+        progress = self._binding.progress[0]
+        self._data.timeline.set(int(progress["tick"]))
+        self._data.time[0] = progress["tick"]
+        # 1 only if there was no room for neighbours; the next call completes the step.
+        self._phase = int(progress["phase"])
+        buffer = self.stretch.buffer
+        self._is_recorded = self._is_recorded or int(progress["row"]) > buffer.rows
+        buffer.rows = self.stretch.scores.rows = int(progress["row"])
+        if self._every:
+            self.trails[-1].buffer.rows = int(progress["trail_row"])
+
 
 # Work for about a quarter of a second.
 _BODY_STEPS_A_CALL = 4_000_000

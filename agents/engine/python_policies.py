@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.state_rows import put_rows, take_rows
 from teamsight.agents.group import Group, readonly
+from teamsight.agents.policy_state import put_rows, take_rows
 from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.channel import TEAMMATES, Channel
-from teamsight.agents.engine.detection import Detection, Searched
-from teamsight.agents.engine.readings import Readings
+from teamsight.agents.channel import TEAMMATES
+from teamsight.agents.engine.detection import Detection, Readings, Searched
 from teamsight.agents.engine.records import Conditions
 from teamsight.agents.sensing.interface import View, salt_of
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.world.bodies import Bodies
+from teamsight.core.neighbour_list import filled
 from teamsight.world.noise import Stream, stream_number
 from teamsight.world.proximity.search import Search
 from teamsight.world.proximity.shapes import farthest_of
+
+if TYPE_CHECKING:
+    from teamsight.agents.channel import Channel
+    from teamsight.core.neighbour_list import NeighbourList
+    from teamsight.world.bodies import Bodies
 
 _PERFECT = Sensor()
 

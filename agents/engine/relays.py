@@ -1,17 +1,22 @@
-"""Relays: what a robot knows through teammates of which it learns late: the targets and headings that they then had."""
+"""Relays: teammates know late what a group senses."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.readings import Integers, ReadingArrays, Readings
+from teamsight.agents.channel import TARGETS, TEAMMATES
+from teamsight.agents.engine.detection import Integers, ReadingArrays, Readings
 from teamsight.core.kernel import Entry, Record, kernel
-from teamsight.core.neighbour_list import NeighbourList
+from teamsight.core.neighbour_list import NeighbourList, neighbour_room
 from teamsight.world.proximity.edges import append
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
+    from teamsight.core.kernel import Packed
 
 Floats = npt.NDArray[np.float64]
 
@@ -131,3 +136,48 @@ class RelayReadings(Readings):
             if member in row_of:
                 self.headings[:, row] = old[:, row_of[member]]
         super().fit(observers, everyone, room)
+
+
+def relays_of(groups: list[Group], tick: Integers) -> dict[tuple[int, int], Packed[RelayArrays]]:
+    """Return the relays of a world, by the number of the group that relays and the delay, and forget all others."""
+    delays = {delay_of(group) for group in groups} - {0}
+    found = {}
+    for group in groups:
+        mine = [delay for delay in sorted(delays) if _is_known_late(groups, group, delay)]
+        for name in [name for name, kept in group.readings.items() if isinstance(kept, RelayReadings)]:
+            if name not in map(_name, mine):
+                del group.readings[name]
+        for delay in mine:
+            found[group.number, delay] = _relay_of(group, delay, tick)
+    return found
+
+
+def delay_of(group: Group) -> int:
+    """Return the number of ticks after which a group knows of its teammates."""
+    channel = group.channels.get(TEAMMATES)
+    return channel.sensor.delay if channel and channel.sensor else 0
+
+
+def _is_known_late(groups: list[Group], group: Group, delay: int) -> bool:
+    return group.team is not None and any(
+        other.team == group.team and delay_of(other) == delay for other in groups
+    )
+
+
+def _name(delay: int) -> str:
+    return f"{TEAMMATES} after {delay}"
+
+
+def _relay_of(group: Group, delay: int, tick: Integers) -> Packed[RelayArrays]:
+    relation, targets = group.relations.get(TARGETS), group.room(TARGETS)
+    readings = group.readings.setdefault(_name(delay), RelayReadings(delay))
+    assert isinstance(readings, RelayReadings)
+    room = len(targets.identity)
+    readings.fit(group.bodies.member, relation.everyone if relation else np.zeros(0, np.int64), room)
+    place, x = relation.place if relation else np.zeros(0, np.int64), np.zeros(0)
+    if relation and relation.is_conditional:
+        x = relation.search.x
+    return RELAY.pack(RelayArrays(
+        tick, delay, group.bodies.heading, targets, place, x, readings.arrays, readings.headings,
+        neighbour_room(len(group), room), group.bodies.heading.copy(),
+    ))  # fmt: skip

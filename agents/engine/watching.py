@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.records import GroupArrays, RelationArrays, WorldArrays
-from teamsight.agents.engine.relation import Relation
-from teamsight.agents.group import Group
-from teamsight.core.kernel import Entry, Packed
+if TYPE_CHECKING:
+    from teamsight.agents.engine.records import GroupArrays, RelationArrays, WorldArrays
+    from teamsight.agents.engine.relation import Relation
+    from teamsight.agents.group import Group
+    from teamsight.core.kernel import Entry, Packed
 
 
 class Bound(NamedTuple):

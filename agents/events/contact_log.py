@@ -1,20 +1,135 @@
-"""The contact log: which agent began and ceased to sense which, and when."""
+"""Contacts: which agent begins and ceases to sense which, as a log, as a table, and as rows of the event log."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 
 from teamsight.agents.channel import TEAMMATES
+from teamsight.agents.engine.records import RelationArrays, relation_at
 from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.contact_kernel import COLUMNS, CONTACTS, LOG_CONTACTS, ContactArrays
-from teamsight.agents.events.places import places
+from teamsight.agents.events.log import EventLog, LoggedEvent
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.group import Group
+from teamsight.core.kernel import Entry, Packed, Record, kernel
 
 Integers = npt.NDArray[np.int64]
+
+
+def places(known: Integers, wanted: Integers) -> Integers:
+    """Return the index of each wanted number among the known ones; −1 for those that are not there."""
+    order = np.argsort(known, kind="stable")
+    at = np.searchsorted(known[order], wanted)
+    found: Integers = order[np.minimum(at, len(known) - 1)] if len(known) else np.full(len(wanted), -1)
+    return np.where(known[found] == wanted, found, -1) if len(known) else found
+
+
+#: The columns of a row: the tick, 1 for begun and 0 for ended, and the `unique_id` of the observer and of the observed.
+COLUMNS = ("tick", "begun", "observer", "observed")
+
+
+class ContactArrays(NamedTuple):
+    """The record of a contact log.
+
+    Attributes
+    ----------
+    moment : ndarray, shape (1,), int64
+        The tick of the present positions.
+    relation : Packed of RelationArrays or None
+        What the group senses; None if it has lost the channel, so that it senses nobody.
+    in_range : bool
+        Whether contacts are with all in range, or with those that are sensed.
+    observers, observed : ndarray, shape (n,) and (m,), int64
+        The identities of the observers, and of those whom they may sense.
+    start, indices : ndarray, shape (n + 1,) and (kept,), int64
+        The contacts that were seen last, as in `NeighbourList`.
+    gone : ndarray, shape (gone, 2), int64
+        Contacts that were seen last, of which one agent has left: the identities of observer and observed.
+    gone_length, length : ndarray, shape (1,), int64
+        The number of rows of `gone`, and of `rows`.
+    rows : ndarray, shape (room, 4), int64
+        The log; see `COLUMNS`.
+    """
+
+    moment: Annotated[Integers, 1]
+    relation: Packed[RelationArrays] | None
+    in_range: bool
+    observers: Annotated[Integers, "n"]
+    observed: Annotated[Integers, "m"]
+    start: Annotated[Integers, "n + 1"]
+    indices: Annotated[Integers, "kept"]
+    gone: Annotated[Integers, "gone", 2]
+    gone_length: Annotated[Integers, 1]
+    rows: Annotated[Integers, "room", 4]
+    length: Annotated[Integers, 1]
+
+
+CONTACTS = Record(ContactArrays)
+contacts_at = CONTACTS.at
+
+
+@kernel
+def _append(contacts: Any, begun: int, observer: int, observed: int) -> None:
+    row = contacts.rows[contacts.length[0]]
+    row[0] = contacts.moment[0]
+    row[1] = begun
+    row[2] = observer
+    row[3] = observed
+    contacts.length[0] += 1
+
+
+@kernel
+def _append_ended(contacts: Any) -> None:
+    """Log the contacts that have ended because an agent has left, or the channel is no more."""
+    for k in range(contacts.gone_length[0]):
+        _append(contacts, 0, contacts.gone[k, 0], contacts.gone[k, 1])
+    contacts.gone_length[0] = 0
+
+
+@kernel
+def _compare(contacts: Any, start: Any, index: Any) -> None:
+    """Log the differences of the contacts seen last and the present ones, both in ascending order; keep these."""
+    old_start, old_index = contacts.start, contacts.indices
+    for i in range(contacts.observers.shape[0]):
+        k = start[i]
+        old = old_start[i]
+        while k < start[i + 1] or old < old_start[i + 1]:
+            is_now = k < start[i + 1] and (old >= old_start[i + 1] or index[k] <= old_index[old])
+            was_then = old < old_start[i + 1] and (k >= start[i + 1] or old_index[old] <= index[k])
+            if is_now and not was_then:
+                _append(contacts, 1, contacts.observers[i], contacts.observed[index[k]])
+            if was_then and not is_now:
+                _append(contacts, 0, contacts.observers[i], contacts.observed[old_index[old]])
+            k += is_now
+            old += was_then
+    # Only now, because the old rows are read above.
+    for i in range(old_start.shape[0]):
+        old_start[i] = start[i]
+    for k in range(start[start.shape[0] - 1]):
+        old_index[k] = index[k]
+
+
+def _log(address: int) -> int:
+    contacts = contacts_at(address)
+    _append_ended(contacts)
+    if contacts.relation != 0:
+        relation = relation_at(contacts.relation)
+        if contacts.in_range:
+            _compare(contacts, relation.neighbours.start, relation.neighbours.identity)
+        else:
+            _compare(contacts, relation.true_start, relation.true_index)
+    # In the next step all these can end and as many begin as there is room for.
+    most = contacts.start[contacts.start.shape[0] - 1] + contacts.indices.shape[0]
+    return 1 if contacts.length[0] + most > contacts.rows.shape[0] else 0
+
+
+LOG_CONTACTS = Entry(_log)
+
+
 _FEWEST = 256
 
 
@@ -191,3 +306,109 @@ class ContactWatcher(Watcher):
         self.rows, self.length = rows.copy(), np.full(1, len(rows))
         self._set_seen(seen.copy())
         self._engine.rewatch()
+
+
+def contact_table(sources: Iterable[Any]) -> pd.DataFrame:
+    """Return the contacts of the contact logs among event sources; see `World.contacts`."""
+    logs = [source for source in sources if isinstance(source, ContactLog)]
+    logged = [log.contacts for log in logs]
+    rows = [len(one.tick) for one in logged]
+
+    def joined(name: str, dtype: Any) -> Any:
+        return np.concatenate([np.zeros(0, dtype), *(getattr(one, name) for one in logged)])
+
+    return pd.DataFrame({
+        "tick": joined("tick", np.int64),
+        "begun": joined("begun", np.bool_),
+        "group": np.repeat(np.array([log.observers for log in logs], object), rows),
+        "channel": np.repeat(np.array([log.channel for log in logs], object), rows),
+        "observer": joined("observer", np.int64),
+        "observed": joined("observed", np.int64),
+    })  # fmt: skip
+
+
+class Observations(NamedTuple):
+    """When agents began to be observed by any, and ceased to be: arrays of shape (k,), by tick and then by agent.
+
+    Attributes
+    ----------
+    tick : ndarray, int64
+        When.
+    begun : ndarray, bool
+        Whether it is now observed; False if it is no longer.
+    observed : ndarray, int64
+        The `unique_id` of the agent.
+    """
+
+    tick: npt.NDArray[np.int64]
+    begun: npt.NDArray[np.bool_]
+    observed: npt.NDArray[np.int64]
+
+
+def observations(logs: Iterable[ContactLog]) -> Observations:
+    """Return when agents were observed by at least one of the observers of these logs, and when no longer."""
+    logged = [log.contacts for log in logs]
+    tick = np.concatenate([np.zeros(0, np.int64), *(one.tick for one in logged)])
+    observed = np.concatenate([np.zeros(0, np.int64), *(one.observed for one in logged)])
+    change = np.concatenate([np.zeros(0, np.int64), *(np.where(one.begun, 1, -1) for one in logged)])
+    order = np.lexsort((tick, observed))
+    tick, observed = tick[order], observed[order]
+    # All observers that an agent gains and loses so far, as one sum over all agents: what begins ends no earlier.
+    count = np.cumsum(change[order])
+    last = np.ones(len(tick), bool)
+    last[:-1] = (np.diff(tick) != 0) | (np.diff(observed) != 0)
+    tick, observed, count = tick[last], observed[last], count[last]
+    first = np.ones(len(tick), bool)
+    first[1:] = np.diff(observed) != 0
+    # Agents that are still observed in the end leave their observers in the sum.
+    left_over = np.concatenate([[0], count])[:-1]
+    base = np.maximum.accumulate(np.where(first, np.arange(len(tick)), 0)) if len(tick) else np.zeros(0, np.int64)
+    is_so = count - left_over[base] > 0
+    was_so = np.concatenate([[False], is_so])[:-1] & ~first
+    changed = is_so != was_so
+    tick, observed, begun = tick[changed], observed[changed], is_so[changed]
+    order = np.lexsort((observed, tick))
+    return Observations(tick[order], begun[order], observed[order])
+
+
+CONTACT = {True: "contact begun", False: "contact ended"}
+OBSERVED = {True: "observed", False: "not observed"}
+
+
+def with_contacts(log: EventLog, sources: Iterable[Any], agents: Iterable[Any]) -> EventLog:
+    """Return an event log with the rows of the contact logs among event sources; the same log if there are none.
+
+    At equal times contacts come first: they are what the last step has led to, and events follow it.
+
+    Parameters
+    ----------
+    log : EventLog
+        The other events.
+    sources : iterable of EventSource
+        The sources of the world.
+    agents : iterable of Body
+        Its present agents; the groups of those that have left are found in the log.
+    """
+    logs = [source for source in sources if isinstance(source, ContactLog)]
+    if not logs:
+        return log
+    groups = {row.agent: row.group for row in log.rows if row.agent is not None}
+    groups.update((agent.unique_id, agent.group.name) for agent in agents)
+    rows = [row for one in logs for row in _contacts(one)]
+    counting = [one for one in logs if one.counts]
+    tick, begun, observed = (array.tolist() for array in observations(counting))
+    rows += [
+        LoggedEvent(float(when), when, OBSERVED[is_so], groups.get(agent), agent, ContactLog.__name__, {})
+        for when, is_so, agent in zip(tick, begun, observed, strict=True)
+    ]
+    return EventLog(sorted([*rows, *log.rows], key=lambda row: row.time))
+
+
+def _contacts(log: ContactLog) -> list[LoggedEvent]:
+    contacts, source = log.contacts, ContactLog.__name__
+    name = log.observers
+    arrays = (contacts.tick, contacts.begun, contacts.observer, contacts.observed)
+    return [
+        LoggedEvent(float(tick), tick, CONTACT[begun], name, one, source, {"other": other, "channel": log.channel})
+        for tick, begun, one, other in zip(*(array.tolist() for array in arrays), strict=True)
+    ]

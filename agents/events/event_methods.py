@@ -29,6 +29,8 @@ else:
     sources="world.attach(…) and world.detach(…) change them",
     until="its methods return the events for which a process can wait, as in world.until.observed(target)",
 )
+
+
 class EventMethods(Measures):
     """The methods of a world for events; `World` derives from it."""
 
@@ -116,7 +118,7 @@ class EventMethods(Measures):
         One row for each beginning and each end, in the order of `sources` and then of time. The columns are tick,
         begun (False if the contact has ended), group, channel, and observer and observed (`unique_id`).
         """
-        from teamsight.agents.events.contact_table import contact_table
+        from teamsight.agents.events.contact_log import contact_table
 
         return contact_table(self.sources)
 
@@ -167,7 +169,7 @@ class EventMethods(Measures):
         """
         log = self._data.sources.events
         if self.sources:
-            from teamsight.agents.events.contact_rows import with_contacts
+            from teamsight.agents.events.contact_log import with_contacts
 
             log = with_contacts(log, self.sources, self.agents)
         return log.frame()

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from teamsight.agents.events.event_methods import EventMethods
 from teamsight.core import checks
-from teamsight.world.planned import check_does_not_yield
+from teamsight.world.clock import check_does_not_yield
 
 if TYPE_CHECKING:
     from teamsight.agents.events.recurring import Recurring, Schedule
-    from teamsight.world.planned import Planned
+    from teamsight.world.clock import Planned
 
 # mesa's default priority; 1 is high and 10 is low.
 _DEFAULT = 5

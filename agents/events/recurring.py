@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Protocol
 
 from teamsight.agents.events.source import EventSource
 from teamsight.core import checks
-from teamsight.world.planned import Planned
+from teamsight.world.clock import Planned
 
 # Shorter intervals would let the clock stand still.
 _LEAST = 1e-6

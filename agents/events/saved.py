@@ -10,7 +10,7 @@ from teamsight.agents.events.log import EventLog, LoggedEvent
 from teamsight.agents.mesa_bases import Model
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
-from teamsight.world.planned import Planned, callbacks_of
+from teamsight.world.clock import Planned, callbacks_of
 
 # Whose method a planned call is: ("world", 0, 0), ("source", number, 0) or ("agent", number of its group, member).
 Owner = tuple[str, int, int]

@@ -11,8 +11,8 @@ import numpy as np
 from teamsight.agents.group import Group
 from teamsight.core import checks
 from teamsight.core.references import stable_name
+from teamsight.world.clock import Planned, call
 from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of_block
-from teamsight.world.planned import Planned, call
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body

@@ -77,3 +77,7 @@ class Timeline:
         self.jumps += tick - self.tick
         self.tick = tick
         self.clock.begin(tick)
+
+
+class AgentLeftError(RuntimeError):
+    """Raised in a process that waits for something that cannot come, because an agent has left the world."""

@@ -9,8 +9,7 @@ from typing import Any
 import mesa
 
 from teamsight.agents.events.timeline import Timeline
-from teamsight.agents.recording.history import Stretch
-from teamsight.agents.recording.totals import Sums
+from teamsight.agents.recording.history import Stretch, Sums
 
 REPORTERS = {
     name: name

@@ -1,9 +1,10 @@
-"""History: one row for each completed step, and running sums."""
+"""The history: the completed steps, their totals, and the recorded positions."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,16 +13,97 @@ import pandas as pd
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.records import CONDITIONAL_COLUMNS, HISTORY_COLUMNS
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.recording.totals import Sums, running_means, totals_of
+from teamsight.agents.group import Group
 from teamsight.core.buffer import Buffer
+
+Integers = npt.NDArray[np.int64]
+
+
+class Totals(NamedTuple):
+    """What was counted in some rows of the history; rows without anybody are left out.
+
+    Attributes
+    ----------
+    counted : dict of int to int
+        For each number of targets (or of robots), in order of appearance, the sum of observed targets (or of edges)
+        over its rows.
+    rows : int
+        The number of rows.
+    """
+
+    counted: dict[int, int]
+    rows: int
+
+    def plus(self, other: Totals) -> Totals:
+        """Return the totals of these rows and later ones."""
+        if self is NOTHING:
+            return other
+        counted = dict(self.counted)
+        for size, number in other.counted.items():
+            counted[size] = counted.get(size, 0) + number
+        return Totals(counted, self.rows + other.rows)
+
+    @property
+    def mean_share(self) -> float:
+        """The mean over the rows of the share; NaN without rows."""
+        return float(shares(self.counted) / self.rows) if self.rows else float("nan")
+
+
+NOTHING = Totals({}, 0)
+
+
+class Sums(NamedTuple):
+    """What was summed in some rows: observed targets, edges between neighbours, and the largest degree."""
+
+    observed: Totals = NOTHING
+    edges: Totals = NOTHING
+    largest: int = 0
+
+    def plus(self, other: Sums) -> Sums:
+        """Return the sums of these rows and of later ones."""
+        largest = max(self.largest, other.largest)
+        return Sums(self.observed.plus(other.observed), self.edges.plus(other.edges), largest)
+
+
+def totals_of(sizes: int | Integers, numbers: Integers) -> Totals:
+    """Return the totals of rows with these numbers of targets, or the same in all, and of observed targets."""
+    if isinstance(sizes, int):
+        return Totals({sizes: int(numbers.sum())}, len(numbers)) if sizes and len(numbers) else NOTHING
+    found, first, which = np.unique(sizes, return_index=True, return_inverse=True)
+    sums = np.zeros(len(found), np.int64)
+    np.add.at(sums, which, numbers)
+    counted = {int(found[k]): int(sums[k]) for k in np.argsort(first) if found[k]}
+    return Totals(counted, int((sizes > 0).sum()))
+
+
+def running_means(before: Totals, sizes: int | Integers, numbers: Integers) -> npt.NDArray[np.float64]:
+    """Return `Totals.mean_share` after each of some rows, to the last bit; parameters as for `totals_of`."""
+    every = np.broadcast_to(sizes, len(numbers))
+    counted: dict[int, Any] = dict(before.counted)
+    # In order of appearance, because the sum of shares depends on their order; 0 before a size first appears.
+    for size in dict.fromkeys(every.tolist() if len(np.unique(every)) > 1 else every[:1].tolist()):
+        if size:
+            counted[size] = counted.get(size, 0) + np.cumsum(np.where(every == size, numbers, 0))
+    rows = before.rows + np.cumsum(every > 0)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(shares(counted) / np.where(rows > 0, rows, np.nan))
+
+
+def shares(counted: Mapping[int, Any]) -> Any:
+    """Return the sum of shares, from the sum of what was counted for each number of those that could be."""
+    # Dividing sums of integers gives the same bits however steps are divided into stretches. Not `sum`, which
+    # compensates for rounding since Python 3.12.
+    total: Any = 0.0
+    for size, number in counted.items():
+        total = total + number / size
+    return total
+
 
 _EDGES, _LARGEST, _OBSERVED, _ACTIVE, _ACTIVE_OBSERVED = range(CONDITIONAL_COLUMNS)
 _FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 
 #: The columns of every world, before the scores of its interactions.
 COLUMNS = ("observed", "mean_neighbours", "max_neighbours")
-
-Integers = npt.NDArray[np.int64]
 
 
 class Stretch:
@@ -254,3 +336,35 @@ def _column_of(part: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]
 def _divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:
     """Return shares; NaN where nobody is there."""
     return np.asarray(numbers / np.where(np.asarray(sizes) > 0, sizes, np.nan))
+
+
+class Trail:
+    """The positions of all agents, recorded at regular intervals as long as the groups do not change."""
+
+    def __init__(self, groups: list[Group], every: int, tick: int) -> None:
+        self._names = np.repeat([group.name for group in groups], [len(group) for group in groups])
+        self._identity = np.concatenate([group.bodies.identity for group in groups]) if groups else np.zeros(0, int)
+        self._first = tick // every + 1
+        self.every = every
+        self.buffer = Buffer((len(self._identity), 2))
+
+    def frame(self) -> pd.DataFrame:
+        """Return time, group, identity, x, y."""
+        size = len(self._identity)
+        times = self.every * (self._first + np.arange(self.buffer.rows))
+        kept = self.buffer.written.reshape(-1, 2)
+        return pd.DataFrame(
+            {
+                "time": np.repeat(times, size),
+                "group": np.tile(self._names, self.buffer.rows),
+                "identity": np.tile(self._identity, self.buffer.rows),
+                "x": kept[:, 0],
+                "y": kept[:, 1],
+            }
+        )
+
+
+def trajectory_frame(trails: list[Trail]) -> pd.DataFrame:
+    """Return the rows of all trails."""
+    parts = [trail.frame() for trail in trails if trail.buffer.rows] or [Trail([], 1, 0).frame()]
+    return pd.concat(parts, ignore_index=True)

@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Self
 
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.recording.frame_recorder import FrameRecorder
+from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.view.files import check_replaceable

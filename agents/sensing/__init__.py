@@ -9,18 +9,17 @@ from teamsight.core.lazy_names import lazy_names
 if TYPE_CHECKING:
     from teamsight.agents.sensing.check import check_sensor
     from teamsight.agents.sensing.interface import View
-    from teamsight.agents.sensing.noise import NOBODY, normals, rotation, uniform, words_of
-    from teamsight.agents.sensing.sensor import Sensor
+    from teamsight.agents.sensing.sensor import NOBODY, Sensor, normals, rotation, uniform, words_of
 
 _HOMES = {
-    "NOBODY": "teamsight.agents.sensing.noise",
+    "NOBODY": "teamsight.agents.sensing.sensor",
     "Sensor": "teamsight.agents.sensing.sensor",
     "View": "teamsight.agents.sensing.interface",
     "check_sensor": "teamsight.agents.sensing.check",
-    "normals": "teamsight.agents.sensing.noise",
-    "rotation": "teamsight.agents.sensing.noise",
-    "uniform": "teamsight.agents.sensing.noise",
-    "words_of": "teamsight.agents.sensing.noise",
+    "normals": "teamsight.agents.sensing.sensor",
+    "rotation": "teamsight.agents.sensing.sensor",
+    "uniform": "teamsight.agents.sensing.sensor",
+    "words_of": "teamsight.agents.sensing.sensor",
 }
 
 __all__ = ["NOBODY", "Sensor", "View", "check_sensor", "normals", "rotation", "uniform", "words_of"]

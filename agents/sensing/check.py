@@ -1,17 +1,124 @@
-"""The check of the contract of sensors."""
+"""The check of a sensor: its kernel on sample views, guarded and compared."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from teamsight.agents.sensing.guarded_view import sense_guarded
-from teamsight.agents.sensing.interface import Floats, Integers, View
-from teamsight.agents.sensing.sample_view import sample_view
+from teamsight.agents.sensing.binding import DETECTING, Detecting, sense_at, sense_entry
+from teamsight.agents.sensing.interface import Detector, Floats, Integers, View, salt_of
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.core.kernel import Entry, specialise
+from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
 from teamsight.core.neighbour_list import NeighbourList, filled
-from teamsight.world.sight import Sight
+from teamsight.world.noise import Stream, key_of, stream_number
+from teamsight.world.proximity.shapes import farthest_of
+from teamsight.world.sight import Sight, open_sight
+
+
+def sample_view(
+    observers: int, others: int, side: float, rng: np.random.Generator, *, among: bool = False, coincide: bool = False,
+    sight: Sight | None = None, square: bool = False,
+) -> View:  # fmt: skip
+    """Return a random view.
+
+    Parameters
+    ----------
+    observers, others : int
+        The numbers of observers, and of observed agents that are no observers.
+    side : float
+        The side of the square that contains all agents [ranges].
+    rng : numpy.random.Generator
+        The generator.
+    among : bool, default False
+        Whether the observers are among the observed, in the middle of the others.
+    coincide : bool, default False
+        Whether all agents are at one place.
+    sight : Sight, optional
+        What blocks the sight; nothing by default.
+    square : bool, default False
+        Whether ranges are squares.
+    """
+    position = rng.uniform(0, side, (observers, 2))
+    observed = rng.uniform(0, side, (others, 2))
+    own = others // 2 if among else -1
+    if among:
+        observed = np.insert(observed, own, position, axis=0)
+    if coincide:
+        position[:], observed[:] = 0.0, 0.0
+    angle = rng.uniform(0, 2 * np.pi, observers)
+    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    reach = rng.uniform(0.8, 1.2, observers)
+    # Some identities and numbers of members are left out, as after removals.
+    everyone = np.sort(rng.choice(3 * len(observed) + 3, len(observed), replace=False)) + 1
+    member = np.sort(rng.choice(3 * observers + 3, observers, replace=False))
+    way = observed - position[:, np.newaxis]
+    apart = np.abs(way).max(axis=-1, initial=0.0) if square else np.hypot(way[..., 0], way[..., 1])
+    near = apart <= reach[:, np.newaxis]
+    if among:
+        near[np.arange(observers), own + np.arange(observers)] = False
+    start = np.concatenate([[0], np.cumsum(near.sum(axis=1))])
+    offset = way[near]
+    distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
+    in_range = NeighbourList(start, np.ascontiguousarray(np.nonzero(near)[1]), offset, distance)
+    key = key_of(int(rng.integers(2**53)))
+    return View(
+        np.array([int(rng.integers(10_000))]), key, salt_of("targets"), stream_number(Stream.SENSOR, 1), member,
+        position, heading, reach, everyone, own, in_range, sight or open_sight(),
+        farthest_of("square" if square else "disc"),
+    )  # fmt: skip
+
+
+_IN_RANGE = Axis("entries", "those of observer i are start[i] up to, not including, start[i + 1]")
+_ENTRY = Axis("entries", "write no more than there is room for, and return how many are needed")
+_COUNTED = Axis("elements", "that is all that there are")
+_GUARDED = GuardedRecord(
+    DETECTING,
+    ("sensed",),
+    {
+        "n": Axis("observers", "observers are 0 to n − 1, and n is view.heading.shape[0]"),
+        "m": Axis("agents", "the observed are 0 to m − 1, and m is view.everyone.shape[0]"),
+        "n + 1": Axis("elements", "there is one more than observers; observer i's are start[i] and start[i + 1]"),
+        "k": _IN_RANGE,
+        **{f"sensed.{name} k": _ENTRY for name in ("identity", "offset", "distance")},
+        "p": Axis("parameters", "add what it needs to `parameters`"),
+        "segments": Axis("segments", "there are view.sight.segments.shape[0]"),
+        "discs": Axis("discs", "there are view.sight.discs.shape[0]"),
+        **{str(length): _COUNTED for length in range(1, 5)},
+    },
+)
+
+_ENTRIES: dict[Callable[..., Any], Entry] = {}
+
+
+def _entry(sensor: Detector) -> Entry:
+    """Return the guarded form of an entry, or the entry as it is where that cannot be compiled."""
+    rule, name = type(sensor).sense, type(sensor).__name__
+    if rule not in _ENTRIES:
+        plain = sense_entry(sensor)
+        made = specialise(sense_at, f"{name}-guarded", sense_kernel=guarded(rule), detecting_at=_GUARDED.at)
+        _ENTRIES[rule] = machine_code(name, "sense", made, plain) or plain
+    return _ENTRIES[rule]
+
+
+def sense_guarded(sensor: Detector, view: View, sensed: NeighbourList) -> tuple[int, NeighbourList]:
+    """Run `sense` on copies of these arrays, with bounds checks; return its answer and what it wrote.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the kernel cannot be compiled, or uses elements outside its arrays; see `run_guarded`.
+    """
+    fences = Fences()
+    seen: View = fences.put("view", view, read_only=True)
+    parameters = fences.put("parameters", np.ascontiguousarray(sensor.parameters, float), read_only=True)
+    written: NeighbourList = fences.put("sensed", sensed)
+    record = DETECTING.pack(Detecting(seen, parameters, written))
+    need = run_guarded(type(sensor).__name__, "sense", _entry(sensor), record, _GUARDED.arrays, fences)
+    return need, written
+
 
 _UNWRITTEN = -7_777_777
 # Nothing changes between two calls, so the room that the first call returns must suffice.

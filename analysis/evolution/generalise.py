@@ -42,9 +42,8 @@ def boxed(*, ratio: float, robots: int, targets: int, radius: float, policy: Pol
     rng : int
         Seed of the world.
     """
+    from teamsight.agents.body import Robot, Target
     from teamsight.agents.model import World
-    from teamsight.agents.robot import Robot
-    from teamsight.agents.target import Target
     from teamsight.world.arena import Box
 
     width = radius * math.sqrt(math.pi / ratio)

@@ -17,8 +17,7 @@ from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
 from teamsight.agents.recording.explore import memory_of, record_run, settings_of
-from teamsight.agents.recording.transition_kernels import FACTS
-from teamsight.agents.recording.transitions import Transitions
+from teamsight.agents.recording.transitions import FACTS, Transitions
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
 from teamsight.analysis.runs.run import Run

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from teamsight.agents.recording.transition_kernels import FACTS
+from teamsight.agents.recording.transitions import FACTS
 from teamsight.agents.resolve import awareness_of
 from teamsight.analysis.learning.explore import Exploration
 from teamsight.policies.memory import LazyMemory

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from teamsight.analysis.runs.attempt import advancing, attempt, emitting
-from teamsight.core.kernel import cache_folder
+from teamsight.core.kernel import cache as cache_folder
 
 
 class WorkerProcess:

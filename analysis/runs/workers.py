@@ -23,7 +23,7 @@ from teamsight.analysis.runs.job_queue import JobQueue
 from teamsight.analysis.runs.worker_process import WorkerProcess, interrupts_held
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.core.kernel import cache_folder
+from teamsight.core.kernel import cache as cache_folder
 
 # The most handles that `multiprocessing.connection.wait` accepts on Windows.
 _MOST_ON_WINDOWS = 60

@@ -16,7 +16,14 @@ from teamsight.core import checks
 
 #: Classes of this package that have moved or were renamed: the reference of before, and that of now. Seeds, the ids of
 #: settings and study files have the former, which stays for ever.
-MOVED: dict[str, str] = {}
+MOVED: dict[str, str] = {
+    "teamsight.agents.robot:Robot": "teamsight.agents.body:Robot",
+    "teamsight.agents.target:Target": "teamsight.agents.body:Target",
+    "teamsight.agents.components.sensor_dropouts:SensorDropouts":
+        "teamsight.agents.components.failures:SensorDropouts",
+    "teamsight.agents.components.charging_places:ChargingPlaces":
+        "teamsight.agents.components.batteries:ChargingPlaces",
+}
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500
 # Folders that `search_in` has added to the path, and those that it was given last.

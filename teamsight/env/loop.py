@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from teamsight.agents.engine.conditions import count_active, count_observers
+from teamsight.agents.engine.loop import count_active, count_observers
 from teamsight.agents.engine.records import HISTORY_COLUMNS, group_at, relation_at, world_at
-from teamsight.agents.recording.transition_kernels import count_sensing
+from teamsight.agents.recording.transitions import count_sensing
 from teamsight.core.kernel import Entry, call, kernel
 from teamsight.env.actions import GRID, HEADING
 from teamsight.env.records import DONE, NEEDS_PYTHON, UNFINISHED, UNSEEN, WAITS, batch_at, sight_at

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
-from teamsight.agents.events.contact_log import ContactLog
-from teamsight.agents.events.contact_rows import CONTACT
+from teamsight.agents.events.contact_log import CONTACT, ContactLog
 from teamsight.agents.model import World
 
 #: Rows of the event log that a page shows, and rows of contacts of each log: they change at almost every tick, and

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.model import World
-from teamsight.agents.recording.frame_kernel import RECORD_FRAME
-from teamsight.agents.recording.frame_recorder import FrameRecorder
+from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
 from teamsight.view.frame import MOST_LINKS, Frame
 from teamsight.view.scene import MOST_SLOTS, Scene
 

@@ -18,7 +18,7 @@ import pytest
 
 import teamsight
 from teamsight import CMOMMT, Disc, Robot, World
-from teamsight.agents import progress
+from teamsight.agents import stepping as progress
 from teamsight.core import status_line
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent
@@ -26,7 +26,7 @@ ROOT = Path(teamsight.__file__).resolve().parent.parent
 SCRIPT = """
 import os, signal, sys
 from teamsight import CMOMMT
-from teamsight.agents import progress
+from teamsight.agents import stepping as progress
 import teamsight.core.kernel.entry
 teamsight.core.kernel.entry.announce = lambda name: None
 progress.PATIENCE = 0.0
@@ -181,5 +181,7 @@ def test_progress_is_true_or_false() -> None:
 @pytest.mark.parametrize(
     ("duration", "text"), [(0.2, "0 s"), (59.4, "59 s"), (59.6, "1 min 0 s"), (3600.0, "1 h 0 min"), (7500, "2 h 5 min")]
 )
+
+
 def test_durations_are_said_as_people_do(duration: float, text: str) -> None:
     assert status_line.seconds(duration) == text

@@ -14,7 +14,7 @@ from teamsight import CMOMMT, Box, Robot, Sensor, World
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.policies import ACmommt, Evolved, RandomWalk, SheppardLazyQ
-from teamsight.world import starts
+from teamsight.world import placement as starts
 from teamsight.world.noise import Stream, key_of, stream_number, uniforms
 
 KINDS: list[dict[str, Any]] = [
@@ -137,6 +137,8 @@ def test_a_world_to_which_something_was_done_is_not_used_again(change: str) -> N
     lambda world: setattr(world.targets[1], "position", (0.0, 0.0)), lambda world: setattr(world, "running", False),
     lambda world: world.clock.at(3, lambda: pytest.fail("events do not outlive a run")), lambda world: world.step(),
 ])  # fmt: skip
+
+
 def test_what_a_run_changes_is_undone(change: Any) -> None:
     worlds = ReusedWorlds()
     world = worlds.begin(CMOMMT, {}, 1)
@@ -164,6 +166,8 @@ class Own(CMOMMT):
     (CMOMMT, {"policy": walk}), (Own, {}), (lambda rng: CMOMMT(rng=rng), {}),
     (CMOMMT, {"policy_options": {"do1": np.float32(0.1)}}),
 ], ids=["Python policy", "subclass", "function", "option of another type"])  # fmt: skip
+
+
 def test_what_is_not_known_to_be_safe_is_built(model: Any, parameters: dict[str, Any]) -> None:
     worlds = ReusedWorlds()
     first = worlds.begin(model, parameters, 1)
@@ -179,6 +183,8 @@ def test_what_is_not_known_to_be_safe_is_built(model: Any, parameters: dict[str,
     {"radius": -1}, {"radius": True}, {"sensing_range": "1"}, {"robot_speed": 1e9}, {"awareness_range": 1e-12},
     {"target_speed": -0.1}, {"robots": 0}, {"policy_options": {"idle": "sleep"}}, {"colour": "red"},
 ])  # fmt: skip
+
+
 def test_wrong_parameters_raise_what_the_model_raises(wrong: dict[str, Any]) -> None:
     worlds = ReusedWorlds()
     worlds.begin(CMOMMT, {}, 1)

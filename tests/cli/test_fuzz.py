@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.agents.recording.transition_kernels import FACTS
+from teamsight.agents.recording.transitions import FACTS
 from teamsight.cli import main
 from teamsight.policies.memory import LazyMemory
 

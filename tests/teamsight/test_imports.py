@@ -36,9 +36,14 @@ def modules() -> dict[str, Path]:
 
 
 def imports(path: Path, known: set[str]) -> set[str]:
-    """Return the modules of the package that a file imports, also within functions and for types only."""
+    """Return the modules of the package that a file imports, also within functions, but not for types only."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    blocks = [node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
+    for_types = {id(node) for block in blocks for part in block.body for node in ast.walk(part)}
+    for node in ast.walk(tree):
+        if id(node) in for_types:
+            continue
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -61,16 +66,21 @@ def test_no_modules_import_each_other_in_a_circle() -> None:
     found = modules()
     assert {"teamsight", "teamsight.agents.model", "teamsight.core.kernel"} <= set(found)
     graph = {name: imports(path, set(found)) - {name} for name, path in found.items()}
-    assert graph["teamsight.agents.cmommt"] >= {"teamsight.agents.model", "teamsight.world.starts"}
+    assert graph["teamsight.agents.cmommt"] >= {"teamsight.agents.model", "teamsight.world.placement"}
     assert cycle_in(graph) == []
 
 
-def test_imports_for_types_only_and_within_functions_count(tmp_path: Path) -> None:
-    texts = {"a": "if TYPE_CHECKING:\n    from b import x\n", "b": "def f():\n    import c\n", "c": "from a import y\n"}
+def test_imports_within_functions_count_and_those_for_types_only_do_not(tmp_path: Path) -> None:
+    texts = {
+        "a": "if TYPE_CHECKING:\n    from c import x\nelse:\n    from b import x\n",
+        "b": "def f():\n    import c\n",
+        "c": "from a import y\n",
+    }
     for name, text in texts.items():
         (tmp_path / f"{name}.py").write_text(text)
     graph = {name: imports(tmp_path / f"{name}.py", set(texts)) for name in texts}
     assert set(cycle_in(graph)) == {"a", "b", "c"}
+    assert graph["a"] == {"b"}
     assert cycle_in(graph | {"b": set()}) == []
 
 

@@ -19,7 +19,7 @@ from teamsight import Box, Circle, Disc, Obstructed, Polygon, Torus
 from teamsight.world import Arena, Walls
 from teamsight.world.free_places import _DRAW_AGAIN, ATTEMPT, Attempt, is_free
 from teamsight.world.motion import is_watched
-from teamsight.world.wall_contacts import clearance
+from teamsight.world.walls import clearance
 
 ELL = Polygon([(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)])
 SQUARE = Polygon([(-1, -1), (1, -1), (1, 1), (-1, 1)])
@@ -199,6 +199,8 @@ class Open(Box):
         (Open(4, 6), [SQUARE], TypeError, r"Open: cannot have obstacles, because .*; define `walls`"),
     ],
 )  # fmt: skip
+
+
 def test_what_cannot_be_is_refused(arena: Arena, obstacles: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message) as raised:
         arena.with_obstacles(*obstacles)

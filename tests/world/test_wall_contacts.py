@@ -14,7 +14,7 @@ from naive import geometry as naive
 from teamsight.world import Arena, Box, Circle, Disc, Polygon, Torus
 from teamsight.world.bodies import Bodies
 from teamsight.world.motion import advance_entry, pack_move, turn_limit
-from teamsight.world.wall_contacts import clearance
+from teamsight.world.walls import clearance
 
 ELL = [(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)]
 STAR = [((1 + k % 2) * math.cos(k * math.pi / 5), (1 + k % 2) * math.sin(k * math.pi / 5)) for k in range(10)]

@@ -1,18 +1,19 @@
-"""The cache of compiled entries: one file each, verified before anything in it is used.
-
-A file holds the line `_FORMAT`, a SHA-256 checksum, and what numba needs to load the machine code. The checksum covers
-the key too, so that a truncated file and that of another entry are both detected. A file that cannot be read counts as
-missing.
-"""
+"""The cache of compiled kernels: its folder, its files, and what is stored in them."""
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import hashlib
 import io
+import os
 import pickle
 import re
+import secrets
+import shutil
+import stat
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,9 +23,156 @@ from numba.core.compiler import CompileResult
 from numba.core.environment import _rebuild_env
 from numba.core.serialize import dumps
 
-from teamsight.core.kernel.cache_folder import cache_folder, read, write
-from teamsight.core.kernel.digest import digest
-from teamsight.core.kernel.parts import refuse_circles
+from teamsight.core.checks import shown
+from teamsight.core.kernel.parts import digest, refuse_circles
+
+#: The environment variable that names the folder.
+VARIABLE = "TEAMSIGHT_CACHE_DIR"
+
+_OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
+# Links are not followed, and pipes do not block; Windows has neither flag.
+_SAFELY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+
+# The folder for each value of the environment variable, so that it is chosen, and a notice printed, once.
+_chosen: dict[str | None, Path | None] = {}
+
+
+def cache_folder() -> Path | None:
+    """Return the folder of compiled kernels; None if none can be made.
+
+    It is ``TEAMSIGHT_CACHE_DIR``, or else the user's cache folder. If others can write to it, or this user cannot, it
+    is a folder of this user among the temporary files, or else one for this process only, removed when it ends.
+    """
+    named = os.environ.get(VARIABLE) or None
+    if named not in _chosen:
+        _chosen[named] = _choose(named)
+    return _chosen[named]
+
+
+def read(file: Path) -> bytes | None:
+    """Return the content of a file; None if it cannot be read, or others could have written it."""
+    try:
+        with open(file, "rb", buffering=0, opener=_open_own) as stream:
+            return stream.read()
+    except OSError:
+        return None
+
+
+def write(file: Path, data: bytes) -> None:
+    """Write a file atomically: readers find the former content or this. Does nothing if that is impossible.
+
+    Parameters
+    ----------
+    file : Path
+        The file, replaced if it exists.
+    data : bytes
+        The content.
+    """
+    beside = file.with_name(f"{file.name}.{os.getpid()}-{secrets.token_hex(4)}.tmp")
+    with contextlib.suppress(OSError):
+        try:
+            with open(beside, "xb", opener=lambda path, flags: os.open(path, flags, 0o600)) as stream:
+                stream.write(data)
+            beside.replace(file)
+        finally:
+            beside.unlink(missing_ok=True)
+
+
+def _open_own(path: str, flags: int) -> int:
+    descriptor = os.open(path, flags | _SAFELY)
+    found = os.fstat(descriptor)
+    if not stat.S_ISREG(found.st_mode) or _others_control(found):
+        os.close(descriptor)
+        raise PermissionError(path)
+    return descriptor
+
+
+def _is_own(found: os.stat_result) -> bool:
+    # Windows has no such ids; it protects the user's folders by other means.
+    return not hasattr(os, "geteuid") or found.st_uid == os.geteuid()
+
+
+def _others_control(found: os.stat_result) -> str:
+    """Return why others could change this file or folder; empty if they cannot."""
+    if not _is_own(found):
+        return f"belongs to another user (uid {found.st_uid})"
+    if hasattr(os, "geteuid") and found.st_mode & _OTHERS_MAY_WRITE:
+        return f"can be written to by other users (mode {stat.S_IMODE(found.st_mode):04o})"
+    return ""
+
+
+class _UnsafeError(OSError):
+    """Raised for a folder that others control; the message says why."""
+
+
+def _choose(named: str | None) -> Path | None:
+    reasons = []
+    try:
+        return _ready(Path(named).expanduser().absolute()) if named else _ready(_default(), ours=True)
+    except _UnsafeError as error:
+        reasons.append(str(error))
+    except (OSError, RuntimeError, ValueError) as error:
+        # On some cluster nodes nothing of the user's is writable: print a notice only if the user named the folder.
+        if named:
+            reasons.append(f"{shown(named)} cannot be used ({getattr(error, 'strerror', None) or shown(str(error))})")
+    folder, how_long = _temporary(reasons)
+    if reasons:
+        where = f"are kept in {_named(folder)}{how_long}" if folder else "are not kept"
+        cure = f"set {VARIABLE} to a folder of your own that no other user can write to"
+        print(f"teamsight: compiled kernels {where}: {' and '.join(reasons)}; {cure}", file=sys.stderr)
+    return folder
+
+
+def _default() -> Path:
+    import platformdirs
+
+    folder = Path(platformdirs.user_cache_dir("teamsight", appauthor=False)) / "kernels"
+    if not folder.is_absolute():  # a user without a home has the cache folder "~/.cache"
+        raise FileNotFoundError("the user has no home")
+    return folder
+
+
+def _temporary(reasons: list[str]) -> tuple[Path | None, str]:
+    """Return a temporary folder, and a phrase on how long it is kept; add why it is not the usual one to `reasons`."""
+    user = os.geteuid() if hasattr(os, "geteuid") else "user"
+    try:
+        return _ready(Path(tempfile.gettempdir()) / f"teamsight-{user}", follow=False), ""
+    except OSError as error:
+        reasons.append(error.strerror or str(error))
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="teamsight-"))
+    except OSError:
+        return None, ""
+    atexit.register(_remove, folder, os.getpid())
+    return folder, " until this process ends"
+
+
+def _ready(folder: Path, *, follow: bool = True, ours: bool = False) -> Path:
+    """Make the folder if it is missing; raise an OSError unless this user, and no other, can write to it."""
+    with contextlib.suppress(FileExistsError):
+        folder.mkdir(mode=0o700, parents=True)
+    found = folder.stat(follow_symlinks=follow)
+    if not stat.S_ISDIR(found.st_mode):
+        raise _UnsafeError(f"{_named(folder)} is not a folder")
+    if ours and _is_own(found) and found.st_mode & _OTHERS_MAY_WRITE:
+        # Made by an earlier version, where new folders are open to the user's group.
+        folder.chmod(0o700)
+        found = folder.stat()
+    if control := _others_control(found):
+        raise _UnsafeError(f"{_named(folder)} {control}")
+    tempfile.TemporaryFile(dir=folder).close()
+    return folder
+
+
+def _named(folder: Path) -> str:
+    """Return a folder's name for a notice: cut if it is long, and without control characters."""
+    return shown(str(folder), 120).strip("'\"")
+
+
+def _remove(folder: Path, maker: int) -> None:
+    if os.getpid() == maker:  # not in a process forked from it
+        shutil.rmtree(folder, ignore_errors=True)
+
 
 _FORMAT = b"teamsight kernel 1\n"
 _HEAD = len(_FORMAT) + hashlib.sha256().digest_size

@@ -14,9 +14,8 @@ from numba.core.registry import cpu_target
 
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.cache import KernelCache
-from teamsight.core.kernel.errors import COMPILE_ERRORS, explained
+from teamsight.core.kernel.errors import COMPILE_ERRORS, explained, refuse_random_numbers
 from teamsight.core.kernel.parts import FLAGS
-from teamsight.core.kernel.randomness import refuse_random_numbers
 from teamsight.core.kernel.record import Packed
 from teamsight.core.kernel.report import REPORT
 

@@ -1,36 +1,78 @@
-"""Guarded arrays: an access outside of one stops the kernel and is reported.
-
-The checks of policies, degrees of awareness and arenas run kernels on such arrays. Code for worlds has no bounds
-checks, and both NumPy and numba let negative indices count from the end; here every index must be at least 0 and below
-the length of its axis, and read-only arrays cannot be written.
-
-`Guarded` is numba's array type with other code for reading and writing elements; all else is inherited. A number that
-identifies the array is passed on to all its views, in the field `parent` of numba's array structure, which is unused in
-code without reference counting.
-"""
+"""Guards: copies of kernels whose arrays report an index outside, for the checks of components."""
 
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import operator
 import sys
-from collections.abc import Callable, Iterator
+import types as python_types
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import llvmlite.binding
 import numba
+import numpy as np
+import numpy.typing as npt
 from llvmlite import ir
 from numba.core import cgutils
 from numba.core.datamodel import models, register_default
+from numba.core.dispatcher import Dispatcher
 from numba.core.lowering import BaseLower
 from numba.extending import intrinsic, lower_builtin
 from numba.np import arrayobj
 
-from teamsight.core.kernel import array_at, below_8, below_64, scratch
-from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel import Entry, Packed, array_at, below_8, below_64, scratch
 from teamsight.core.kernel.errors import shown
+from teamsight.core.kernel.parts import Part, digest, enclosed, is_library, names_in
+from teamsight.core.kernel.record import Leaf, Node, Record, load_word, unpacking
+
+# Bytes on either side: a multiple of a cache line, so that arrays are aligned as in a world.
+_WIDTH = 4096
+_FILLING = 0xA5
+
+
+class Fences:
+    """A set of arrays, each between two stretches of bytes that must not change."""
+
+    def __init__(self) -> None:
+        # Bytes that must not change, each with its name and its first content.
+        self._fixed: list[tuple[str, npt.NDArray[np.uint8], bytes]] = []
+
+    def put(self, name: str, value: Any, *, read_only: bool = False) -> Any:
+        """Return a copy of an array, or of each array of a NamedTuple, between fences; other values as they are.
+
+        Parameters
+        ----------
+        name : str
+            Its name in errors.
+        value : object
+            The array or arrays.
+        read_only : bool, default False
+            Whether the content must not change either.
+        """
+        if isinstance(value, tuple):
+            parts = zip(getattr(value, "_fields", ()), value, strict=True)
+            return type(value)(*(self.put(f"{name}.{part}", inner, read_only=read_only) for part, inner in parts))
+        if not isinstance(value, np.ndarray):
+            return value
+        array = np.ascontiguousarray(value)
+        block = np.full(array.nbytes + 2 * _WIDTH + 64, _FILLING, np.uint8)
+        first = _WIDTH + -block.ctypes.data % 64
+        last = first + array.nbytes
+        copy = block[first:last].view(array.dtype).reshape(array.shape)
+        copy[...] = array
+        for part in [block] if read_only else [block[:first], block[last:]]:
+            self._fixed.append((name, part, part.tobytes()))
+        return copy
+
+    def broken(self) -> str:
+        """Return the name of the first array with a forbidden write; "" if there is none."""
+        return next((name for name, part, before in self._fixed if part.tobytes() != before), "")
+
 
 #: Added to the number of an array that a kernel may only read.
 READ_ONLY = 1 << 8
@@ -260,3 +302,243 @@ REPLACED: dict[Any, Any] = {
     below_8: _guarded_below_8,
     below_64: _guarded_below_64,
 }
+
+
+class Axis(NamedTuple):
+    """An axis of an array: the name of its elements, and the cure for a wrong index."""
+
+    what: str
+    cure: str
+
+
+class Named(NamedTuple):
+    """An array of a guarded kernel: its name in the kernel, and its axes."""
+
+    name: str
+    axes: tuple[Axis, ...]
+
+
+def run_guarded(
+    owner: str, kernel: str, entry: Callable[[Packed[Any]], int], record: Packed[Any], arrays: Sequence[Named],
+    fences: Fences | None = None,
+) -> int:  # fmt: skip
+    """Run the entry of a guarded kernel on a record; return its status.
+
+    Parameters
+    ----------
+    owner : str
+        The class of the kernel, for errors.
+    kernel : str
+        The kernel's name, for errors.
+    entry : callable
+        The entry.
+    record : Packed
+        The record.
+    arrays : sequence of Named
+        The arrays by number; see `GuardedRecord`.
+    fences : Fences, optional
+        The fences around these arrays.
+
+    Raises
+    ------
+    ValueError
+        If the kernel reads or writes outside of its arrays, writes into a read-only one, or raises an exception.
+    """
+    with watched() as watch:
+        status = entry(record)
+    if watch.accesses:
+        access = watch.accesses[0]
+        raise ValueError(f"{owner}: {access.place}: {kernel} {_account(access, arrays)}")
+    if watch.raised:
+        error = watch.raised[0]
+        raise ValueError(
+            f"{owner}: {kernel} raises {type(error).__name__}({str(error)[:80]!r}); exceptions of kernels are lost in "
+            "a world: check indices and values where they are used"
+        )
+    if fences and (broken := fences.broken()):
+        raise ValueError(
+            f"{owner}: {kernel} writes next to {broken}, or into it although it is read-only; index arrays within "
+            "their shape"
+        )
+    return status
+
+
+def _account(access: Access, arrays: Sequence[Named]) -> str:
+    named = arrays[access.array]
+    if access.axis < 0:
+        return f"writes into {named.name}, which is read-only; copy its numbers and change the copy"
+    # Views have lost axes from the left.
+    axis = len(named.axes) - access.dimensions + access.axis
+    what, cure = named.axes[axis] if 0 <= axis < len(named.axes) else ("elements", "stay within its shape")
+    if access.at < 0:
+        cure = "indices count from 0, and negative ones do not count from the end"
+    return f"uses index {access.at} of {named.name}, whose number of {what} is {access.size}; {cure}"
+
+
+def machine_code(owner: str, kernel: str, entry: Entry, plain: Entry) -> Entry | None:
+    """Return the entry of a guarded kernel once it is compiled.
+
+    Parameters
+    ----------
+    owner, kernel : str
+        The class and the name of the kernel, for the warning.
+    entry : Entry
+        The entry of the guarded kernel.
+    plain : Entry
+        The entry of the kernel as worlds run it.
+
+    Returns
+    -------
+    Entry or None
+        None, with a warning, if the kernel compiles for worlds but not on guarded arrays.
+
+    Raises
+    ------
+    TypeError
+        If the kernel cannot be compiled for worlds.
+    """
+    try:
+        entry.address  # noqa: B018
+    except TypeError as error:
+        # Raises if the mistake is in the kernel.
+        plain.address  # noqa: B018
+        warnings.warn(
+            f"{owner}: the memory accesses of {kernel} are not checked, since it uses arrays in a way that guarded "
+            f"arrays do not support ({error}); use their elements one by one",
+            stacklevel=2,
+        )
+        return None
+    return entry
+
+
+class GuardedRecord:
+    """The code that reads a record with guarded arrays, and their names in errors.
+
+    Parameters
+    ----------
+    record : Record
+        The record.
+    writable : tuple of str
+        Prefixes of the paths of the arrays that a kernel may write; all others are read-only.
+    axes : mapping of str to Axis
+        The axis for each name of a length, or path and name as in ``"noise lanes"``; the key ``"2"`` is for axes of
+        that fixed length.
+    limits : mapping of str to str, optional
+        For a path, the name of a length shorter than the last axis, beyond which elements must not be used.
+
+    Attributes
+    ----------
+    at : kernel
+        Returns the NamedTuple for the address of a record; its arrays are guarded.
+    arrays : list of Named
+        The arrays by number, for `run_guarded`.
+    """
+
+    def __init__(
+        self,
+        record: Record[Any],
+        writable: tuple[str, ...],
+        axes: Mapping[str, Axis],
+        limits: Mapping[str, str] | None = None,
+    ) -> None:
+        leaves = [leaf for leaf in record.node.leaves() if leaf.lengths is not None]
+        self.arrays = [Named("an array of its own", ())] + [_named(leaf, axes) for leaf in leaves]
+        slots = {length.name: length.slot for leaf in leaves for length in leaf.lengths or ()}
+        limiting = {path: slots[name] for path, name in (limits or {}).items()}
+        numbers = {
+            leaf.path: (number + (0 if leaf.path.startswith(writable) else READ_ONLY), limiting.get(leaf.path, -1))
+            for number, leaf in enumerate(leaves, 1)
+        }
+        self.at = unpacking(record.node, Guards(numbers))
+
+
+def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
+    found = []
+    for length in leaf.lengths or ():
+        key = f"{length.name} + {length.plus}" if length.name and length.plus else length.name or str(length.plus)
+        found.append(axes[f"{leaf.path} {key}"] if f"{leaf.path} {key}" in axes else axes[key])
+    return Named(leaf.path, tuple(found))
+
+
+def guarded_at(node: Node) -> Any:
+    """Return the kernel that reads a record in guarded copies of kernels."""
+    return unpacking(node, Guards({}))
+
+
+class Guards:
+    """Makes the arrays of a record guarded.
+
+    Parameters
+    ----------
+    numbers : dict of str to tuple
+        For each array's path: its number, with `READ_ONLY` if it is, and the word that limits its last axis, or −1. An
+        array that is missing here has the number 0.
+    """
+
+    def __init__(self, numbers: dict[str, tuple[int, int]]) -> None:
+        self._numbers = numbers
+
+    def __repr__(self) -> str:
+        # Part of the digest of kernels, since the checks are part of the machine code.
+        return f"{VERSION} {digest(Guards.value)} {self._numbers}"
+
+    def kind(self, array: Any) -> Any:
+        """Return numba's type of a guarded array, from that of the plain one."""
+        return guarded_type(array)
+
+    def value(self, context: Any, builder: Any, leaf: Leaf, kind: Any, array: Any, words: Any) -> Any:
+        """Write code that makes a guarded array of this type from a plain one."""
+        number, limit = self._numbers.get(leaf.path, (0, -1))
+        flags: Any = _WORD(number)
+        if limit >= 0:
+            flags = builder.add(flags, builder.mul(load_word(builder, words, limit), _WORD(LIMIT)))
+        return numbered(context, builder, kind, array, flags)
+
+
+# Calls in place of code inlined everywhere compile faster.
+_DROPPED = {"boundscheck", "cache", "forceinline", "nopython"}
+
+
+def guarded(kernel: Any) -> Any:
+    """Return a copy, for guarded arrays, of a kernel and all that it calls; anything else is returned unchanged."""
+    return _copy(kernel, {}) if isinstance(kernel, Dispatcher) else kernel
+
+
+def _copy(kernel: Any, copies: dict[int, Any]) -> Any:
+    if id(kernel) not in copies:
+        function = kernel.py_func
+        cells = tuple(python_types.CellType() for _ in function.__closure__ or ())
+        names: dict[str, Any] = {}
+        copy = python_types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells)
+        copy.__kwdefaults__, copy.__module__ = function.__kwdefaults__, function.__module__
+        copy.__qualname__ = f"{function.__qualname__}-{_lines(function.__code__)}"
+        kept = {name: value for name, value in kernel.targetoptions.items() if name not in _DROPPED}
+        copies[id(kernel)] = Part(copy, options=dict(kept, boundscheck=True))
+        # Last, since a kernel may call itself.
+        used = set(names_in(function.__code__))
+        for name, value in function.__globals__.items():
+            if name in used or name.startswith("__"):
+                names[name] = _replaced(value, used, copies)
+        for cell, value in zip(cells, enclosed(function), strict=True):
+            cell.cell_contents = _replaced(value, used, copies)
+    return copies[id(kernel)]
+
+
+def _replaced(value: Any, used: set[str], copies: dict[int, Any]) -> Any:
+    """Return what a copy uses in place of a value that the original uses."""
+    if isinstance(value, Dispatcher):
+        return value if is_library(value.py_func.__module__) else _copy(value, copies)
+    if isinstance(value, python_types.ModuleType) and not is_library(value.__name__):
+        module = python_types.ModuleType(value.__name__)
+        parts = ((name, getattr(value, name)) for name in used if hasattr(value, name))
+        vars(module).update({name: _replaced(part, used, copies) for name, part in parts})
+        return module
+    if isinstance(node := getattr(value, "node", None), Node):
+        return guarded_at(node)
+    return next((new for old, new in REPLACED.items() if value is old), value)
+
+
+def _lines(code: python_types.CodeType) -> str:
+    """Return a digest of where code is written, because the machine code contains file and lines."""
+    where = f"{code.co_filename} {code.co_firstlineno} {code.co_linetable!r} {VERSION}"
+    return hashlib.blake2b(where.encode(), digest_size=8).hexdigest()

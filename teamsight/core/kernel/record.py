@@ -1,35 +1,203 @@
-"""Records: how arrays are passed from Python to compiled code.
-
-An entry takes one number, the address of a record. A record is a row of 64-bit words: lengths, addresses of arrays and
-plain numbers. Its content is declared once, as a NamedTuple whose annotations give the shape of each array::
-
-    class Shift(NamedTuple):
-        position: Annotated[Floats, "bodies", 2]
-        speed: Annotated[Floats, "bodies"]
-        factor: float
-
-    SHIFT = Record(Shift)
-    shift_at = SHIFT.at                      # for kernels: the address of a record -> Shift
-    packed = SHIFT.pack(Shift(position, speed, 2.0))
-    Entry(kernel_that_calls_shift_at)(packed)
-
-A length is a number, fixed at compile time; a name, which means the same length throughout the record; a name plus a
-number, as in ``"bodies + 1"``; or a name that begins with a dot, which is local to its own NamedTuple. If a nested
-NamedTuple is annotated with ``".neighbours = start[-1]"``, that length is the last element of its array `start` at the
-time of the call; otherwise it is that of the array when it was packed.
-"""
+"""The layout of a record: the length, address or number that each word holds."""
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Mapping
-from typing import Any, Generic, TypeVar, cast
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
+import numba
 import numpy as np
 import numpy.typing as npt
+from llvmlite import ir
+from numba.core import cgutils
+from numba.extending import intrinsic
 
-from teamsight.core.kernel.layout import Layout, Leaf, Node
-from teamsight.core.kernel.unpacking import unpacking
+from teamsight.core.kernel.intrinsics import array_value
+
+
+class Length(NamedTuple):
+    """The length of one axis: the word `slot` of the record plus the number `plus`, or that number alone."""
+
+    name: str  # in the annotation, without the leading dot; "" for a number alone
+    slot: int  # the word that holds it; −1 for a number alone
+    plus: int  # the number to add
+    # If the length is the last element of an array: the slots of that array's address and of its length, and the
+    # number to add to the latter.
+    last: tuple[int, ...] = ()
+
+
+class Leaf(NamedTuple):
+    """One array or number of a record."""
+
+    path: str  # within the record, as in ``percept.targets.start``
+    slot: int  # the word that holds its address, or the number itself
+    dtype: np.dtype[Any] | None  # of the elements or of the number; None for the address of an entry or a record
+    lengths: tuple[Length, ...] | None  # of the array's axes; None for a number
+    is_list: bool = False  # whether it is an array of addresses of records
+
+
+class Node(NamedTuple):
+    """A NamedTuple of a record: its class and its fields."""
+
+    kind: type
+    parts: tuple[Any, ...]
+
+    def leaves(self) -> list[Leaf]:
+        """Return all arrays and numbers, in the order of the fields."""
+        return [leaf for part in self.parts for leaf in (part.leaves() if isinstance(part, Node) else [part])]
+
+
+class Layout:
+    """Assigns a word to each length, address and number."""
+
+    def __init__(self, parts: Mapping[str, type] | None = None) -> None:
+        self.size = 0
+        # The NamedTuples that replace declared ones, by the path of the field.
+        self._parts = parts or {}
+        # The word of each length: by its name, or, if that is local, by the path of its NamedTuple and its name.
+        self._slots: dict[str, int] = {}
+        self._leaves: dict[str, Leaf] = {}
+
+    def _next(self) -> int:
+        self.size += 1
+        return self.size - 1
+
+    def node(self, kind: type, path: str, rules: dict[str, str]) -> Node:
+        """Return the layout of a NamedTuple.
+
+        Parameters
+        ----------
+        kind : type
+            The NamedTuple.
+        path : str
+            The prefix of the names of its fields.
+        rules : dict of str to str
+            For the name of a length, the array whose last element is that length, as ``start[-1]``.
+        """
+        parts: list[Any] = []
+        for name, hint in get_type_hints(kind, include_extras=True).items():
+            inner, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+            where = f"{path}{name}"
+            inner = self._parts.get(where, inner)
+            if hasattr(inner, "_fields"):
+                inside = dict(part.replace(" ", "").split("=") for part in notes)
+                parts.append(self.node(inner, f"{where}.", inside))
+                continue
+            lengths = [self._length(note, path, rules) for note in notes if not isinstance(note, np.dtype)]
+            self._leaves[where] = self._leaf(where, inner, notes, tuple(lengths))
+            parts.append(self._leaves[where])
+        return Node(kind, tuple(parts))
+
+    def _leaf(self, path: str, kind: Any, notes: list[Any], lengths: tuple[Length, ...]) -> Leaf:
+        if kind in (int, bool, float):
+            return Leaf(path, self._next(), np.dtype(np.float64 if kind is float else np.int64), None)
+        if get_origin(kind) is list:
+            return Leaf(path, self._next(), np.dtype(np.int64), (self._length(".records", f"{path}.", {}),), True)
+        if not notes:
+            return Leaf(path, self._next(), None, None)
+        dtype = notes[0] if isinstance(notes[0], np.dtype) else np.dtype(_scalar(kind))
+        return Leaf(path, self._next(), dtype, lengths)
+
+    def _length(self, note: Any, path: str, rules: dict[str, str]) -> Length:
+        if isinstance(note, int):
+            return Length("", -1, note)
+        name, _, plus = note.replace(" ", "").partition("+")
+        key = path + name if name.startswith(".") else name
+        if key not in self._slots:
+            self._slots[key] = self._next()
+        last: tuple[int, ...] = ()
+        if name in rules:
+            array = self._leaves[path + rules[name].removesuffix("[-1]")]
+            assert array.lengths is not None
+            last = array.slot, array.lengths[0].slot, array.lengths[0].plus
+        return Length(name.removeprefix("."), self._slots[key], int(plus or 0), last)
+
+
+def _scalar(kind: Any) -> Any:
+    """Return the scalar type of an array type; NumPy versions differ in whether ``NDArray[T]`` is an alias."""
+    while arguments := get_args(kind):
+        kind = arguments[-1]
+    return kind
+
+
+_WORD = ir.IntType(64)
+
+
+def unpacking(node: Node, guards: Any = None) -> Any:
+    """Return the kernel that reads a record.
+
+    Parameters
+    ----------
+    node : Node
+        The layout.
+    guards : guarded_record.Guards, optional
+        Makes its arrays guarded; in worlds they are plain.
+    """
+
+    def unpack(typing_context: Any, address: Any) -> Any:
+        if not isinstance(address, numba.types.Integer):
+            return None
+        kind = _type(node, guards)
+
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            words = builder.inttoptr(arguments[0], _WORD.as_pointer())
+            return _value(context, builder, words, node, kind, guards)
+
+        return kind(numba.types.int64), generate
+
+    made = intrinsic(unpack)
+    # Guarded copies of kernels replace it by `guarded_at(node)`.
+    made.node = node
+    return made
+
+
+def _type(part: Node | Leaf, guards: Any) -> Any:
+    """Return numba's type of a part of a record."""
+    if isinstance(part, Node):
+        types = [_type(inner, guards) for inner in part.parts]
+        return numba.types.BaseTuple.from_types(types, part.kind)
+    if part.dtype is None:
+        return numba.types.int64
+    element = numba.from_dtype(part.dtype)
+    if part.lengths is None:
+        return element
+    array = numba.types.Array(element, len(part.lengths), "C")
+    return guards.kind(array) if guards else array
+
+
+def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any, guards: Any) -> Any:
+    """Write code that reads a part of a record."""
+    if isinstance(part, Node):
+        values = [
+            _value(context, builder, words, inner, inner_kind, guards)
+            for inner, inner_kind in zip(part.parts, kind.types, strict=True)
+        ]
+        return context.make_tuple(builder, kind, values)
+    word = load_word(builder, words, part.slot)
+    if part.lengths is None:
+        return builder.bitcast(word, ir.DoubleType()) if kind == numba.types.float64 else word
+    lengths = [_length_value(builder, words, length) for length in part.lengths]
+    array = array_value(context, builder, kind, word, lengths)
+    return guards.value(context, builder, part, kind, array, words) if guards else array
+
+
+def load_word(builder: Any, words: Any, slot: int) -> Any:
+    """Write code that reads a word of a record."""
+    return builder.load(builder.gep(words, [_WORD(slot)]))
+
+
+def _length_value(builder: Any, words: Any, length: Length) -> Any:
+    if length.slot < 0:
+        return cgutils.intp_t(length.plus)
+    if length.last:
+        address, slot, plus = length.last
+        array = builder.inttoptr(load_word(builder, words, address), _WORD.as_pointer())
+        at = builder.add(load_word(builder, words, slot), _WORD(plus - 1))
+        return builder.load(builder.gep(array, [at]))
+    size = load_word(builder, words, length.slot)
+    return builder.add(size, _WORD(length.plus)) if length.plus else size
+
 
 T = TypeVar("T")
 

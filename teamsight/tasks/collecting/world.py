@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from teamsight.agents.body import Body
+from teamsight.agents.body import Body, Robot
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
-from teamsight.agents.robot import Robot
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.tasks.collecting.pucks import Collecting

@@ -6,12 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from teamsight.agents.body import Body
+from teamsight.agents.body import Body, Robot, Target
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.model import World
-from teamsight.agents.robot import Robot
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.target import Target
 from teamsight.core import checks
 from teamsight.policies.schemas import ForageSchemas, GrazeSchemas
 from teamsight.policies.schemas.automaton import COMMUNICATION, Schemas

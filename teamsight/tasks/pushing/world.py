@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from teamsight.agents.body import Body
+from teamsight.agents.body import Body, Robot
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.model import World
-from teamsight.agents.robot import Robot
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.policies.braitenberg.fixed_priority import FixedPriority

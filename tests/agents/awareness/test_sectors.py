@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from teamsight.agents.awareness.sectors import _MARGIN, _near_angle, sector_of
+from teamsight.agents.awareness.interface import _MARGIN, _near_angle, sector_of
 
 pytestmark = pytest.mark.short
 

@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Box, Robot, Sensor, Target, World
-from teamsight.agents.events.contact_log import ContactLog
-from teamsight.agents.events.contact_table import observations
+from teamsight.agents.events.contact_log import ContactLog, observations
 
 Row = tuple[int, bool, int, int]
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from naive.evenness import Evenness
 
 from teamsight import CMOMMT, Box, Robot, Sensor, Target, World
-from teamsight.agents import evenness
+from teamsight.agents.events import observation_counts as evenness
 from teamsight.agents.events.observation_counts import ObservationCounts
 
 DIVISIONS: dict[str, Callable[[World], Any]] = {

@@ -10,7 +10,7 @@ from interactions import Capture, hunt
 
 from teamsight import CMOMMT, Robot, Target, World
 from teamsight.agents.recording.explore import explore
-from teamsight.agents.recording.transition_kernels import FACTS
+from teamsight.agents.recording.transitions import FACTS
 from teamsight.env import Facts, parallel_env, vector_env
 from teamsight.policies.rewards import interaction_reward, rewards_of
 from teamsight.view.frame import MOST_PART

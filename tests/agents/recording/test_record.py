@@ -265,6 +265,8 @@ def test_a_file_of_the_user_is_not_replaced(page: Path) -> None:
         ({"force": 1}, "force=1"),
     ],
 )
+
+
 def test_bad_input_is_refused_before_anything_is_done(arguments: dict[str, Any], message: str) -> None:
     model = world()
     with pytest.raises((TypeError, ValueError), match=message) as caught:
@@ -333,7 +335,7 @@ def test_thirty_bodies_and_600_steps_take_less_than_three_megabytes(page: Path) 
 
 
 def test_more_agents_than_slots_end_the_recording(monkeypatch: pytest.MonkeyPatch) -> None:
-    from teamsight.agents.recording import frame_recorder
+    from teamsight.agents.recording import frames as frame_recorder
 
     monkeypatch.setattr(frame_recorder, "MOST_SLOTS", 9)
     model = World(Box(4, 4), rng=1)

@@ -11,8 +11,7 @@ import pytest
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.group import Group
-from teamsight.agents.recording.transition_kernels import FACTS
-from teamsight.agents.recording.transitions import Transitions
+from teamsight.agents.recording.transitions import FACTS, Transitions
 from teamsight.policies import RandomWalk
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")

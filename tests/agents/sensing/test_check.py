@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from teamsight.agents.sensing import Sensor, check_sensor
-from teamsight.agents.sensing.noise import uniform, words_of
+from teamsight.agents.sensing.sensor import uniform, words_of
 from teamsight.core.kernel import kernel
 
 SENSORS = [

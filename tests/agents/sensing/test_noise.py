@@ -16,7 +16,7 @@ from naive import sensing as naive
 from scipy import stats
 
 from teamsight.agents.sensing import Sensor
-from teamsight.agents.sensing.noise import normals, rotation
+from teamsight.agents.sensing.sensor import normals, rotation
 from teamsight.core.kernel import Entry, array_at
 from teamsight.core.neighbour_list import NeighbourList
 

@@ -13,8 +13,8 @@ from naive import sensing as naive
 
 from teamsight.agents.sensing import Sensor, View
 from teamsight.agents.sensing.binding import detect
+from teamsight.agents.sensing.check import sample_view
 from teamsight.agents.sensing.interface import salt_of
-from teamsight.agents.sensing.sample_view import sample_view
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Torus
 from teamsight.world.sight import Sight
@@ -61,6 +61,8 @@ def cut_by(sight: Sight, sensor: Sensor) -> Any:
     sensor=sensors, seed=st.integers(0, 2**32), sizes=st.tuples(st.integers(0, 6), st.integers(0, 12)), among=st.booleans(),
     discs=st.integers(0, 2), side=st.just(2.0), square=st.booleans(),
 )  # fmt: skip
+
+
 @example(sensor=Sensor(false_positives=1.0), seed=0, sizes=(1, 0), among=True, discs=0, side=2.0, square=True)
 @example(sensor=Sensor(false_positives=1.0, missed=1.0), seed=3, sizes=(6, 2), among=True, discs=1, side=2.0, square=False)
 # More agents in range than a chunk has: of all observers together, and of one.

@@ -11,7 +11,7 @@ from sensed_worlds import SENSORS, fingerprint, herd, percept_of, shown
 
 from teamsight import CMOMMT, Sensor, World, run_many
 from teamsight.agents.reused_worlds import ReusedWorlds
-from teamsight.agents.sensing.standard import sense
+from teamsight.agents.sensing.sensor import standard_sense
 from teamsight.core.kernel import kernel
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
@@ -170,7 +170,7 @@ def _greedy(view: Any, parameters: Any, sensed: Any) -> int:
     if parameters[0] > 0.0:
         return sensed.distance.shape[0] + 1
     if need <= sensed.distance.shape[0]:
-        sense(view, _MISSED, sensed)
+        standard_sense(view, _MISSED, sensed)
     return need
 
 

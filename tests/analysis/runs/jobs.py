@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 from teamsight.analysis.runs.attempt import advance, emit
-from teamsight.core.kernel.cache_folder import cache_folder
+from teamsight.core.kernel.cache import cache_folder
 
 
 def square(number: int) -> int:

@@ -18,7 +18,7 @@ import pytest
 from teamsight.analysis.runs import workers as workers_module
 from teamsight.analysis.runs.attempt import advancing
 from teamsight.analysis.runs.workers import JobError, WorkerPool, check_workers
-from teamsight.core.kernel.cache_folder import cache_folder
+from teamsight.core.kernel.cache import cache_folder
 
 sys.path.insert(0, str(Path(__file__).parent))
 import jobs

@@ -14,7 +14,7 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks.pushing.box_law import Pushing
 from teamsight.tasks.pushing.world import Box as Load
 from teamsight.tasks.pushing.world import BoxPushing
-from teamsight.world.guarded_interaction import Called
+from teamsight.world.checked_interaction import Called
 from teamsight.world.interaction import InteractionState, bodies_type
 from tests.interactions import fingerprint
 from tests.naive.pushing import pushed
@@ -127,6 +127,8 @@ def closest(place: np.ndarray) -> float:
     seed=st.integers(0, 10**6), robots=st.integers(1, 25), policy=st.sampled_from(["fixed-priority", "random-walk"]),
     speed=st.sampled_from([0.1, 0.5, 3.0]),
 )  # fmt: skip
+
+
 def test_nothing_overlaps_and_all_stay_inside(seed: int, robots: int, policy: str, speed: float) -> None:
     side = 20.0
     world = BoxPushing(robots, side, policy=policy, speed=speed, rng=seed)
@@ -171,6 +173,8 @@ def test_a_world_without_room_is_refused(steps: int) -> None:
     seed=st.integers(0, 999), robots=st.integers(1, 12), parts=st.lists(st.integers(1, 60), min_size=1, max_size=4),
     policy=st.sampled_from(["fixed-priority", "random-walk"]),
 )  # fmt: skip
+
+
 def test_both_paths_give_one_result(seed: int, robots: int, parts: list[int], policy: str) -> None:
     worlds = [BoxPushing(robots, 20.0, policy=policy, rng=seed) for _ in range(2)]
     for number, steps in enumerate(parts):
@@ -230,6 +234,8 @@ def test_it_keeps_its_contract() -> None:
         ({"side": 6.0}, ValueError, r"side=6: must be above 6.*larger side or a smaller box_radius"),
     ],
 )
+
+
 def test_bad_constants_are_named(options: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         Pushing(**options)

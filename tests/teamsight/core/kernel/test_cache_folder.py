@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.core.kernel import cache_folder
+from teamsight.core.kernel import cache as cache_folder
 
 pytestmark = [
     pytest.mark.short,
@@ -139,7 +139,7 @@ def test_nothing_that_lies_ready_among_the_temporary_files_is_trusted(
 
 def test_a_private_folder_is_removed_at_the_end_of_its_process(places: Path) -> None:
     shared(places).write_text("a file where the folder should be")
-    code = "from teamsight.core.kernel.cache_folder import cache_folder; f = cache_folder(); print(f, f.is_dir())"
+    code = "from teamsight.core.kernel.cache import cache_folder; f = cache_folder(); print(f, f.is_dir())"
     environment = dict(
         os.environ,
         TEAMSIGHT_CACHE_DIR=str(shared(places)),

@@ -12,9 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel
-from teamsight.core.kernel.digest import digest
-from teamsight.core.kernel.guarded_arrays import Axis, run_guarded
-from teamsight.core.kernel.guarded_record import GuardedRecord
+from teamsight.core.kernel.guard import Axis, GuardedRecord, run_guarded
+from teamsight.core.kernel.parts import digest
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
 
 Floats = npt.NDArray[np.float64]
@@ -116,6 +115,8 @@ def test_an_update_replaces_a_field_and_nothing_else() -> None:
         ({"room": neighbour_room(3, 5)._replace(distance=np.zeros(4))}, ValueError, r"room\.distance: .*\(4,\).*\(k\)"),
     ],
 )  # fmt: skip
+
+
 def test_what_would_be_misread_is_refused_and_the_record_stays(changes: Any, error: Any, message: str) -> None:
     with pytest.raises(error, match=message):
         OUTER.pack(outer(**changes))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Sensor
-from teamsight.agents.engine.needed import kernels_needed
+from teamsight.agents.engine.engine import kernels_needed
 from teamsight.core.kernel import Entry, array_at, report
 from teamsight.core.kernel import entry as kernel_entry
 from teamsight.core.kernel.report import CompilationReport
