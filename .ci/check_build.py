@@ -41,7 +41,7 @@ def main(folder: Path) -> int:
     strange = sorted(file for file in built if not file.startswith("teamsight/"))
     for file in strange:
         print(f"{file}: in the wheel outside the package")
-    if not {"teamsight/py.typed", "teamsight/agents/model.py", "teamsight/world/arena.py"} <= built:
+    if not {"teamsight/py.typed", "teamsight/agents/world.py", "teamsight/world/arena.py"} <= built:
         print("the wheel lacks py.typed or a folder")
         return 1
     if missing or strange:

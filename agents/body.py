@@ -4,29 +4,145 @@ from __future__ import annotations
 
 from functools import wraps
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents import mesa_bases
 from teamsight.agents.awareness.interface import Awareness
-from teamsight.agents.channel import TARGETS, TEAMMATES
+from teamsight.agents.channel import TARGETS, TEAMMATES, channel_of
 from teamsight.agents.columns import unwritable
-from teamsight.agents.condition_of_one import Active, channel_of
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.fixed import Kept, refusing
-from teamsight.agents.given import Points
+from teamsight.agents.given import Points, PolicyLike
+from teamsight.agents.group import Got
 from teamsight.agents.places import checked_headings
-from teamsight.agents.settings import Ability, CycleOfOne, OfGroup, PolicyOfOne, Team
+from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.interrupts import deferred
-from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_one
+from teamsight.policies.interface import Policy
+from teamsight.policies.percept_of_one import PerceptOfOne, Rule, percept_of_one
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]
+
+
+class Ability:
+    """An ability of an agent: one element of an array of its group."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> Ability: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> float: ...
+    def __get__(self, agent: Any, owner: type) -> Ability | float:
+        return self if agent is None else float(getattr(agent.group, self._name)[agent.row])
+
+    def __set__(self, agent: Any, value: float) -> None:
+        agent.group.host.adjust_one(agent, self._name, value)
+
+
+class CycleOfOne:
+    """The cycle of an agent, one row of its group's timetable."""
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> CycleOfOne: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> Cycle: ...
+    def __get__(self, agent: Any, owner: type) -> CycleOfOne | Cycle:
+        if agent is None:
+            return self
+        row, table = agent.row, agent.group.timetable
+        return table.cycle([row]) if table else EVERY_STEP
+
+    def __set__(self, agent: Any, value: CycleLike) -> None:
+        agent.group.host.set_cycle(agent, value)
+
+
+class PolicyOfOne:
+    """The policy of an agent: that of its group, or its own."""
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> PolicyOfOne: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> Policy | Rule: ...
+    def __get__(self, agent: Any, owner: type) -> PolicyOfOne | Policy | Rule:
+        if agent is None:
+            return self
+        policy: Policy | Rule = agent.group.policy_of(agent.row)
+        return policy
+
+    def __set__(self, agent: Any, value: PolicyLike) -> None:
+        agent.group.host.set_policy(agent, value)
+
+
+class OfGroup(Generic[Got]):
+    """An attribute of an agent that belongs to its group and cannot be set on one agent."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> OfGroup[Got]: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> Got: ...
+    def __get__(self, agent: Any, owner: type) -> Any:
+        return self if agent is None else getattr(agent.group, self._name)
+
+    # Of type Never, so that type checkers refuse every value too.
+    def __set__(self, agent: Any, value: Never) -> None:
+        given: Any = value
+        shown = given if isinstance(given, str) else checks.shown(given)
+        raise AttributeError(
+            f"{self._name}={shown}: belongs to the group {agent.group.name!r}; set group.{self._name} for all agents, "
+            "or add a group for this one"
+        )
+
+
+class Team:
+    """The team of an agent's group; read from a class, that of its groups by default."""
+
+    def __init__(self, default: str | None) -> None:
+        self._default = default
+
+    def __get__(self, agent: Any, owner: type) -> str | None:
+        team: str | None = self._default if agent is None else agent.group.team
+        return team
+
+    def __set__(self, agent: Any, value: Never) -> None:
+        raise AttributeError(
+            f"team={checks.shown(value)}: the group {agent.group.name!r} was added to a team; give the team "
+            "when a group is added, as in world.add(…, team='rivals')"
+        )
+
+
+class Active:
+    """Whether an agent takes part: an element of the array `active` of its group."""
+
+    def __init__(self, doc: str) -> None:
+        self.__doc__ = doc
+
+    @overload
+    def __get__(self, agent: None, owner: type) -> Active: ...
+    @overload
+    def __get__(self, agent: object, owner: type) -> bool: ...
+    def __get__(self, agent: Any, owner: type) -> Active | bool:
+        return self if agent is None else bool(agent.group.bodies.active[agent.row])
+
+    def __set__(self, agent: Any, value: bool) -> None:
+        agent.group.host.set_active(agent, value)
 
 
 @refusing(identity="the world gives it; take another name for an attribute of your own")

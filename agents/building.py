@@ -18,8 +18,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, cycle_of
-from teamsight.agents.decisions.other_policies import OtherPolicy
-from teamsight.agents.decisions.timetable import Timetable, new_timetable, put_timetable
+from teamsight.agents.decisions.timetable import OtherPolicy, Timetable, new_timetable, put_timetable
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
 from teamsight.agents.places import checked_headings, checked_positions
@@ -34,7 +33,7 @@ from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.placement import PLACEMENTS, Founders, starts
 
 if TYPE_CHECKING:
-    from teamsight.agents.host_protocol import Host
+    from teamsight.agents.host import WorldHost
     from teamsight.agents.world_data import WorldData
     from teamsight.world.arena import Arena
     from teamsight.world.limits import Limits
@@ -74,14 +73,7 @@ class Plan(NamedTuple):
     range_shape: str = "disc"
 
 
-class _GroupToBe(Group[A]):
-    """A group while it is made: its attributes are set without the check for unknown names, which takes time."""
-
-    if not TYPE_CHECKING:
-        __setattr__ = object.__setattr__
-
-
-def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, host: Host) -> Group[A]:
+def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, host: WorldHost) -> Group[A]:
     """Return a new group without agents."""
     number = len(data.groups)
     abilities = abilities_of(
@@ -94,7 +86,7 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
     ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
-    group = _GroupToBe(
+    group: Group[A] = Group(
         name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host, plan.range_shape
     )
     check_needs(group)
@@ -105,7 +97,8 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     if plan.cycle != EVERY_STEP:
         put_timetable(group, new_timetable(data, group, plan.cycle))
     group.decides_alone = agent_class.decide is not Body.decide
-    group.__class__ = Group  # type: ignore[assignment]
+    # From now on, only known attributes can be set.
+    put(group, is_made=True)
     return group
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, MutableMapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -135,3 +135,33 @@ class Sensors(MutableMapping[str, Sensor]):
 
     def __repr__(self) -> str:
         return f"Sensors({dict(self)!r})"
+
+
+class Members(Protocol):
+    """The part of `Group` that is used here; groups import this file."""
+
+    name: str
+    channels: dict[str, Channel]
+
+
+def channel_of(group: Members, name: str) -> Channel:
+    """Return a channel of a group.
+
+    Raises
+    ------
+    KeyError
+        If the group has no such channel.
+    """
+    try:
+        return group.channels[name]
+    except (KeyError, TypeError):
+        have = ", ".join(map(repr, group.channels)) or "none"
+        raise KeyError(
+            f"{name!r}: the group {group.name!r} has no such channel, but {have}; declare it by world.senses(…, as_=…)"
+        ) from None
+
+
+def note_of_inactive(active: npt.NDArray[np.bool_]) -> str:
+    """Return how many agents are inactive, to write after their number; empty if none is."""
+    inactive = len(active) - int(active.sum())
+    return f" ({inactive:,} inactive)" if inactive else ""

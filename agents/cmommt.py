@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Never, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -17,11 +17,10 @@ from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape, SeedLike
-from teamsight.agents.group import Group
-from teamsight.agents.live_setting import FixedSetting, LiveSetting
-from teamsight.agents.model import World
+from teamsight.agents.group import Given, Got, Group
 from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.world import World
 from teamsight.agents.world_data import FirstStates
 from teamsight.core import checks
 from teamsight.policies import Policy, Stationary
@@ -33,6 +32,54 @@ from teamsight.world.placement import Starts
 
 if TYPE_CHECKING:
     from teamsight.agents.events.source import EventSource
+
+
+class LiveSetting(Generic[Got, Given]):
+    """A parameter of a model that is the attribute `name` of its group ``model.<group>``.
+
+    ``resolve(model, value)`` returns the value for the group.
+    """
+
+    def __init__(self, group: str, name: str, resolve: Callable[[Any, Any], Any] = lambda model, value: value) -> None:
+        self._group, self._name, self._resolve = group, name, resolve
+        self.__doc__ = f"``{group}.{name}``; a new value takes effect from the next step on."
+
+    @overload
+    def __get__(self, model: None, owner: type) -> LiveSetting[Got, Given]: ...
+    @overload
+    def __get__(self, model: object, owner: type) -> Got: ...
+    def __get__(self, model: Any, owner: type) -> Any:
+        return self if model is None else getattr(getattr(model, self._group), self._name)
+
+    def __set__(self, model: Any, value: Given) -> None:
+        group = getattr(model, self._group, None)
+        if group is None:
+            raise AttributeError(f"{self._name}: belongs to {self._group}; set it after super().__init__(…)")
+        setattr(group, self._name, self._resolve(model, value))
+
+
+class FixedSetting:
+    """A parameter that cannot be changed.
+
+    The error names the `cure`. The value is that of the model's attribute `source`, under the parameter's name; by
+    default that with which the model was built.
+    """
+
+    def __init__(self, cure: str, source: str | None = None) -> None:
+        self._cure, self._source = cure, source
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, model: Any, owner: type | None = None) -> Any:
+        if model is None:
+            return self
+        built = model.settings.get(self._name)
+        return built if self._source is None else getattr(getattr(model, self._source), self._name, built)
+
+    def __set__(self, model: Any, value: Never) -> None:
+        raise AttributeError(f"{self._name}={checks.shown(value)}: is fixed when the model is built; {self._cure}")
+
 
 PRESETS: dict[str, dict[str, Any]] = {
     "touzet2000": {

@@ -381,3 +381,10 @@ def _group_of(holder: Any) -> tuple[Holder, bool]:
     """Return the group of an agent, or the given group; and whether a group was given."""
     group = vars(holder).get("group")
     return (holder, True) if group is None else (group, False)
+
+
+def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return a read-only view."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

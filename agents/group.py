@@ -2,33 +2,68 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Generic, overload
 from weakref import WeakValueDictionary
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness import Awareness
 from teamsight.agents.awareness.binding import Perception
-from teamsight.agents.channel import TEAMMATES, Channel
-from teamsight.agents.columns import Column, Columns, new_column
-from teamsight.agents.condition_of_one import note_of_inactive
-from teamsight.agents.decisions.cycle import CycleLike
+from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors, note_of_inactive
+from teamsight.agents.columns import Column, Columns, new_column, readonly
+from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.engine.detection import Readings
-from teamsight.agents.fixed import put, refusing
-from teamsight.agents.given import Numbers, PlacementName, Points, Rows
-from teamsight.agents.host_protocol import Host
-from teamsight.agents.perceiving import Perceiving
+from teamsight.agents.fixed import Kept, put, refusing
+from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, Rows
 from teamsight.agents.policy_state import first_state as first_state
-from teamsight.agents.selection import rows_of
-from teamsight.agents.settings import readonly as readonly
+from teamsight.core import checks
 from teamsight.core.card import shown
-from teamsight.policies.interface import Action, Policy
+from teamsight.core.neighbour_list import NeighbourList, filled
+from teamsight.policies.channels import OWN_FIELDS, channels_of
+from teamsight.policies.columns import columns_of
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import Abilities, Bodies
+from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.placement import Founders
+
+if TYPE_CHECKING:
+    from teamsight.agents.decisions.timetable import OtherPolicy, Timetable
+    from teamsight.agents.engine.due import DueArrays
+    from teamsight.agents.engine.relation import Relation
+    from teamsight.agents.host import WorldHost
+
+
+def rows_of(index: Any, size: int, group: str) -> list[int]:
+    """Return the rows that an index of one dimension selects from a group of `size` agents.
+
+    Raises
+    ------
+    TypeError, IndexError
+        If they are not whole numbers or a mask, or if a row or the length of a mask is wrong.
+    """
+    rows = np.asarray(index)
+    if rows.ndim != 1 or (rows.dtype.kind not in "iub" and rows.size):
+        raise TypeError(
+            f"{group}[{checks.shown(index)}]: give a row, a slice, a list of rows, or a mask of shape ({size},)"
+        ) from None
+    if rows.dtype.kind == "b":
+        if len(rows) != size:
+            raise IndexError(
+                f"{group}[…]: the mask has {len(rows)} elements; give {size}, one for each agent"
+            ) from None
+        rows = np.flatnonzero(rows)
+    outside = rows[(rows < -size) | (rows >= size)]
+    if outside.size:
+        raise IndexError(
+            f"{group}[{outside[0]}]: the group has {size} agents, with rows from 0 to {size - 1}"
+        ) from None
+    return [int(row) for row in rows]
+
 
 if TYPE_CHECKING:
     from typing_extensions import TypeVar
@@ -40,7 +75,39 @@ else:
 
     A = TypeVar("A")
 
+Got = TypeVar("Got", covariant=True)
+Given = TypeVar("Given", contravariant=True)
+
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+_set = object.__setattr__
+
+
+class GroupSetting(Generic[Got, Given]):
+    """A setting of a group. Setting it is an adjustment by `World.adjust`."""
+
+    def __init__(self, name: str, get: Callable[[Any], Got], doc: str) -> None:
+        self._name, self._get = name, get
+        self.__doc__ = f"{doc} A new value takes effect as by `World.adjust`."
+
+    @overload
+    def __get__(self, group: None, owner: type) -> GroupSetting[Got, Given]: ...
+    @overload
+    def __get__(self, group: object, owner: type) -> Got: ...
+    def __get__(self, group: Any, owner: type) -> Any:
+        return self if group is None else self._get(group)
+
+    def __set__(self, group: Any, value: Given) -> None:
+        group.host.adjust(group, **{self._name: value})
+
+
+def _is_known(owner: type, name: str) -> bool:
+    return name.startswith("_") or hasattr(owner, name)
+
+
+def _has_kernel(policy: Any) -> bool:
+    return isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
 
 
 @refusing(
@@ -55,13 +122,37 @@ Floats = npt.NDArray[np.float64]
 )
 
 
-class Group(Perceiving, Generic[A]):
+class Group(Generic[A]):
     """Agents of one class that share a policy and a degree of awareness: ``Group[Scout]`` is a group of scouts.
 
     Attributes
     ----------
-    policies, channels, percept, …
-        How its agents decide, and what they perceive; see `Deciding` and `Perceiving`.
+    rules : tuple
+        The policy and the degree of awareness; `World.adjust` changes them.
+    policy_state : object
+        The state of the policy; rows as in `agents`.
+    others : tuple of OtherPolicy
+        Further policies, which single robots have or have had.
+    timetable : Timetable or None
+        When robots decide and by which policy, if not all at every step and by the group's.
+    due : DueArrays or None
+        The arrays with the robots that are due, once they are bound.
+    first_cycle : Cycle
+        The cycle with which the group was added.
+    arrived_at : ndarray, shape (members,), int64
+        The tick at which each agent came, by member.
+    time : ndarray, shape (1,), float64
+        The present tick, which percepts show: an array of the world.
+    channels : dict of str to Channel
+        What the group senses, by name; `World.senses` declares it.
+    perceived_columns : dict of str to ndarray, shape (identities,), float64
+        The columns that its policies read, by identity; empty for a function of one robot in a world without any.
+    numbers : ndarray, shape (4, draws, lanes), float64
+        The policy's random numbers of four ticks.
+    members : ndarray, shape (lanes,), int64
+        The members whose random numbers these are: `Bodies.member`, and 0 after the last agent.
+    relations, perception : dict of str to Relation, Perception
+        Who is near in each channel, and what of it the degree of awareness shows.
     name : str
         The group's name in its world.
     number : int
@@ -90,6 +181,26 @@ class Group(Perceiving, Generic[A]):
         What interactions gave each agent in the last step, and 1 if one ended a trial for it, else 0.
     """
 
+    bodies: Bodies
+    channels: dict[str, Channel]
+    host: WorldHost
+    rules: tuple[Any, Any] = Kept("set the policy or the degree, as in robots.policy = 'centroid'")  # type: ignore[assignment]
+    policy_state: Any
+    action: Action
+    decides_alone: bool
+    has_conditions: bool
+    others: tuple[OtherPolicy, ...] = Kept("set that of one robot, as in robots[0].policy = 'centroid'")  # type: ignore[assignment]
+    timetable: Timetable | None = Kept("set the cycle, as in robots.cycle = Cycle(5)")  # type: ignore[assignment]
+    due: DueArrays | None
+    first_cycle: Cycle = EVERY_STEP
+    arrived_at: Integers
+    time: npt.NDArray[np.float64]
+    relations: dict[str, Relation]
+    perception: Perception
+    perceived_columns: dict[str, Floats]
+    numbers: Floats
+    members: npt.NDArray[np.int64]
+
     def __init__(
         self,
         name: str,
@@ -100,7 +211,7 @@ class Group(Perceiving, Generic[A]):
         ranges: tuple[Floats, Floats],
         policy: Policy | Rule,
         awareness: Awareness,
-        host: Host,
+        host: WorldHost,
         range_shape: str = "disc",
     ) -> None:
         self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
@@ -293,6 +404,170 @@ class Group(Perceiving, Generic[A]):
             If the name is not a string, or the name of a column or another attribute; or if `fill` has another length.
         """
         return new_column(self, name, fill)
+
+    # Type checkers would take it for leave to set anything.
+    if not TYPE_CHECKING:
+
+        def __setattr__(self, name: str, value: object) -> None:
+            if name not in self.__dict__ and "is_made" in self.__dict__ and not _is_known(type(self), name):
+                known = [one for one in dir(type(self)) if not one.startswith("_")]
+                raise AttributeError(
+                    f"{name}={checks.shown(value)}: a group has no such attribute; {checks.suggestion(name, known)}"
+                    f"for a property of the agents use add_column({name!r}, …)"
+                )
+            _set(self, name, value)
+
+    @property
+    def sensors(self) -> Sensors:
+        """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
+        return Sensors(self.channels, self.host.set_sensor)
+
+    @property
+    def position(self) -> Floats:
+        """The positions, shape (n, 2) [length]. To move an agent, set its own `position`."""
+        return readonly(self.bodies.position)
+
+    @property
+    def heading(self) -> Floats:
+        """The directions, shape (n, 2): unit vectors."""
+        return readonly(self.bodies.heading)
+
+    @property
+    def identity(self) -> npt.NDArray[np.int64]:
+        """The `unique_id` of each agent, shape (n,)."""
+        return readonly(self.bodies.identity)
+
+    @property
+    def active(self) -> npt.NDArray[np.bool_]:
+        """Whether each agent takes part, shape (n,). Set the `active` of one agent."""
+        return readonly(self.bodies.active)
+
+    policy: GroupSetting[Policy | Rule, PolicyLike] = GroupSetting(
+        "policy", lambda group: group.rules[0], "The policy of all agents."
+    )
+    awareness: GroupSetting[Awareness, AwarenessLike] = GroupSetting(
+        "awareness", lambda group: group.rules[1], "What they perceive of teammates."
+    )
+    sensing_range: GroupSetting[Floats, Numbers] = GroupSetting(
+        "sensing_range", lambda group: readonly(group.ranges[0]),
+        "Distance within which each senses targets, shape (n,) [length].",
+    )  # fmt: skip
+    awareness_range: GroupSetting[Floats, Numbers] = GroupSetting(
+        "awareness_range", lambda group: readonly(group.ranges[1]),
+        "Distance within which each senses teammates, shape (n,) [length].",
+    )  # fmt: skip
+    speed: GroupSetting[Floats, Numbers] = GroupSetting(
+        "speed", lambda group: readonly(group.bodies.speed),
+        "The largest distance that each can move in a step, shape (n,) [length].",
+    )  # fmt: skip
+    turn_limit: GroupSetting[Floats, Numbers] = GroupSetting(
+        "turn_limit", lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
+        "The largest angle that each can turn in a step, shape (n,) [rad].",
+    )  # fmt: skip
+    cycle: GroupSetting[Cycle, CycleLike] = GroupSetting(
+        "cycle", lambda group: group.timetable.cycle() if group.timetable else EVERY_STEP, "When they sense and decide."
+    )
+
+    @property
+    def policies(self) -> list[Any]:
+        """All policies of the group's robots; that of the group is the first."""
+        return [self.rules[0], *(other.policy for other in self.others)]
+
+    @property
+    def states(self) -> list[Any]:
+        """The states of `policies`."""
+        return [self.policy_state, *(other.state for other in self.others)]
+
+    def set_state(self, index: int, state: Any) -> None:
+        """Replace the state of a policy, given by its index in `policies`."""
+        if getattr(self.policies[index], "shows", ()):
+            # Others read its arrays.
+            for kept, new in zip(self.states[index], state, strict=True):
+                kept[...] = new
+        elif index == 0:
+            self.policy_state = state
+        else:
+            self.others[index - 1].state = state
+
+    @property
+    def needs_timetable(self) -> bool:
+        """Whether at some step not all robots decide, or not all by the policy of the group."""
+        return self.timetable is not None or self.has_conditions
+
+    def policy_of(self, row: int) -> Any:
+        """Return the policy of one robot."""
+        return self.rules[0] if self.timetable is None else self.policies[self.timetable.policy[row]]
+
+    @property
+    def decided_at(self) -> Integers:
+        """The tick at which each robot last decided, shape (n,); −1 before its first decision."""
+        if self.timetable is not None:
+            return self.timetable.decided_at.copy()
+        tick = int(self.time[0])
+        return np.where(self.arrived_at[self.bodies.member] < tick, tick - 1, -1)
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether the group decides in kernels, without Python."""
+        if self.decides_alone or not _has_kernel(self.rules[0]):
+            return False
+        return not self.others or all(_has_kernel(other.policy) for other in self.others)
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether the actions of all policies need no check."""
+        return self.is_compiled and all(policy.is_sound for policy in self.policies)
+
+    @property
+    def draws(self) -> int:
+        """The most random numbers that a policy needs per decision."""
+        return max(policy.draws if isinstance(policy, Policy) else 0 for policy in self.policies)
+
+    @property
+    def inputs(self) -> int:
+        """The width of the situation vector that policies read; 0 for none."""
+        return max(policy.inputs if isinstance(policy, Policy) else 0 for policy in self.policies)
+
+    @property
+    def reads_teammates(self) -> bool:
+        """Whether a decision reads the lists of teammates or of relayed targets."""
+        return not self.is_compiled or any(policy.reads_teammates for policy in self.policies)
+
+    def neighbours(self, channel: str) -> NeighbourList:
+        """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
+        return filled(self.room(channel))
+
+    def room(self, channel: str) -> NeighbourList:
+        """Return the arrays behind `neighbours`, including the unused room."""
+        return self.relations[channel].room if channel in self.relations else self.perception.nothing
+
+    @property
+    def percept(self) -> Percept:
+        """The present percept, as views that the next step overwrites."""
+        teammates = self.neighbours(TEAMMATES) if self.awareness.shows_teammates else filled(self.perception.shown)
+        names = tuple(name for name in self.channels if name not in OWN_FIELDS)
+        percept = self.percept_of(self.room(TARGETS), teammates, filled(self.perception.relayed), names)
+        return percept._replace(
+            targets=filled(percept.targets), channels=channels_of(names, map(filled, percept.channels))
+        )
+
+    def percept_of(
+        self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList, channels: tuple[str, ...]
+    ) -> Percept:
+        """Return a percept that shows these neighbours, and the arrays of further channels."""
+        bodies = self.bodies
+        moved = bodies.moved if self.timetable is None else self.timetable.travelled
+        body = (bodies.heading, moved, bodies.speed, self.sensing_range, self.awareness_range)
+        others = channels_of(channels, map(self.room, channels))
+        return Percept(
+            *body, targets, teammates, relayed, self.perception.situation, others, self.time,
+            bodies.reward, bodies.ended, bodies.identity,
+            columns_of(tuple(self.perceived_columns), self.perceived_columns.values()),
+        )  # fmt: skip
+
+    def noise(self, tick: int) -> Floats:
+        """Return the policy's random numbers for a tick, shape (draws, n)."""
+        return self.numbers[tick % TICKS_A_BLOCK, :, : len(self.bodies)]
 
 
 def team_of(groups: Sequence[Group], group: Group) -> list[Group]:

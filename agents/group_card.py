@@ -9,8 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.channel import Channel
-from teamsight.agents.condition_of_one import note_of_inactive
+from teamsight.agents.channel import Channel, note_of_inactive
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.card import card, table
 from teamsight.core.checks import shown

@@ -22,11 +22,9 @@ from teamsight.agents.building import (
     make_group,
     turn_columns,
 )
-from teamsight.agents.channel import TEAMMATES, changed
-from teamsight.agents.condition_of_one import channel_of
+from teamsight.agents.channel import TEAMMATES, changed, channel_of
 from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
-from teamsight.agents.decisions.other_policies import OtherPolicy
-from teamsight.agents.decisions.timetable import new_timetable, put_timetable
+from teamsight.agents.decisions.timetable import OtherPolicy, new_timetable, put_timetable
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, team_of
@@ -55,69 +53,9 @@ if TYPE_CHECKING:
     from teamsight.policies.percept_of_one import PerceptOfOne
 
 
-def declare(
-    data: WorldData, engine: Engine, groups: tuple[Group, Group], name: str, sensor: Sensor | None, counts: bool | None
-) -> None:
-    """Let the first of two groups sense the other in the channel `name`; see `World.senses`."""
-    data.timeline.check_undecided("senses()", "declare it before the run, or by world.clock.at(world.clock.now, …)")
-    observers, observed = groups
-    for group in groups:
-        if not isinstance(group, Group):
-            given = checks.shown(group)
-            raise TypeError(f"senses({given}): give a group, not a list or an agent; world.add returns it")
-        if group not in data.groups:
-            shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
-            raise ValueError(f"{shown}: both groups must have been added to this world")
-    before = observers.channels.get(name) if isinstance(name, str) else None
-    is_team = observers.team is not None
-    channel = changed(before, name, sensor, counts, on_team=is_team, size=len(observers))
-    _check_range(data, channel.sensor)
-    if observed not in channel.observed:
-        channel.observed.append(observed)
-    with deferred():
-        observers.channels[name] = channel
-        engine.is_bound = False
-
-
-def set_sensor(data: WorldData, engine: Engine, channel: Channel, sensor: Sensor | None) -> None:
-    """Replace the sensor of a channel from the next step on."""
-    data.timeline.check_undecided("sensors[…]", "plan it with world.clock.at(world.clock.now, …)")
-    _check_range(data, sensor)
-    with deferred():
-        channel.sensor = sensor
-        engine.is_bound = False
-
-
 def _check_range(data: WorldData, sensor: Any) -> None:
     if sensor is not None and sensor.range is not None:
         data.limits.range("sensor.range", sensor.range)
-
-
-def set_active(data: WorldData, engine: Engine, agent: Body, active: bool) -> None:
-    """Let an agent take part, or not; neighbour lists show it at once."""
-    group, row = agent.group, agent.row
-    # A mask of NumPy's has elements of its own type.
-    active = checks.flag("active", bool(active) if isinstance(active, np.bool_) else active)
-    data.timeline.check_undecided("active", "plan it with world.clock.at(world.clock.now, …)")
-    data.sources.switched(agent, None, active)
-    if group.bodies.active[row] != active:
-        with deferred():
-            group.bodies.active[row] = active
-            engine.change(group, row)
-            data.sources.note_change("active" if active else "inactive", agent)
-
-
-def set_works(data: WorldData, engine: Engine, agent: Body, channel: str, works: bool) -> None:
-    """Put one agent's sensor of a channel in order, or out of order; neighbour lists show it at once."""
-    group, row = agent.group, agent.row
-    array = channel_of(group, channel).works
-    what = "repair_sensor()" if works else "break_sensor()"
-    data.timeline.check_undecided(what, "plan it with world.clock.at(world.clock.now, …)")
-    data.sources.switched(agent, channel, works)
-    if array[row] != works:
-        with deferred():
-            array[row] = works
-            engine.change(group, row)
 
 
 def note_conditions(group: Group) -> None:
@@ -146,59 +84,6 @@ def timetable_with(data: WorldData, engine: Engine, group: Group, value: Any) ->
     if cycle != EVERY_STEP:
         check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
     return new_timetable(data, group, cycle) if group.timetable or cycle != EVERY_STEP else None
-
-
-def set_cycle_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) -> None:
-    """Give one robot a cycle that begins now; a reset goes back to that of the group."""
-    data.timeline.check_undecided("cycle", _WHEN)
-    group, row = agent.group, agent.row
-    cycle = cycle_of(value)
-    given = cycle.numbers(1)
-    if cycle != EVERY_STEP:
-        check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
-    table = group.timetable or new_timetable(data, group)
-    with deferred():
-        slots = len(table.arrives_at)
-        for present, one in zip(table.numbers, given, strict=True):
-            present[row] = one[0]
-        table.begin(np.array([row]), data.key, group.bodies.member, data.timeline.tick)
-        if group.timetable is None or len(table.arrives_at) != slots:
-            put_timetable(group, table)
-            engine.is_bound = False
-
-
-def set_policy_of_one(data: WorldData, engine: Engine, agent: Body, value: Any) -> None:
-    """Give one robot a policy, with the policy's first state; a reset goes back to that of the group."""
-    data.timeline.check_undecided("policy", _WHEN)
-    group, row = agent.group, agent.row
-    policy = policy_of(value)
-    if group.is_growing:
-        raise RuntimeError(
-            f"policy={checks.shown(value)}: set in {group.agent_class.__name__}.__init__, and a reset would not call "
-            "that again; set it after world.add(…), or add a group for these agents"
-        )
-    index = index_of(group, policy)
-    others = group.others
-    if index < 0:
-        check_channels(group, policy)
-        check_policies(group, [policy], team_of(data.groups, group))
-        others = (*others, OtherPolicy(policy, first_state(policy, len(group))))
-    table = group.timetable or new_timetable(data, group)
-    with deferred():
-        if index >= 0:
-            start_again(group, index, np.array([row]))
-        else:
-            index = len(others)
-        table.policy[row] = index
-        if others is not group.others:
-            put(group, others=others)
-            put_timetable(group, table)
-            # The buffers for noise and situations depend on all policies.
-            group.begin(group.policy_state, group.decided)
-            engine.is_bound = False
-        elif group.timetable is None:
-            put_timetable(group, table)
-            engine.is_bound = False
 
 
 def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None:
@@ -254,46 +139,6 @@ def start_again(group: Group, index: int, rows: Integers) -> None:
         group.set_state(index, put_rows(state, rows, fresh, size))
 
 
-def adjust(data: WorldData, engine: Engine, group: Group, changes: dict[str, Any]) -> None:
-    """Change the settings of a group; see `World.adjust`."""
-    data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
-    if group not in data.groups:
-        raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
-    given = {name: value for name, value in changes.items() if value is not None}
-    size, limits, bodies = len(group), data.limits, group.bodies
-    ranges = [
-        column(name, given[name], size, limits.range) if name in given else before
-        for name, before in zip(("sensing_range", "awareness_range"), group.ranges, strict=True)
-    ]
-    speed = column("speed", given["speed"], size, limits.speed) if "speed" in given else bodies.speed
-    turning = bodies.turn_cosine, bodies.turn_sine
-    if "turn_limit" in given:
-        turning = turn_columns(given["turn_limit"], size)
-    table = timetable_with(data, engine, group, given["cycle"]) if "cycle" in given else None
-    before, policy = group.rules, _policy_given(group, given)
-    awareness = awareness_of(given["awareness"]) if "awareness" in given else before[1]
-    try:
-        put(group, rules=(policy, awareness))
-        stay = group.policies if policy is before[0] else [policy]
-        check_policies(group, stay, team_of(data.groups, group))
-        state = first_state(policy, size) if policy is not before[0] else None
-    except BaseException:
-        put(group, rules=before)
-        raise
-    with deferred():
-        if "policy" in given and policy is before[0]:
-            back_to_group(group)
-            if table is not None:
-                table.policy[:] = 0
-        group.ranges = ranges[0], ranges[1]
-        bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
-        if table is not None:
-            put_timetable(group, table)
-        if policy is not before[0]:
-            begin_policy(group, state)
-        engine.is_bound = False
-
-
 def _policy_given(group: Group, given: dict[str, Any]) -> Any:
     """Return the new policy of a group; without one its present."""
     if "policy" in given:
@@ -304,23 +149,6 @@ def _policy_given(group: Group, given: dict[str, Any]) -> Any:
         shown = checks.shown(given["policy_options"])
         raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
     return group.rules[0]
-
-
-def adjust_one(data: WorldData, engine: Engine, agent: Body, name: str, value: float) -> None:
-    """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
-    group, row, bodies, limits = agent.group, agent.row, agent.group.bodies, data.limits
-    if name == "turn_limit":
-        (cosine,), (sine,) = turn_columns(value, 1)
-        with deferred():
-            bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
-        return
-    number = column(name, value, 1, limits.speed if name == "speed" else limits.range)[0]
-    if name == "speed":
-        bodies.speed[row] = number
-    else:
-        with deferred():
-            group.ranges[name == "awareness_range"][row] = number
-            engine.is_bound = False
 
 
 class Undo:
@@ -386,7 +214,7 @@ A = TypeVar("A", bound=Body)
 
 
 class WorldHost:
-    """Operations of a world on its groups and agents; implements `Host`, through which these reach their world.
+    """Operations of a world on its groups and agents, through which these reach their world.
 
     An operation that fails changes nothing: everything is checked and prepared first.
     """
@@ -423,7 +251,7 @@ class WorldHost:
         self._data.sources.joined(group._agents)
         return group
 
-    def extend(self, group: Group[A], count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[A]:
+    def extend(self, group: Group, count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[Any]:
         """Add agents to a group; see `Group.add`."""
         data = self._data
         data.timeline.check_undecided("add()", "plan it with world.clock.at(world.clock.now, group.add)")
@@ -496,20 +324,114 @@ class WorldHost:
 
     def adjust(self, group: Group, **changes: Any) -> None:
         """Change the settings of a group; see `World.adjust`."""
-        adjust(self._data, self._engine, group, changes)
+        data, engine = self._data, self._engine
+        data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
+        if group not in data.groups:
+            raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
+        given = {name: value for name, value in changes.items() if value is not None}
+        size, limits, bodies = len(group), data.limits, group.bodies
+        ranges = [
+            column(name, given[name], size, limits.range) if name in given else before
+            for name, before in zip(("sensing_range", "awareness_range"), group.ranges, strict=True)
+        ]
+        speed = column("speed", given["speed"], size, limits.speed) if "speed" in given else bodies.speed
+        turning = bodies.turn_cosine, bodies.turn_sine
+        if "turn_limit" in given:
+            turning = turn_columns(given["turn_limit"], size)
+        table = timetable_with(data, engine, group, given["cycle"]) if "cycle" in given else None
+        before, policy = group.rules, _policy_given(group, given)
+        awareness = awareness_of(given["awareness"]) if "awareness" in given else before[1]
+        try:
+            put(group, rules=(policy, awareness))
+            stay = group.policies if policy is before[0] else [policy]
+            check_policies(group, stay, team_of(data.groups, group))
+            state = first_state(policy, size) if policy is not before[0] else None
+        except BaseException:
+            put(group, rules=before)
+            raise
+        with deferred():
+            if "policy" in given and policy is before[0]:
+                back_to_group(group)
+                if table is not None:
+                    table.policy[:] = 0
+            group.ranges = ranges[0], ranges[1]
+            bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
+            if table is not None:
+                put_timetable(group, table)
+            if policy is not before[0]:
+                begin_policy(group, state)
+            engine.is_bound = False
 
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
         """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
-        adjust_one(self._data, self._engine, agent, name, value)
+        data, engine = self._data, self._engine
+        group, row, bodies, limits = agent.group, agent.row, agent.group.bodies, data.limits
+        if name == "turn_limit":
+            (cosine,), (sine,) = turn_columns(value, 1)
+            with deferred():
+                bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
+            return
+        number = column(name, value, 1, limits.speed if name == "speed" else limits.range)[0]
+        if name == "speed":
+            bodies.speed[row] = number
+        else:
+            with deferred():
+                group.ranges[name == "awareness_range"][row] = number
+                engine.is_bound = False
 
     def set_cycle(self, agent: Body, value: Any) -> None:
-        """Give one agent a cycle of its own."""
-        set_cycle_of_one(self._data, self._engine, agent, value)
+        """Give one robot a cycle that begins now; a reset goes back to that of the group."""
+        data, engine = self._data, self._engine
+        data.timeline.check_undecided("cycle", _WHEN)
+        group, row = agent.group, agent.row
+        cycle = cycle_of(value)
+        given = cycle.numbers(1)
+        if cycle != EVERY_STEP:
+            check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
+        table = group.timetable or new_timetable(data, group)
+        with deferred():
+            slots = len(table.arrives_at)
+            for present, one in zip(table.numbers, given, strict=True):
+                present[row] = one[0]
+            table.begin(np.array([row]), data.key, group.bodies.member, data.timeline.tick)
+            if group.timetable is None or len(table.arrives_at) != slots:
+                put_timetable(group, table)
+                engine.is_bound = False
 
     def set_policy(self, agent: Body, value: Any) -> None:
-        """Give one agent a policy of its own."""
-        set_policy_of_one(self._data, self._engine, agent, value)
-        self._data.sources.note_change("switched policy", agent, policy=label(agent.policy))
+        """Give one robot a policy, with the policy's first state; a reset goes back to that of the group."""
+        data, engine = self._data, self._engine
+        data.timeline.check_undecided("policy", _WHEN)
+        group, row = agent.group, agent.row
+        policy = policy_of(value)
+        if group.is_growing:
+            raise RuntimeError(
+                f"policy={checks.shown(value)}: set in {group.agent_class.__name__}.__init__, and a reset would not "
+                "call that again; set it after world.add(…), or add a group for these agents"
+            )
+        index = index_of(group, policy)
+        others = group.others
+        if index < 0:
+            check_channels(group, policy)
+            check_policies(group, [policy], team_of(data.groups, group))
+            others = (*others, OtherPolicy(policy, first_state(policy, len(group))))
+        table = group.timetable or new_timetable(data, group)
+        with deferred():
+            if index >= 0:
+                start_again(group, index, np.array([row]))
+            else:
+                index = len(others)
+            table.policy[row] = index
+            if others is not group.others:
+                put(group, others=others)
+                put_timetable(group, table)
+                # The buffers for noise and situations depend on all policies.
+                group.begin(group.policy_state, group.decided)
+                engine.is_bound = False
+            elif group.timetable is None:
+                put_timetable(group, table)
+                engine.is_bound = False
+        data.sources.note_change("switched policy", agent, policy=label(agent.policy))
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
         """Move an agent to a position in the arena."""
@@ -588,13 +510,59 @@ class WorldHost:
         return any(relation.observers_of(agent) for relation in self._engine.relations if relation.counts)
 
     def set_active(self, agent: Body, active: bool) -> None:
-        """Let an agent take part, or not."""
-        set_active(self._data, self._engine, agent, active)
+        """Let an agent take part, or not; neighbour lists show it at once."""
+        data, engine = self._data, self._engine
+        group, row = agent.group, agent.row
+        # A mask of NumPy's has elements of its own type.
+        active = checks.flag("active", bool(active) if isinstance(active, np.bool_) else active)
+        data.timeline.check_undecided("active", "plan it with world.clock.at(world.clock.now, …)")
+        data.sources.switched(agent, None, active)
+        if group.bodies.active[row] != active:
+            with deferred():
+                group.bodies.active[row] = active
+                engine.change(group, row)
+                data.sources.note_change("active" if active else "inactive", agent)
 
     def set_works(self, agent: Body, channel: str, works: bool) -> None:
-        """Put one agent's sensor of a channel in order, or out of order."""
-        set_works(self._data, self._engine, agent, channel, works)
+        """Put one agent's sensor of a channel in order, or out of order; neighbour lists show it at once."""
+        data, engine = self._data, self._engine
+        group, row = agent.group, agent.row
+        array = channel_of(group, channel).works
+        what = "repair_sensor()" if works else "break_sensor()"
+        data.timeline.check_undecided(what, "plan it with world.clock.at(world.clock.now, …)")
+        data.sources.switched(agent, channel, works)
+        if array[row] != works:
+            with deferred():
+                array[row] = works
+                engine.change(group, row)
 
     def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
-        """Replace the sensor of a channel; None makes it perfect."""
-        set_sensor(self._data, self._engine, channel, sensor)
+        """Replace the sensor of a channel from the next step on."""
+        data, engine = self._data, self._engine
+        data.timeline.check_undecided("sensors[…]", "plan it with world.clock.at(world.clock.now, …)")
+        _check_range(data, sensor)
+        with deferred():
+            channel.sensor = sensor
+            engine.is_bound = False
+
+    def declare(self, groups: tuple[Group, Group], name: str, sensor: Sensor | None, counts: bool | None) -> None:
+        """Let the first of two groups sense the other in the channel `name`; see `World.senses`."""
+        data, engine = self._data, self._engine
+        data.timeline.check_undecided("senses()", "declare it before the run, or by world.clock.at(world.clock.now, …)")
+        observers, observed = groups
+        for group in groups:
+            if not isinstance(group, Group):
+                given = checks.shown(group)
+                raise TypeError(f"senses({given}): give a group, not a list or an agent; world.add returns it")
+            if group not in data.groups:
+                shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
+                raise ValueError(f"{shown}: both groups must have been added to this world")
+        before = observers.channels.get(name) if isinstance(name, str) else None
+        is_team = observers.team is not None
+        channel = changed(before, name, sensor, counts, on_team=is_team, size=len(observers))
+        _check_range(data, channel.sensor)
+        if observed not in channel.observed:
+            channel.observed.append(observed)
+        with deferred():
+            observers.channels[name] = channel
+            engine.is_bound = False

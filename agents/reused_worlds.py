@@ -13,7 +13,7 @@ from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS, PRESETS
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.world.noise import key_of
 from teamsight.world.placement import Starts

@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.body import Body
-from teamsight.agents.decisions.other_policies import OtherPolicy
-from teamsight.agents.decisions.timetable import Timetable
+from teamsight.agents.decisions.timetable import OtherPolicy, Timetable
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.engine.interactions import InteractionSaved, check_interactions
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events

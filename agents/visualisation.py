@@ -18,7 +18,7 @@ from teamsight.core import checks
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 Floats = npt.NDArray[np.float64]
 

@@ -23,7 +23,7 @@ from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.proximity.search import proximity_graph
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.world.arena import Arena
 
 Ints = NDArray[np.int64]
@@ -156,7 +156,7 @@ def over_time(
         If a number is not whole or outside its limits, or no group of the model is on a team, or on the given one;
         the model stays as it is.
     """
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
     if not isinstance(model, World):
         raise TypeError(f"model={checks.shown(model)}: must be a World, such as CMOMMT(robots=5)")

@@ -10,7 +10,7 @@ from teamsight.agents.teammates import neighbours, of_team, sensed_teammates, te
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.core.neighbour_list import NeighbourList
 
 

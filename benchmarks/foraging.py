@@ -7,7 +7,7 @@ from collections.abc import Callable
 from measure import Row, cpu_seconds, interleave, median
 
 from teamsight import TASKS
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 
 ROBOTS, ATTRACTORS, STEPS = 30, 100, 500
 #: Agent-steps a second of robots that forage.

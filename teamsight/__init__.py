@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
     from teamsight.agents.decisions.cycle import Cycle
     from teamsight.agents.events.source import EventSource
-    from teamsight.agents.model import World
     from teamsight.agents.sensing.check import check_sensor
     from teamsight.agents.sensing.sensor import Sensor
+    from teamsight.agents.world import World
     from teamsight.analysis.runs.run_many import run_many
     from teamsight.analysis.studies.results import open_study
     from teamsight.analysis.studies.study import Study
@@ -60,7 +60,7 @@ _HOMES = {
     "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
     "Weibull": "teamsight.agents.components.durations",
     "Cycle": "teamsight.agents.decisions.cycle",
-    "World": "teamsight.agents.model",
+    "World": "teamsight.agents.world",
     "Robot": "teamsight.agents.body",
     "Sensor": "teamsight.agents.sensing.sensor",
     "Target": "teamsight.agents.body",

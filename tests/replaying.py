@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.view import Replay
 from teamsight.view.page import page as page_of
 

@@ -1,4 +1,4 @@
-"""The timetable of a group: when each robot decides next, and the actions that are carried out and on their way."""
+"""The timetable of a group: when each robot decides next and by which policy, and the actions on their way."""
 
 from __future__ import annotations
 
@@ -11,11 +11,37 @@ import numpy.typing as npt
 from teamsight.agents.decisions.cycle import EVERY_STEP, RANDOM, ROUNDING, Cycle, CycleNumbers, drawn_phases
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
+from teamsight.agents.policy_state import state_of_more, take_rows
 from teamsight.policies.interface import Action
 from teamsight.world.noise import Stream, stream_number, uniforms
 
 if TYPE_CHECKING:
     from teamsight.agents.world_data import WorldData
+
+
+@dataclass
+class OtherPolicy:
+    """A policy that some robots of a group have, or have had.
+
+    Attributes
+    ----------
+    policy : Policy or callable
+        The policy.
+    state : object
+        Its state for all robots of the group, of which those of robots with this policy are in use.
+    """
+
+    policy: Any
+    state: Any
+
+    def rows(self, keep: npt.NDArray[Any], size: int) -> OtherPolicy:
+        """Return it for some of the `size` robots."""
+        return OtherPolicy(self.policy, take_rows(self.state, keep, size))
+
+    def extended(self, size: int, members: npt.NDArray[np.int64], members_so_far: int) -> OtherPolicy:
+        """Return it for more robots, of which the first `size` go on; see `state_of_more`."""
+        return OtherPolicy(self.policy, state_of_more(self.policy, self.state, size, members, members_so_far))
+
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

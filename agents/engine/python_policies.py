@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.group import Group, readonly
+from teamsight.agents.columns import readonly
+from teamsight.agents.group import Group
 from teamsight.agents.policy_state import put_rows, take_rows
 from teamsight.policies.answers import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned

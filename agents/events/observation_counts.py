@@ -16,7 +16,7 @@ from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.world.motion import move_at
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 
 def spread(world: World) -> float:

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.group import Group, team_of
-from teamsight.agents.model import World
 from teamsight.agents.recording.transitions import Transitions, concatenated
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.policies.memory import LazyMemory
 from teamsight.world.arena import Disc

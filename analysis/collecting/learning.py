@@ -14,7 +14,7 @@ from teamsight.tasks.collecting.task import delivered, slept_at_home
 from teamsight.tasks.collecting.world import PuckCollecting
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.policies.basis.basis_behaviours import BasisBehaviours
     from teamsight.policies.interface import Floats
 

@@ -14,7 +14,7 @@ from teamsight.analysis.contacts.temporal_graph import TemporalGraph
 
 if TYPE_CHECKING:
     from teamsight.agents.events.contact_log import Contacts
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.world.arena import Arena
 
 

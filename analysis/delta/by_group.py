@@ -11,7 +11,7 @@ from teamsight.agents.teammates import of_team
 from teamsight.analysis.stats import exceedance
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 
 class GroupDegrees(NamedTuple):

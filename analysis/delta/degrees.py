@@ -26,7 +26,7 @@ from teamsight.analysis.teams import check_team, team_graph
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 #: Takes a seed, as ``rng``, as ``seed`` or as its first argument, and returns a model.
 Factory = Callable[..., "World"]
@@ -66,7 +66,7 @@ class FromSeed:
 
     def __call__(self, *, rng: int) -> World:
         """Return the world of a seed, after checking that it is one."""
-        from teamsight.agents.model import World
+        from teamsight.agents.world import World
 
         world: Any = _called_with(self.factory, rng)
         if not isinstance(world, World):

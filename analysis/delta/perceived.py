@@ -14,7 +14,7 @@ from teamsight.analysis.teams import team_graph
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 Ints = NDArray[np.int64]
 

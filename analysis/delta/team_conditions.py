@@ -12,7 +12,7 @@ from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.world.arena import Disc
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 
 #: A note on reports.

@@ -22,7 +22,7 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.interface import Policy
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 
 def boxed(*, ratio: float, robots: int, targets: int, radius: float, policy: Policy, awareness: Awareness,
@@ -43,7 +43,7 @@ def boxed(*, ratio: float, robots: int, targets: int, radius: float, policy: Pol
         Seed of the world.
     """
     from teamsight.agents.body import Robot, Target
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.world.arena import Box
 
     width = radius * math.sqrt(math.pi / ratio)

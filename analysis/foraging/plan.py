@@ -15,7 +15,7 @@ from teamsight.tasks.registry import TASKS
 from teamsight.tasks.task import Task
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 #: The tasks, by their names.
 NAMES = ("forage", "consume", "graze")

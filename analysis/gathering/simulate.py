@@ -21,8 +21,8 @@ from teamsight.tasks.task import Task
 from teamsight.tasks.treatments import Named
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
     from teamsight.agents.reused_worlds import ReusedWorlds
+    from teamsight.agents.world import World
 
 #: The δ of a team with a degree of awareness of its own.
 OWN = -1

@@ -15,9 +15,9 @@ import numpy as np
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
 from teamsight.agents.recording.explore import memory_of, record_run, settings_of
 from teamsight.agents.recording.transitions import FACTS, Transitions
+from teamsight.agents.world import World
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
 from teamsight.analysis.runs.run import Run

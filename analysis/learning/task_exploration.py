@@ -8,10 +8,10 @@ from functools import cached_property
 from typing import Any
 
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
 from teamsight.agents.recording.explore import record_run
 from teamsight.agents.recording.transitions import Transitions
 from teamsight.agents.teammates import of_team
+from teamsight.agents.world import World
 from teamsight.analysis.learning.explore import Exploration
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.task_runs import task_run, task_seed

@@ -15,7 +15,7 @@ from teamsight.core import checks
 from teamsight.policies.memory import LazyMemory
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 
 @dataclass(frozen=True)

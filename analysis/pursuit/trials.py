@@ -11,7 +11,7 @@ import numpy.typing as npt
 from teamsight.policies.online.online_q import OnlineQ
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 Floats = npt.NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from teamsight.tasks.pushing.task import TASK, completion_time
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 # A run stops at the first multiple of these steps at which the box has been moved far enough.
 _PART = 100

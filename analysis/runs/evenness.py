@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from teamsight.analysis.runs.run_many import summary
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 
 class Evenness(NamedTuple):

@@ -14,8 +14,8 @@ from teamsight.analysis.runs.seeds import canonical
 from teamsight.policies.interface import Policy
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
     from teamsight.agents.reused_worlds import ReusedWorlds
+    from teamsight.agents.world import World
 
 #: Advances a world by a number of steps and returns the result; a function of a module, so that workers find it.
 Measure = Callable[["World", int], Any]

@@ -23,7 +23,7 @@ from teamsight.analysis.runs.workers import WorkerPool, check_workers
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.tasks.model import TaskModel
     from teamsight.tasks.task import Task
 
@@ -210,7 +210,7 @@ class Columns:
 
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Run the world and return the columns."""
-        from teamsight.agents.model import World
+        from teamsight.agents.world import World
 
         if not isinstance(world, World):
             raise TypeError(f"model returned {checks.shown(world)}: must return a World, such as CMOMMT(robots=5)")

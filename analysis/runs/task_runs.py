@@ -12,7 +12,7 @@ from teamsight.analysis.runs.seeds import model_seed, setting_seed
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.analysis.runs.run import Measure, Model
     from teamsight.tasks.task import Task
 

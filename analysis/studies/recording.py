@@ -11,8 +11,8 @@ from teamsight.core import checks
 if TYPE_CHECKING:
     import pandas as pd
 
-    from teamsight.agents.model import World
     from teamsight.agents.reused_worlds import ReusedWorlds
+    from teamsight.agents.world import World
     from teamsight.analysis.studies.resolved import Resolved
     from teamsight.analysis.studies.study import Record
 
@@ -42,7 +42,7 @@ class Recorder:
 
     def make(self, worlds: ReusedWorlds, resolved: Resolved, parameters: Mapping[str, Any], seed: int) -> MadeRun:
         """Make a run and return what is recorded of it."""
-        from teamsight.agents.model import World
+        from teamsight.agents.world import World
 
         world = worlds.begin(resolved.model, parameters, seed)
         if not isinstance(world, World):

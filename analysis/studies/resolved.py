@@ -11,7 +11,7 @@ from teamsight.core import plugins, references
 from teamsight.tasks.model import TaskModel
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 
 class Resolved:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray
 
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.analysis.runs.executor import Executor
 
 __all__ = ["Record", "Results", "Study", "Until"]

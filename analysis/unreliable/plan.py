@@ -21,7 +21,7 @@ from teamsight.tasks.task import Task
 if TYPE_CHECKING:
     from teamsight.agents.components import Failures
     from teamsight.agents.decisions.cycle import Cycle
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 #: Shares of the time in which a robot works, MTTF / (MTTF + MTTR).
 AVAILABILITIES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)

@@ -13,7 +13,7 @@ from teamsight.cli import limits, task_options, values
 from teamsight.cli.world_settings import WorldSettings, source_of_failures
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 # T where nothing else says it.
 _STEPS = 600

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.loop import RUN
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core.interrupts import deferred
 from teamsight.env.actions import Names
 from teamsight.env.facts import OF_ROBOTS, OF_WORLDS, Facts

@@ -13,7 +13,7 @@ from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
 from teamsight.agents.given import AwarenessLike
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.env.actions import ActionLike, stacked
 from teamsight.env.batch import Batch

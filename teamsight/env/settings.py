@@ -13,9 +13,9 @@ from teamsight.agents.awareness.registry import awareness_named, with_option
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.given import AwarenessLike
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.teammates import of_team
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.env.actions import ActionForm, ActionLike
 from teamsight.env.observations import LayoutLike, Nearest, layout_of

@@ -11,9 +11,9 @@ from teamsight.agents import mesa_compat
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.loop import RUN
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
 from teamsight.agents.recording.collector import HistoryCollector, Rows
 from teamsight.agents.reused_worlds import ReusedWorlds
+from teamsight.agents.world import World
 from teamsight.core.interrupts import deferred
 from teamsight.env.loop import SHOW
 from teamsight.env.observations import Observation

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from gymnasium.vector.utils import batch_space
 
 from teamsight.agents.given import AwarenessLike
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.env.actions import ActionLike, as_array
 from teamsight.env.batch import Batch

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import Any
 
 from teamsight.agents.events.contact_log import CONTACT, ContactLog
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 
 #: Rows of the event log that a page shows, and rows of contacts of each log: they change at almost every tick, and
 #: would leave no room for other events.

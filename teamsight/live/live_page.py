@@ -10,7 +10,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from teamsight.agents.cmommt import CMOMMT
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import browsers, checks
 from teamsight.core.status_line import StatusLine, has_reader
 from teamsight.live import protocol

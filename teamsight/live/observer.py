@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from teamsight.agents.engine.watching import Bound
-from teamsight.agents.model import World
 from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
+from teamsight.agents.world import World
 from teamsight.view.frame import MOST_LINKS, Frame
 from teamsight.view.scene import MOST_SLOTS, Scene
 

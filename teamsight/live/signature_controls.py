@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from teamsight.agents.awareness.registry import AWARENESS
-from teamsight.agents.live_setting import LiveSetting
+from teamsight.agents.cmommt import LiveSetting
 from teamsight.core import checks
 from teamsight.live.controls import Control
 from teamsight.policies.registry import POLICIES

@@ -9,7 +9,7 @@ from typing import Any
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.engine.engine import kernels_needed
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.live.event_rows import event_rows
 from teamsight.live.kept import Kept

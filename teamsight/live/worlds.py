@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.references import failure
 from teamsight.live.signature_controls import model_name

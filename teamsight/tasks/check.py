@@ -17,7 +17,7 @@ from teamsight.tasks.task import Task
 from teamsight.tasks.treatments import TREATMENTS, Treatment
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 # Enough steps for errors in perception, decisions and movement to show.
 _STEPS = 20
@@ -154,7 +154,7 @@ def _check_takes(task: Task) -> None:
 
 def _tried(task: Task, treatment: Treatment, steps: int, rng: int) -> dict[str, float]:
     """Run a team and return its metrics."""
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
     made: Any = task.build(treatment, rng=rng)
     if not isinstance(made, World):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.tasks.objective import Objective
 from teamsight.tasks.task import Task
 

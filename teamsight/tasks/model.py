@@ -11,7 +11,7 @@ from teamsight.tasks.task import Task
 from teamsight.tasks.treatments import AWARENESS, Named, Treatment
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 #: The parameter that names the team.
 TREATMENT = "treatment"

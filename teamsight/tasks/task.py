@@ -13,7 +13,7 @@ from teamsight.tasks.treatments import Treatment
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness import Awareness
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 #: Returns a measure of a finished world.
 Metric = Callable[["World"], float]

@@ -100,7 +100,7 @@ def test_a_command_replaces_its_own_results_of_the_same_settings(
 def test_what_teamsight_did_not_write_stays_and_is_named_before_the_work(
     command: str, file: str, tmp_path: Path, call: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
     line, path = place(command, file, tmp_path)
     path.parent.mkdir(exist_ok=True)
@@ -126,7 +126,7 @@ def test_only_regular_files_are_replaced_even_when_forced(
     command: str, file: str, force: tuple[str, ...], tmp_path: Path, call: Callable[..., tuple[int, str]],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
     line, path = place(command, file, tmp_path)
     path.parent.mkdir(exist_ok=True)
@@ -201,6 +201,8 @@ def test_the_home_folder_is_expanded_once(tmp_path: Path, call: Callable[..., tu
         ("x" * 300, "cannot be written (File name too long)"),
     ],
 )
+
+
 def test_paths_that_cannot_be_meant(path: str, message: str, tmp_path: Path, call: Callable[..., tuple[int, str]]) -> None:
     before = sorted(tmp_path.rglob("*"))
     status, error = call("run", *SMALL, "--save", path)
@@ -211,6 +213,8 @@ def test_paths_that_cannot_be_meant(path: str, message: str, tmp_path: Path, cal
 @pytest.mark.parametrize(
     "name", ["x\ny.parquet", "é ✓.parquet", "n" * 250, "x.parquet.gz", "[red]x", "%s{0}", "-x", "./~x"]
 )
+
+
 def test_names_are_taken_literally(name: str, tmp_path: Path, call: Callable[..., tuple[int, str]]) -> None:
     assert call("run", *SMALL, f"--save={name}") == (0, "")
     with (tmp_path / name).open("rb") as file:

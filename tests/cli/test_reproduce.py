@@ -99,7 +99,7 @@ ANNOUNCE = """
 import os, sys
 
 def hook(event, arguments):
-    if event == "import" and arguments[0] == "teamsight.agents.model" and "spawn_main" in " ".join(sys.orig_argv):
+    if event == "import" and arguments[0] == "teamsight.agents.world" and "spawn_main" in " ".join(sys.orig_argv):
         with open({pipe!r}, "wb") as pipe:
             pipe.write(b".")
 
@@ -188,6 +188,8 @@ def test_run_prints_what_the_model_gives_and_saves_its_history(
         (["--delta", "8"], "delta=8: awareness 'pairwise' has no δ; leave --delta out, or give --awareness ring or nearest"),
     ],
 )
+
+
 def test_run_reports_what_the_model_refuses_in_one_line(
     capsys: pytest.CaptureFixture[str], arguments: list[str], message: str
 ) -> None:

@@ -15,14 +15,16 @@ CHECK = runpy.run_path(str(Path(__file__).resolve().parents[2] / ".ci" / "check_
     [
         ("policies/lazy/lazy_q.py", "def learn(pairs, k):"),
         ("policies/lazy/lazy_q.py", "n_pairs = 3"),
-        ("agents/model.py", "self._told = message"),
-        ("agents/model.py", "# Objects are told what they see."),
+        ("agents/world.py", "self._told = message"),
+        ("agents/world.py", "# Objects are told what they see."),
         ("docs/delta.md", "teamsight delta --tracks tracks.csv"),
         ("docs/evolved.md", 'the policy="learned" wins'),
         ("analysis/learning/curves.py", "gamma: float = 0.7"),
         ("docs/model.md", "Two roads, one answer"),
     ],
 )
+
+
 def test_a_word_that_is_not_used_is_found_with_its_place_and_cure(path: str, line: str) -> None:
     (found,) = CHECK["found_in"](path, f"\n{line}\n")
     assert found.startswith(f"{path}:2: ")
@@ -33,7 +35,7 @@ def test_a_word_that_is_not_used_is_found_with_its_place_and_cure(path: str, lin
     ("path", "line"),
     [
         ("world/proximity/pairs.py", "pairs = compare(position)"),
-        ("agents/model.py", "the untold story of stagehands"),
+        ("agents/world.py", "the untold story of stagehands"),
         ("policies/handmade/a_cmommt.py", "target_tracks = TargetTracks()"),
         ("analysis/plot/style.py", "axes.plot(x, y, alpha=0.5)"),
         ("analysis/runs/seeds.py", 'person=b"teamsight-stage"'),
@@ -41,6 +43,8 @@ def test_a_word_that_is_not_used_is_found_with_its_place_and_cure(path: str, lin
         ("docs/policies.md", "colorbar"),
     ],
 )
+
+
 def test_legitimate_uses_are_left_alone(path: str, line: str) -> None:
     assert list(CHECK["found_in"](path, line)) == []
 

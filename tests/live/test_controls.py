@@ -10,7 +10,7 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.agents.awareness import RingAwareness
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.live.cmommt_controls import controls_for
 from teamsight.live.signature_controls import controls_of, value_of
 

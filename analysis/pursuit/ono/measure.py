@@ -11,7 +11,7 @@ import numpy.typing as npt
 from teamsight.analysis.pursuit.ono.conditions import HUNTERS
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
 
 Integers = npt.NDArray[np.int64]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from teamsight.core import checks, plugins, references
 
 if TYPE_CHECKING:
-    from teamsight.agents.model import World
+    from teamsight.agents.world import World
     from teamsight.tasks.task import Task
 
 #: The name of `CMOMMT` in a study.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from teamsight.agents.awareness import Awareness, PairwiseAwareness
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.policies.basis.basis_behaviours import BasisBehaviours
 from teamsight.policies.basis.correct import share_correct
 from teamsight.tasks.collecting.world import PuckCollecting

@@ -6,8 +6,8 @@ from teamsight.agents.body import Body, Robot
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.tasks.collecting.pucks import Collecting
 from teamsight.world.arena import Box

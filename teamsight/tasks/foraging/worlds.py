@@ -8,8 +8,8 @@ import numpy as np
 
 from teamsight.agents.body import Body, Robot, Target
 from teamsight.agents.building import MOST_AGENTS
-from teamsight.agents.model import World
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.policies.schemas import ForageSchemas, GrazeSchemas
 from teamsight.policies.schemas.automaton import COMMUNICATION, Schemas

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from teamsight.agents.awareness import Awareness, PairwiseAwareness
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.policies.online.prey_q import PreyQ

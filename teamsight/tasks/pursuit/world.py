@@ -9,7 +9,7 @@ from teamsight.agents.body import Body, Robot
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.tasks.pursuit.capture import RULES, Capture
 from teamsight.tasks.pursuit.surround import Surround

@@ -9,8 +9,8 @@ from teamsight.agents.body import Body, Robot
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
-from teamsight.agents.model import World
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.policies.braitenberg.fixed_priority import FixedPriority
 from teamsight.policies.registry import POLICIES

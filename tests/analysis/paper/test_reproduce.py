@@ -41,7 +41,7 @@ def test_a_figure_in_closed_form_imports_neither_worlds_nor_policies(tmp_path: P
     )  # fmt: skip
     assert (tmp_path / "figure-2.parquet").exists()
     policies = tuple(f"teamsight.policies.{name}" for name in ("handmade", "memory", "lazy", "eager", "evolved"))
-    others = ("teamsight.agents.model", "teamsight.world", "teamsight.analysis.learning", "mesa")
+    others = ("teamsight.agents.world", "teamsight.world", "teamsight.analysis.learning", "mesa")
     assert [name for name in done.stdout.split() if name.startswith((*policies, *others))] == []
 
 

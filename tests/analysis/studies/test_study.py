@@ -73,6 +73,8 @@ def test_a_study_returns_from_json_copies_and_its_repr(study: Study) -> None:
 @given(
     studies(), st.sampled_from(["seed", "steps", "replicates", "name", "pairing", "record", "model", "fixed", "until"])
 )
+
+
 def test_a_study_with_another_value_is_another(study: Study, field: str) -> None:
     other = {
         "seed": study.seed // 2 + 1, "steps": 7, "replicates": study.replicates + 1, "name": "other", "pairing": "none",
@@ -144,6 +146,8 @@ def test_what_python_gives_is_what_a_file_says() -> None:
         ({"axes": {f"a{i}": [0, 1] for i in range(60)}}, ["about 10^18 settings"]),
     ],
 )
+
+
 def test_wrong_arguments(given: dict[str, Any], words: list[str]) -> None:
     with pytest.raises((TypeError, ValueError)) as error:
         Study(**given)
@@ -158,13 +162,13 @@ def test_unknown_keys_of_a_dictionary() -> None:
 
 
 def test_parameters_are_those_of_the_model() -> None:
-    model = "teamsight.agents.model:World"
+    model = "teamsight.agents.world:World"
     with pytest.raises(
-        ValueError, match="arena: teamsight.agents.model:World needs this parameter; give it under fixed"
+        ValueError, match="arena: teamsight.agents.world:World needs this parameter; give it under fixed"
     ):
         Study(model=model).check()
     with pytest.raises(
-        ValueError, match=r"arna: is no parameter of teamsight.agents.model:World; did you mean 'arena'\?"
+        ValueError, match=r"arna: is no parameter of teamsight.agents.world:World; did you mean 'arena'\?"
     ):
         Study(model=model, fixed={"arna": 1}).check()
 

@@ -145,7 +145,7 @@ def noted(entry):
     get_ready(entry)
 
 Entry._compile = noted
-import teamsight.agents.cmommt, teamsight.agents.model, teamsight.policies, teamsight.world.arena
+import teamsight.agents.cmommt, teamsight.agents.world, teamsight.policies, teamsight.world.arena
 assert not compiled, compiled
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import AWARENESS
