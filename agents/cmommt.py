@@ -18,6 +18,7 @@ from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape, SeedLike
 from teamsight.agents.group import Given, Got, Group
+from teamsight.agents.presets import PRESETS
 from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world import World
@@ -79,16 +80,6 @@ class FixedSetting:
 
     def __set__(self, model: Any, value: Never) -> None:
         raise AttributeError(f"{self._name}={checks.shown(value)}: is fixed when the model is built; {self._cure}")
-
-
-PRESETS: dict[str, dict[str, Any]] = {
-    "touzet2000": {
-        "robot_speed": 0.1,
-        "target_speed": 0.075,
-        "uniform_target_speed": False,
-        "policy_options": {"idle": "stay", "idle_when": "no-force", "weights": "nearest", "gain": 0.5},
-    }
-}
 
 
 class CheckedNumbers(NamedTuple):

@@ -1,4 +1,4 @@
-"""A call that is planned on a clock, and what events call."""
+"""The clock: a SimPy environment whose unit is the tick. Only this file imports simpy."""
 
 from __future__ import annotations
 

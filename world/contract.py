@@ -1,4 +1,8 @@
-"""Arenas that repeat: periods, the shortest way, the longest range."""
+"""The contract of arenas: where bodies can be, what happens at the wall, the shortest way between two positions.
+
+A new arena is a subclass of `Arena` in a file of its own; `teamsight.check_arena` checks whether it keeps the contract.
+`Obstructed` is any arena with obstacles.
+"""
 
 from __future__ import annotations
 

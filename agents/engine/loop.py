@@ -1,4 +1,9 @@
-"""What a step that fails after bodies have moved puts back: places, and all that interactions have written."""
+"""The loop: the same kernels for one step and for many, with no Python in between.
+
+A step is: perceive → decide → move → interact → search for neighbours → record → watch. Everything that differs from
+group to group is reached through the addresses of entries, so this file is compiled once, whatever policies, degrees
+and arenas there are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
+"""
 
 from __future__ import annotations
 

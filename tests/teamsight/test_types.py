@@ -15,8 +15,8 @@ import pytest
 
 import teamsight
 from teamsight.agents.awareness import AWARENESS
-from teamsight.agents.cmommt import PRESETS
 from teamsight.agents.given import AwarenessName, PlacementName, PolicyName, PresetName
+from teamsight.agents.presets import PRESETS
 from teamsight.policies.registry import POLICIES
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent

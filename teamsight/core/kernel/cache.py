@@ -24,7 +24,8 @@ from numba.core.environment import _rebuild_env
 from numba.core.serialize import dumps
 
 from teamsight.core.checks import shown
-from teamsight.core.kernel.parts import digest, refuse_circles
+from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel.parts import refuse_circles
 
 #: The environment variable that names the folder.
 VARIABLE = "TEAMSIGHT_CACHE_DIR"

@@ -26,8 +26,9 @@ from numba.extending import intrinsic, lower_builtin
 from numba.np import arrayobj
 
 from teamsight.core.kernel import Entry, Packed, array_at, below_8, below_64, scratch
+from teamsight.core.kernel.digest import digest, enclosed, is_library, names_in
 from teamsight.core.kernel.errors import shown
-from teamsight.core.kernel.parts import Part, digest, enclosed, is_library, names_in
+from teamsight.core.kernel.parts import Part
 from teamsight.core.kernel.record import Leaf, Node, Record, load_word, unpacking
 
 # Bytes on either side: a multiple of a cache line, so that arrays are aligned as in a world.

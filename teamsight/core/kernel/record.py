@@ -1,4 +1,23 @@
-"""The layout of a record: the length, address or number that each word holds."""
+"""Records: how arrays are passed from Python to compiled code.
+
+An entry takes one number, the address of a record. A record is a row of 64-bit words: lengths, addresses of arrays and
+plain numbers. Its content is declared once, as a NamedTuple whose annotations give the shape of each array::
+
+    class Shift(NamedTuple):
+        position: Annotated[Floats, "bodies", 2]
+        speed: Annotated[Floats, "bodies"]
+        factor: float
+
+    SHIFT = Record(Shift)
+    shift_at = SHIFT.at                      # for kernels: the address of a record -> Shift
+    packed = SHIFT.pack(Shift(position, speed, 2.0))
+    Entry(kernel_that_calls_shift_at)(packed)
+
+A length is a number, fixed at compile time; a name, which means the same length throughout the record; a name plus a
+number, as in ``"bodies + 1"``; or a name that begins with a dot, which is local to its own NamedTuple. If a nested
+NamedTuple is annotated with ``".neighbours = start[-1]"``, that length is the last element of its array `start` at the
+time of the call; otherwise it is that of the array when it was packed.
+"""
 
 from __future__ import annotations
 

@@ -246,10 +246,10 @@ def test_many_bodies_have_indices_of_two_bytes() -> None:
 
 
 def test_recording_changes_no_result_and_fills_several_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
-    from teamsight.agents.recording import frame_recorder, spare_memory
+    from teamsight.agents.recording import frames
 
-    monkeypatch.setattr(frame_recorder, "_FIRST", 4_000)
-    monkeypatch.setattr(spare_memory, "_spare", [])
+    monkeypatch.setattr(frames, "_FIRST", 4_000)
+    monkeypatch.setattr(frames, "_spare", [])
     plain, recorded = (CMOMMT(rng=4, robots=10, targets=8, radius=3.0) for _ in range(2))
     replay = recorded.record()
     twin = Twin(recorded)

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel
+from teamsight.core.kernel.digest import digest
 from teamsight.core.kernel.guard import Axis, GuardedRecord, run_guarded
-from teamsight.core.kernel.parts import digest
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
 
 Floats = npt.NDArray[np.float64]
