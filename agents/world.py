@@ -126,6 +126,15 @@ class SettingOfGroups:
         model.__dict__[self._name] = value
 
 
+class _Named(mesa_bases.Model):
+    """Refuses unknown arguments. Beside ``__init__``, Python would take the signature of the class from ``__new__``."""
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Self:
+        # Before Python's own error, which suggests nothing.
+        check_keywords(cls, named)
+        return super().__new__(cls)
+
+
 @refusing(
     contacts="log_contacts(group) fills it",
     events="it is what happened; world.log(…) adds to it, and reset() empties it",
@@ -143,7 +152,7 @@ class SettingOfGroups:
     mean_neighbours="it is measured; reset() starts again",
     max_neighbours="it is measured; reset() starts again",
 )
-class World(mesa_bases.Model):
+class World(_Named):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -591,11 +600,6 @@ class World(mesa_bases.Model):
     _data: WorldData
     _engine: Engine
     _stepper: Stepper
-
-    def __new__(cls, *arguments: Any, **named: Any) -> Self:
-        # Before Python's own error, which suggests nothing.
-        check_keywords(cls, named)
-        return super().__new__(cls)
 
     # Type checkers would take every attribute to exist.
     if not TYPE_CHECKING:
