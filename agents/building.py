@@ -18,16 +18,16 @@ import numpy.typing as npt
 from teamsight.agents.awareness import Awareness
 from teamsight.agents.body import Body
 from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, cycle_of
-from teamsight.agents.decisions.timetable import OtherPolicy, Timetable, new_timetable, put_timetable
+from teamsight.agents.decisions.timetable import give_timetable
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
 from teamsight.agents.places import checked_headings, checked_positions
-from teamsight.agents.policy_state import state_of_more
+from teamsight.agents.policy_state import columns_of_state, state_of_more
 from teamsight.agents.resolve import check_needs
 from teamsight.core import checks
-from teamsight.policies.interface import Action, Policy
+from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import Rule
-from teamsight.world.bodies import Abilities, Bodies
+from teamsight.world.bodies import ABILITIES
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.placement import PLACEMENTS, Founders, starts
@@ -81,21 +81,25 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
         awareness_range=plan.awareness_range,
     )  # fmt: skip
     founders = founders_of(data.arena, number, 0, size, plan.places, abilities)
-    bodies = bodies_of(data, founders, abilities)
+    start = starts(data.arena, [founders], data.key[np.newaxis])
     name = plan.name or _free_name(data, plural(agent_class.__name__.lower()))
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
-    ranges = abilities.sensing_range.copy(), abilities.awareness_range.copy()
     group: Group[A] = Group(
-        name, number, plan.team, agent_class, bodies, ranges, plan.policy, plan.awareness, host, plan.range_shape
+        name, number, plan.team, agent_class, size, plan.policy, plan.awareness, host, plan.range_shape
     )
     check_needs(group)
-    group.founders, group.first_abilities = [founders], abilities
+    group.founders = [founders]
+    group.members.arrived_at[:] = data.timeline.tick
+    group.bodies.member[:] = np.arange(size)
+    group.bodies.position[:], group.bodies.heading[:] = start.position[0], start.heading[0]
+    for ability, values in abilities.items():
+        group.bodies[ability][:] = group.members[ability][:] = values
+    group.begin()
     group.time = data.time
-    group.arrived_at[:] = data.timeline.tick
     group.first_cycle = plan.cycle
     if plan.cycle != EVERY_STEP:
-        put_timetable(group, new_timetable(data, group, plan.cycle))
+        give_timetable(data, group, plan.cycle.numbers(size))
     group.decides_alone = agent_class.decide is not Body.decide
     # From now on, only known attributes can be set.
     put(group, is_made=True)
@@ -133,16 +137,17 @@ def abilities_of(
     turn_limit: npt.ArrayLike,
     sensing_range: npt.ArrayLike,
     awareness_range: npt.ArrayLike,
-) -> Abilities:
-    """Return the abilities of new agents, one array each."""
+) -> dict[str, Floats]:
+    """Return the abilities of new agents, by column."""
     sensing = column("sensing_range", sensing_range, size, limits.range)
     aware = column("awareness_range", awareness_range, size, limits.range)
     turning = turn_columns(turn_limit, size)
-    return Abilities(column("speed", speed, size, limits.speed), *turning, sensing, aware)
+    given = column("speed", speed, size, limits.speed), *turning, sensing, aware
+    return {field.name: values for field, values in zip(ABILITIES, given, strict=True)}
 
 
 def founders_of(
-    arena: Arena, number: int, first: int, size: int, given: Places, abilities: Abilities
+    arena: Arena, number: int, first: int, size: int, given: Places, abilities: Mapping[str, Floats]
 ) -> Founders:
     """Return the rule for the places of new agents, whose members are numbered from `first`."""
     placement: str | Floats
@@ -156,18 +161,7 @@ def founders_of(
     else:
         placement = checked_positions(arena, given.placement, (size, 2))
     heading = None if given.heading is None else checked_headings(given.heading, (size, 2))
-    return Founders(number, size, placement, float(abilities.sensing_range.max()), heading, first)
-
-
-def bodies_of(data: WorldData, founders: Founders, abilities: Abilities) -> Bodies:
-    """Return the bodies of new agents at their places, without identities."""
-    size, first = founders.size, founders.first
-    start = starts(data.arena, [founders], data.key[np.newaxis])
-    return Bodies(
-        np.zeros(size, np.int64), np.arange(first, first + size), start.position[0], start.heading[0],
-        np.zeros((size, 2)), abilities.speed.copy(), abilities.turn_cosine.copy(), abilities.turn_sine.copy(),
-        np.array(data.arena.size, float), np.ones(size, bool),
-    )  # fmt: skip
+    return Founders(number, size, placement, float(abilities["sensing_range"].max()), heading, first)
 
 
 def plural(name: str) -> str:
@@ -323,106 +317,112 @@ def _part(value: Any, row: int, size: int) -> Any:
     return value[row] if is_sequence and len(value) == size else value
 
 
-Integers = npt.NDArray[np.int64]
+class Newcomers(NamedTuple):
+    """New agents of a group, checked and computed, but not yet in it.
+
+    Attributes
+    ----------
+    count : int
+        Their number.
+    bodies, members : dict of str to ndarray
+        Their elements of the columns of both tables of the group.
+    founders : Founders
+        The rule by which they are placed.
+    states : list
+        The states of all policies with them; for a state in the table, their own.
+    cycle : Cycle or None
+        Their cycle, in a group with a timetable, or that gets one by them.
+    """
+
+    count: int
+    bodies: dict[str, Any]
+    members: dict[str, Any]
+    founders: Founders
+    states: list[Any]
+    cycle: Cycle | None
 
 
-class Extended(NamedTuple):
-    """The arrays of a group with new agents after those that it has."""
-
-    founders: list[Founders]
-    first_abilities: Abilities
-    bodies: Bodies
-    ranges: tuple[Any, Any]
-    policy_state: Any
-    arrived_at: Integers
-    timetable: Timetable | None
-    others: list[OtherPolicy]
-    columns: dict[str, Any]
-    decided: Action | None
-
-
-def extended(data: WorldData, group: Group, count: int, given: dict[str, Any], columns: dict[str, Any]) -> Extended:
-    """Return the arrays of a group with more agents; `given` is as for `Group.add`, `columns` the values of columns.
+def newcomers(
+    data: WorldData, group: Group, count: int, given: Mapping[str, Any], columns: Mapping[str, Any]
+) -> Newcomers:
+    """Return new agents for a group; `given` is as for `Group.add`, `columns` the values of columns.
 
     Raises
     ------
     TypeError, ValueError
         If a value does not fit, or must be given.
     """
-    members, size = group.members_so_far, len(group)
-    checks.count("count", count, most=MOST_AGENTS - size)
-    own = _abilities(data, group, count, given)
-    places = Places(*(given[name] for name in Places._fields))
-    founders = founders_of(data.arena, group.number, members, count, places, own)
-    sensing, aware = group.ranges
-    after = members + count
-    present = np.append(group.bodies.member, np.arange(members, after))
-    return Extended(
-        [*group.founders[:-1], *group.founders[-1].followed_by(founders)],
-        group.first_abilities.followed_by(own),
-        group.bodies.followed_by(bodies_of(data, founders, own)),
-        (np.append(sensing, own.sensing_range), np.append(aware, own.awareness_range)),
-        state_of_more(group.policy, group.policy_state, size, present, after),
-        np.append(group.arrived_at, np.full(count, data.timeline.tick)),
-        _timetable(data, group, count, given.get("cycle")),
-        [other.extended(size, present, after) for other in group.others],
-        group.columns.extended(count, columns),
-        _decided(group, count),
+    first, tick = len(group.members), data.timeline.tick
+    checks.count("count", count, most=MOST_AGENTS - len(group))
+    abilities = _abilities(data, group, count, given)
+    founders = founders_of(
+        data.arena, group.number, first, count, Places(*(given[name] for name in Places._fields)), abilities
+    )
+    start = starts(data.arena, [founders], data.key[np.newaxis])
+    member = np.arange(first, first + count)
+    own = group.columns.of_new(count, columns)
+    cycle = _cycle_of_new(group, given.get("cycle"))
+    numbers = {} if cycle is None else cycle.numbers(count)._asdict()
+    states = [
+        state_of_more(policy, state, group.bodies.member, member) for policy, state in zip(group.policies, group.states, strict=True)
+    ]
+    bodies = {
+        "identity": -1, "member": member, "position": start.position[0], "heading": start.heading[0], **abilities,
+        **numbers, **own,
+    }  # fmt: skip
+    for index, state in enumerate(states):
+        if group.is_in_table(index):
+            bodies |= zip(columns_of_state(index), state, strict=True)
+    begun = {name: values for name, values in own.items() if name in group.members}
+    return Newcomers(
+        count, bodies, {**abilities, **numbers, **begun, "arrived_at": tick}, founders, states, cycle
     )
 
 
-def join(group: Group, new: Extended) -> None:
-    """Replace the arrays of a group."""
-    group.founders, group.first_abilities = new.founders, new.first_abilities
-    group.bodies, group.ranges, group.arrived_at = new.bodies, new.ranges, new.arrived_at
-    put(group, timetable=new.timetable, others=tuple(new.others))
-    group.columns.replace(new.columns)
-    for channel in group.channels.values():
-        channel.works = np.append(channel.works, np.ones(len(group) - len(channel.works), bool))
-    group.begin(new.policy_state, new.decided)
-
-
-def _decided(group: Group, count: int) -> Action | None:
-    """Return what a group had decided in a step that failed; new agents, which had not, stay in the next one."""
-    if group.decided is None:
-        return None
-    heading, distance = group.decided
-    return Action(np.concatenate([heading, np.zeros((count, 2))]), np.append(distance, np.zeros(count)))
+def join(data: WorldData, group: Group, new: Newcomers) -> bool:
+    """Take new agents into the tables of a group; return whether columns were moved or declared."""
+    had = group.timetable
+    if new.cycle is not None and had is None:
+        # Those that are there decide at every step, as before.
+        give_timetable(data, group, EVERY_STEP.numbers(len(group)))
+    size = len(group)
+    is_moved = group.bodies.append(new.count, new.bodies)
+    group.members.append(new.count, new.members)
+    group.founders[-1:] = group.founders[-1].followed_by(new.founders)
+    for index, state in enumerate(new.states):
+        if not group.is_in_table(index):
+            group.set_state(index, state)
+    if group.timetable is not None:
+        has_more = group.timetable.begin(np.arange(size, size + new.count), data.key, data.timeline.tick)
+        is_moved = is_moved or has_more or had is None
+    return is_moved
 
 
 def forget_members(group: Group, size: int) -> None:
     """Forget the members from number `size` on, who have all left: the next to arrive get their numbers, and noise."""
     founders = (one.cut(size) for one in group.founders)
     group.founders = [one for one in founders if one.size]
-    group.first_abilities, group.arrived_at = group.first_abilities.cut(size), group.arrived_at[:size].copy()
+    group.members.cut(size)
 
 
-def _timetable(data: WorldData, group: Group, count: int, given: Any) -> Timetable | None:
-    """Return the timetable with new agents, whose cycles begin now."""
+def _cycle_of_new(group: Group, given: Any) -> Cycle | None:
+    """Return the cycle of new agents, which begins now; None in a group without a timetable that needs none."""
     table = group.timetable
     cycle = None if given is None else cycle_of(given)
     if table is None:
-        if cycle in (None, EVERY_STEP):
-            return None
-        table = new_timetable(data, group)
+        return None if cycle == EVERY_STEP else cycle
     cycle = cycle or table.usual()
     if cycle is None:
         raise ValueError(
             f"cycle: the agents of {group.name!r} have different ones; give that of the new ones, as in "
             "add(…, cycle=5)"
         )
-    size, tick, so_far = len(group), data.timeline.tick, group.members_so_far
-    fresh = Action(np.zeros((count, 2)), np.zeros(count))
-    new = Timetable.made(group.number, cycle, np.arange(count), count, np.full(count, -1), fresh)
-    both = table.followed_by(new, so_far)
-    members = np.append(group.bodies.member, np.arange(so_far, so_far + count))
-    both.begin(np.arange(size, size + count), data.key, members, tick)
-    return both
+    return cycle
 
 
-def _usual(group: Group, name: str, present: Floats, first: Floats) -> float:
+def _usual(group: Group, name: str) -> float:
     """Return the ability that all agents of a group have; in an empty group, with which all have begun."""
-    values = present if len(present) else first
+    values = (group.bodies if len(group) else group.members)[name]
     _check_same(group, name, values)
     return float(values[0])
 
@@ -438,30 +438,31 @@ def _check_same(group: Group, name: str, values: Floats) -> None:
 
 def _check_speed(data: WorldData, group: Group) -> None:
     """Refuse to take the speed of new agents from a group whose speeds an interaction may have written."""
-    present, first = group.bodies.speed, group.first_abilities.speed[group.bodies.member]
-    if (present != first).any() and any(group in one.groups for one in data.interactions):
+    if not any(group in one.groups for one in data.interactions):
+        return
+    first = group.members.speed[group.bodies.member]
+    if (group.bodies.speed != first).any():
         raise ValueError(
             f"speed: that of {group.name!r} is not the one with which they began, and an interaction may have changed "
             f"it; give that of the new ones, as in add(…, speed={first[0]:g})"
         )
 
 
-def _abilities(data: WorldData, group: Group, count: int, given: dict[str, Any]) -> Abilities:
+def _abilities(data: WorldData, group: Group, count: int, given: Mapping[str, Any]) -> dict[str, Floats]:
     """Return the abilities of new agents: those given, or those of the group."""
-    bodies, first, limits = group.bodies, group.first_abilities, data.limits
-    known = {
-        "speed": (bodies.speed, first.speed),
-        "sensing_range": (group.ranges[0], first.sensing_range),
-        "awareness_range": (group.ranges[1], first.awareness_range),
-    }
     if given["speed"] is None:
         _check_speed(data, group)
-    values = {name: _usual(group, name, *pair) if given[name] is None else given[name] for name, pair in known.items()}
+    values = {
+        name: _usual(group, name) if given[name] is None else given[name]
+        for name in ("speed", "sensing_range", "awareness_range")
+    }
     if given["turn_limit"] is not None:
-        return abilities_of(count, limits, turn_limit=given["turn_limit"], **values)
-    limited = bodies if len(bodies) else first
-    _check_same(group, "turn_limit", limit_of_turn(limited.turn_cosine, limited.turn_sine))
+        return abilities_of(count, data.limits, turn_limit=given["turn_limit"], **values)
+    limited = group.bodies if len(group) else group.members
+    cosine, sine = limited.turn_cosine, limited.turn_sine
+    if (cosine != cosine[0]).any() or (sine != sine[0]).any():
+        _check_same(group, "turn_limit", limit_of_turn(cosine, sine))
     # Not by way of the angle, which would round.
-    own = abilities_of(count, limits, turn_limit=math.pi, **values)
-    own.turn_cosine[:], own.turn_sine[:] = limited.turn_cosine[0], limited.turn_sine[0]
+    own = abilities_of(count, data.limits, turn_limit=math.pi, **values)
+    own["turn_cosine"][:], own["turn_sine"][:] = cosine[0], sine[0]
     return own

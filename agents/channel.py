@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
+from teamsight.core.table import Field, Table
 from teamsight.policies.channels import checked_channel
 
 TARGETS, TEAMMATES = "targets", "teammates"
@@ -30,23 +31,43 @@ class Channel:
         The sensor; None for one without errors.
     counts : bool
         Whether what is sensed counts in the observed fraction.
-    works : ndarray, shape (n,), bool
-        Whether the sensor of each agent of the group works; one that does not finds nobody.
+    bodies : Table
+        That of the group; the column `works` is declared in it.
     """
 
     name: str
-    works: npt.NDArray[np.bool_]
+    bodies: Table
     observed: list[Any] = field(default_factory=list)
     sensor: Sensor | None = None
     counts: bool = False
 
+    def __post_init__(self) -> None:
+        if self.column not in self.bodies:
+            self.bodies.declare(Field(self.column, np.bool_, fill=True, reset="fill"))
+
+    @property
+    def column(self) -> str:
+        """The name of the column `works`."""
+        return f"sensor of {self.name} works"
+
+    @property
+    def works(self) -> npt.NDArray[np.bool_]:
+        """Whether the sensor of each agent of the group works, shape (n,); one that does not finds nobody."""
+        return self.bodies[self.column]
+
 
 def changed(
-    channel: Channel | None, name: str, sensor: Sensor | None, counts: bool | None, *, on_team: bool, size: int
+    channel: Channel | None,
+    name: str,
+    sensor: Sensor | None,
+    counts: bool | None,
+    *,
+    on_team: bool,
+    bodies: Table,
 ) -> Channel:
     """Return a channel as it is after another declaration of `World.senses`, without the group declared.
 
-    `size` is the number of agents of the observing group.
+    `bodies` are those of the observing group.
 
     Raises
     ------
@@ -65,7 +86,7 @@ def changed(
         check_sensor_of(name, sensor)
     if channel is None:
         is_counted = on_team and name == TARGETS if counts is None else counts
-        return Channel(name, np.ones(size, bool), [], sensor, is_counted)
+        return Channel(name, bodies, [], sensor, is_counted)
     if sensor is not None and channel.sensor not in (None, sensor):
         raise ValueError(
             f"sensor={sensor!r}: the channel {name!r} of this group has {channel.sensor!r}, and a channel has one "
@@ -73,7 +94,7 @@ def changed(
         )
     if counts is not None and counts != channel.counts:
         raise ValueError(f"counts={counts}: the channel {name!r} of this group was declared with {channel.counts}")
-    return Channel(name, channel.works, list(channel.observed), sensor or channel.sensor, channel.counts)
+    return Channel(name, bodies, list(channel.observed), sensor or channel.sensor, channel.counts)
 
 
 def check_sensor_of(channel: str, sensor: object) -> None:
@@ -94,6 +115,7 @@ def leave(channels: dict[str, Channel], group: object) -> None:
         channel.observed = [observed for observed in channel.observed if observed is not group]
         if not channel.observed and channel.name != TEAMMATES:
             del channels[channel.name]
+            channel.bodies.drop(channel.column)
 
 
 class Sensors(MutableMapping[str, Sensor]):

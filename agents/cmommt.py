@@ -379,12 +379,12 @@ class CMOMMT(World):
         numbers = checked_numbers(plan)
         self.settings.update(plan)
         self._data.arena, self._data.limits = numbers.arena, numbers.limits
+        self._data.arena_size[:] = numbers.arena.size
         for group, speed in ((self.robots, numbers.robot_speed), (self.targets, numbers.target_speed)):
-            group.first_abilities.speed[:] = speed
-            group.first_abilities.sensing_range[:] = numbers.sensing_range
+            group.members.speed[:] = speed
+            group.members.sensing_range[:] = numbers.sensing_range
             group.founders = [one._replace(spacing=numbers.sensing_range) for one in group.founders]
-            group.bodies.arena_size[:] = numbers.arena.size
-        self.robots.first_abilities.awareness_range[:] = numbers.awareness_range
+        self.robots.members.awareness_range[:] = numbers.awareness_range
         self._engine.adapt()
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:

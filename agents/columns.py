@@ -15,6 +15,7 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from teamsight.core import checks
 from teamsight.core.card import shown
+from teamsight.core.table import Field, Table
 
 Array = npt.NDArray[Any]
 
@@ -88,6 +89,11 @@ class Column(NDArrayOperatorsMixin):
         return np.array, (self.values,)
 
 
+def column_of(name: str) -> str:
+    """Return the name under which a table holds a column of the user's, whose name may be that of another."""
+    return f"own {name}"
+
+
 class Columns(MutableMapping[str, Column]):
     """The columns of a group by name. Setting one assigns its elements.
 
@@ -95,26 +101,28 @@ class Columns(MutableMapping[str, Column]):
     ----------
     group : str
         The name of the group, for errors.
+    bodies : Table
+        The table of the group, which holds them.
     """
 
-    def __init__(self, group: str) -> None:
-        self._group = group
-        self._arrays: dict[str, Array] = {}
-        self._fills: dict[str, Any] = {}
+    def __init__(self, group: str, bodies: Table) -> None:
+        self._group, self._bodies = group, bodies
         self._checks: dict[str, Callable[[Array], None]] = {}
         self._keepers: dict[str, str] = {}
 
-    def keep(self, name: str, keeper: str) -> None:
-        """Note which interaction keeps a column, so that it stays."""
+    def keep(self, name: str, keeper: str, members: Table, fill: Any) -> None:
+        """Note which interaction keeps a column: it stays, and members begin runs with what it holds now."""
         self._keepers[name] = keeper
+        field = self._bodies.fields[column_of(name)]._replace(reset="first")
+        self._bodies.fields[field.name] = field
+        members.declare(field._replace(fill=fill))[self._bodies.member] = self.array(name)
 
     def array(self, name: str) -> Array:
         """Return the array that holds the present elements of a column."""
-        try:
-            return self._arrays[name]
-        except KeyError:
-            have = ", ".join(self._arrays) or "none"
-            raise KeyError(f"{name!r}: the group {self._group!r} has no such column; it has {have}") from None
+        if name not in self:
+            have = ", ".join(self) or "none"
+            raise KeyError(f"{name!r}: the group {self._group!r} has no such column; it has {have}")
+        return self._bodies[column_of(name)]
 
     def assign(self, name: str, index: Any, value: Any) -> None:
         """Set elements of a column.
@@ -137,9 +145,10 @@ class Columns(MutableMapping[str, Column]):
 
     def create(self, name: str, array: Array, *fill: Any) -> Column:
         """Add a column with these elements; `fill` is the element of agents that come later, if there is one."""
-        self._arrays[name] = array
-        if fill:
-            self._fills[name] = fill[0]
+        given = fill[0] if fill else 0
+        self._bodies.declare(
+            Field(column_of(name), array.dtype, array.shape[1:], given, has_fill=bool(fill)), array
+        )
         return Column(self, name)
 
     def limit(self, name: str, check: Callable[[Array], None]) -> None:
@@ -151,23 +160,24 @@ class Columns(MutableMapping[str, Column]):
         if name in self._checks:
             self._checks[name](np.asarray(value))
 
-    def extended(self, count: int, given: Mapping[str, Any]) -> dict[str, Array]:
-        """Return the arrays with elements for `count` new agents: those given, or the column's fill.
+    def of_new(self, count: int, given: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the elements of `count` new agents by the names of the table: those given, or the column's fill.
 
         Raises
         ------
         TypeError, ValueError
             If a column has no fill and no value is given, or the value does not fit.
         """
-        arrays = {}
-        for name, array in self._arrays.items():
-            if name not in given and name not in self._fills:
+        elements = {}
+        for name in self:
+            field = self._bodies.fields[column_of(name)]
+            if name not in given and not field.has_fill:
                 raise ValueError(
                     f"{name}: was added with one value for each agent, so it has none for new ones; give it, as in "
                     f"add(…, {name}=…)"
                 )
-            new = np.empty((count, *array.shape[1:]), array.dtype)
-            value = given[name] if name in given else self._fills[name]
+            new = np.empty((count, *field.shape), field.dtype)
+            value = given[name] if name in given else field.fill
             self.check(name, value)
             try:
                 _assign(name, new, ..., value)
@@ -175,46 +185,27 @@ class Columns(MutableMapping[str, Column]):
                 raise ValueError(
                     f"{name}={checks.shown(value)}: must be one value, or {count}, one for each new agent"
                 ) from None
-            arrays[name] = np.concatenate([array, new])
-        return arrays
-
-    def rearranged(self, rows: list[int]) -> dict[str, Array]:
-        """Return the arrays with these rows; where one is -1 with the column's fill, or zero without one."""
-        index, arrays = np.array(rows, np.int64), {}
-        for name, array in self._arrays.items():
-            new = np.zeros((len(rows), *array.shape[1:]), array.dtype)
-            if name in self._fills:
-                new[index < 0] = self._fills[name]
-            new[index >= 0] = array[index[index >= 0]]
-            arrays[name] = new
-        return arrays
+            elements[field.name] = new
+        return elements
 
     def arrays(self) -> dict[str, Array]:
         """Return the present arrays by name."""
-        return dict(self._arrays)
+        return {name: self.array(name) for name in self}
 
-    def replace(self, arrays: dict[str, Array]) -> None:
-        """Replace the arrays of these columns; others stay."""
-        self._arrays |= arrays
+    def rules(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return copies of what is kept beside the table: checks and keepers."""
+        return self._checks.copy(), self._keepers.copy()
 
-    def kept(self) -> Columns:
-        """Return these columns with the same arrays, to `go_back` to."""
-        other = Columns(self._group)
-        other._arrays, other._fills, other._checks = self._arrays.copy(), self._fills.copy(), self._checks.copy()
-        other._keepers = self._keepers.copy()
-        return other
-
-    def go_back(self, kept: Columns) -> None:
-        """Be as they were when they were `kept`."""
-        self._arrays, self._fills, self._checks = kept._arrays, kept._fills, kept._checks
-        self._keepers = kept._keepers
+    def put_rules(self, rules: tuple[dict[str, Any], dict[str, Any]]) -> None:
+        """Go back to earlier `rules`."""
+        self._checks, self._keepers = rules
 
     def __getitem__(self, name: str) -> Column:
         self.array(name)
         return Column(self, name)
 
     def __setitem__(self, name: str, value: Any) -> None:
-        if name not in self._arrays:
+        if name not in self:
             raise KeyError(f"{name!r}: the group {self._group!r} has no such column; make it with add_column({name!r})")
         self.assign(name, ..., value)
 
@@ -225,18 +216,18 @@ class Columns(MutableMapping[str, Column]):
                 f"{name}: is kept by the interaction {self._keepers[name]}, which writes it in each step; build the "
                 "world without it"
             )
-        del self._arrays[name]
-        self._fills.pop(name, None)
+        self._bodies.drop(column_of(name))
         self._checks.pop(name, None)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._arrays)
+        own = column_of("")
+        return iter([name.removeprefix(own) for name in self._bodies.fields if name.startswith(own)])
 
     def __len__(self) -> int:
-        return len(self._arrays)
+        return sum(1 for _ in self)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._arrays
+        return isinstance(name, str) and column_of(name) in self._bodies
 
 
 class Place(np.ndarray[Any, np.dtype[np.float64]]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Generic, overload
 from weakref import WeakValueDictionary
@@ -17,22 +18,23 @@ from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.fixed import Kept, put, refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, Rows
-from teamsight.agents.policy_state import first_state as first_state
+from teamsight.agents.policy_state import IN_TABLE, columns_of_state, first_state, has_rows
 from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
+from teamsight.core.table import Field, Table
 from teamsight.policies.channels import OWN_FIELDS, channels_of
 from teamsight.policies.columns import columns_of
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.interface import Action, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule
-from teamsight.world.bodies import Abilities, Bodies
+from teamsight.world.bodies import ABILITIES, BODIES
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.placement import Founders
 
 if TYPE_CHECKING:
-    from teamsight.agents.decisions.timetable import OtherPolicy, Timetable
+    from teamsight.agents.decisions.timetable import Timetable
     from teamsight.agents.engine.due import DueArrays
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.host import WorldHost
@@ -129,9 +131,7 @@ class Group(Generic[A]):
     ----------
     rules : tuple
         The policy and the degree of awareness; `World.adjust` changes them.
-    policy_state : object
-        The state of the policy; rows as in `agents`.
-    others : tuple of OtherPolicy
+    others : tuple of Policy or callable
         Further policies, which single robots have or have had.
     timetable : Timetable or None
         When robots decide and by which policy, if not all at every step and by the group's.
@@ -139,8 +139,6 @@ class Group(Generic[A]):
         The arrays with the robots that are due, once they are bound.
     first_cycle : Cycle
         The cycle with which the group was added.
-    arrived_at : ndarray, shape (members,), int64
-        The tick at which each agent came, by member.
     time : ndarray, shape (1,), float64
         The present tick, which percepts show: an array of the world.
     channels : dict of str to Channel
@@ -149,8 +147,8 @@ class Group(Generic[A]):
         The columns that its policies read, by identity; empty for a function of one robot in a world without any.
     numbers : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
-    members : ndarray, shape (lanes,), int64
-        The members whose random numbers these are: `Bodies.member`, and 0 after the last agent.
+    lanes : ndarray, shape (lanes,), int64
+        The members whose random numbers these are, and 0 after the last agent.
     relations, perception : dict of str to Relation, Perception
         Who is near in each channel, and what of it the degree of awareness shows.
     name : str
@@ -159,47 +157,45 @@ class Group(Generic[A]):
         Its index among the groups of its world.
     agent_class, first_size : type, int
         The class of its agents, and their number when the group was added.
-    bodies : Bodies
-        The arrays behind `position`, `heading`, `speed` and `turn_limit`. Values written into them are not checked.
-    ranges : tuple of two ndarray, shape (n,), float64
-        The arrays behind `sensing_range` and `awareness_range`; not checked either.
+    bodies : Table
+        All that has a value for each agent: `BODIES`, the user's own columns, whether sensors work, the timetable and
+        the state of compiled policies. Values written into its arrays are not checked.
+    members : Table
+        With what each member begins a run, those that have left included: `ABILITIES`, cycle, columns of interactions;
+        and `arrived_at`, the tick at which it came.
     founders : list of Founders
-        The rules by which its agents, those that have left included, are placed at the start of a run.
+        The rules by which the members are placed at the start of a run.
     departed : mapping of int to Body
         Agents that have left, by member, as long as somebody refers to them; restoring a state brings them back.
-    first_abilities : Abilities
-        The abilities at the start of a run, by member.
     readings : dict of str to Readings
         What sensors with a delay have measured and not yet delivered, by channel.
     columns : mapping of str to Column
         The user's own columns, shape (n, …) each; see `add_column`.
     has_conditions : bool
         Whether an agent has ever been inactive, or a sensor out of order; the compiled loop then reads which are.
-    action : Action
-        The last decision.
-    last_rewards : ndarray, shape (2, n), float64
-        What interactions gave each agent in the last step, and 1 if one ended a trial for it, else 0.
+    has_decided : bool
+        After a step that failed: whether its kernel had decided; the next step then carries out `action`, so that
+        nothing is learned twice.
     """
 
-    bodies: Bodies
+    bodies: Table
+    members: Table
     channels: dict[str, Channel]
     host: WorldHost
     rules: tuple[Any, Any] = Kept("set the policy or the degree, as in robots.policy = 'centroid'")  # type: ignore[assignment]
-    policy_state: Any
-    action: Action
     decides_alone: bool
     has_conditions: bool
-    others: tuple[OtherPolicy, ...] = Kept("set that of one robot, as in robots[0].policy = 'centroid'")  # type: ignore[assignment]
+    has_decided: bool
+    others: tuple[Any, ...] = Kept("set that of one robot, as in robots[0].policy = 'centroid'")  # type: ignore[assignment]
     timetable: Timetable | None = Kept("set the cycle, as in robots.cycle = Cycle(5)")  # type: ignore[assignment]
     due: DueArrays | None
     first_cycle: Cycle = EVERY_STEP
-    arrived_at: Integers
     time: npt.NDArray[np.float64]
     relations: dict[str, Relation]
     perception: Perception
     perceived_columns: dict[str, Floats]
     numbers: Floats
-    members: npt.NDArray[np.int64]
+    lanes: npt.NDArray[np.int64]
 
     def __init__(
         self,
@@ -207,57 +203,63 @@ class Group(Generic[A]):
         number: int,
         team: str | None,
         agent_class: type[A],
-        bodies: Bodies,
-        ranges: tuple[Floats, Floats],
+        size: int,
         policy: Policy | Rule,
         awareness: Awareness,
         host: WorldHost,
         range_shape: str = "disc",
     ) -> None:
         self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
-        self.agent_class, self.first_size = agent_class, len(bodies)
-        self.bodies = bodies
-        self.ranges = ranges
+        self.agent_class, self.first_size = agent_class, size
+        self.bodies, self.members = Table(BODIES, size), Table((*ABILITIES, Field("arrived_at", np.int64)), size)
         put(self, rules=(policy, awareness), others=(), timetable=None)
-        self.columns = Columns(name)
+        self.columns = Columns(name, self.bodies)
         self._agents: list[A] = []
+        # The state of each policy that is not in the table.
+        self._states: list[Any] = []
         self.due = None
         self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
         self.departed: WeakValueDictionary[int, A] = WeakValueDictionary()
-        self.first_abilities: Abilities
         self.channels: dict[str, Channel] = {}
         if team is not None:
-            self.channels[TEAMMATES] = Channel(TEAMMATES, np.ones(len(bodies), bool))
-        self.arrived_at = np.zeros(len(bodies), np.int64)
+            self.channels[TEAMMATES] = Channel(TEAMMATES, self.bodies)
         self.readings: dict[str, Readings] = {}
         self.relations = {}
         self.host = host
         self.time = np.zeros(1)
         self.perceived_columns: dict[str, Floats] = {}
-        self.begin(first_state(policy, len(bodies)))
+        self.set_policies((), [first_state(policy, size)])
+        self.begin()
 
-    @property
-    def decided(self) -> Action | None:
-        """The actions that its kernel decided in a step that failed, which the next one carries out; None for none."""
-        return self.action if self.has_decided else None
+    def begin(self, *, has_decided: bool = False) -> None:
+        """Make what is not in the table for the present agents.
 
-    def begin(self, state: Any, decided: Action | None = None) -> None:
-        """Make new buffers for the present size, and set the state of the policy, and what it has `decided`."""
-        size = len(self.bodies)
-        self.policy_state = state
-        # Robots that do not decide at every step go on with their last action.
-        fresh = decided or Action(np.zeros((size, 2)), np.zeros(size))
-        self.action = self.timetable.action if self.timetable else fresh
+        If they have decided in a step that failed, the next one carries their actions out.
+        """
+        self.perception = Perception(len(self), self.bodies.room)
+        self.has_decided = has_decided
+        self.fit_lanes()
+        self.forget_actions()
+
+    def forget_actions(self) -> None:
+        """Forget what was decided; robots that do not decide at every step go on with their last action."""
+        self.bodies.last_rewards[:] = 0.0
+        if self.timetable is None and not self.has_decided:
+            self.bodies.aim[:], self.bodies.distance[:] = 0.0, 0.0
+
+    def fit_lanes(self) -> None:
+        """Make the random numbers those of the present agents: arrays that stay where they are if there is room."""
+        size = len(self)
         lanes = -(-max(size, 1) // LANES) * LANES
-        self.numbers = np.zeros((TICKS_A_BLOCK, self.draws, lanes))
-        self.members = np.zeros(lanes, np.int64)
-        self.members[:size] = self.bodies.member
-        self.perception = Perception(size)
-        self.last_rewards = np.zeros((2, size))
-        # After a failed step: whether the kernel had decided; the next step then carries out `action`, so that nothing
-        # is learned twice.
-        self.has_decided = decided is not None
+        room = -(-max(self.bodies.room, 1) // LANES) * LANES
+        shape, numbers = (TICKS_A_BLOCK, self.draws, lanes), TICKS_A_BLOCK * self.draws * room
+        if "_numbers_room" not in vars(self) or len(self._numbers_room) != numbers or len(self._lanes_room) != room:
+            self._numbers_room, self._lanes_room = np.zeros(numbers), np.zeros(room, np.int64)
+        self.numbers = self._numbers_room[: math.prod(shape)].reshape(shape)
+        self.lanes = self._lanes_room[:lanes]
+        self.lanes[size:] = 0
+        self.lanes[:size] = self.bodies.member
 
     def restart(self, position: Floats, heading: Floats) -> None:
         """Put all agents back to the start of a run, in the arrays that the kernels read.
@@ -267,21 +269,19 @@ class Group(Generic[A]):
         position, heading : ndarray, shape (members, 2), float64
             The start of each member; those of removed agents are ignored.
         """
-        bodies, first = self.bodies, self.first_abilities
-        rows = slice(None) if len(self) == self.members_so_far else bodies.member
-        bodies.position[:], bodies.heading[:], bodies.moved[:] = position[rows], heading[rows], 0.0
-        bodies.speed[:] = first.speed[rows]
-        bodies.turn_cosine[:], bodies.turn_sine[:] = first.turn_cosine[rows], first.turn_sine[rows]
-        self.ranges[0][:], self.ranges[1][:] = first.sensing_range[rows], first.awareness_range[rows]
-        self.action.heading[:], self.action.distance[:] = 0.0, 0.0
-        bodies.active[:] = True
-        bodies.reward[:], bodies.ended[:], self.last_rewards[:] = 0.0, False, 0.0
-        for channel in self.channels.values():
-            channel.works[:] = True
+        bodies = self.bodies
+        rows = slice(None) if len(self) == len(self.members) else bodies.member
+        bodies.position[:], bodies.heading[:] = position[rows], heading[rows]
+        bodies.reset(self.members, rows)
+        self.members.arrived_at[:] = 0
         for readings in self.readings.values():
             readings.forget()
         self.has_decided = False
-        self.arrived_at[:] = 0
+
+    @property
+    def action(self) -> Action:
+        """The last decision."""
+        return Action(self.bodies.aim, self.bodies.distance)
 
     def __len__(self) -> int:
         return len(self.bodies)
@@ -324,11 +324,6 @@ class Group(Generic[A]):
     def agents(self) -> tuple[A, ...]:
         """Its agents, one for each row of the arrays."""
         return tuple(self._agents)
-
-    @property
-    def members_so_far(self) -> int:
-        """The number of agents ever in the group; the next member has this number."""
-        return sum(one.size for one in self.founders)
 
     def add(
         self,
@@ -449,11 +444,11 @@ class Group(Generic[A]):
         "awareness", lambda group: group.rules[1], "What they perceive of teammates."
     )
     sensing_range: GroupSetting[Floats, Numbers] = GroupSetting(
-        "sensing_range", lambda group: readonly(group.ranges[0]),
+        "sensing_range", lambda group: readonly(group.bodies.sensing_range),
         "Distance within which each senses targets, shape (n,) [length].",
     )  # fmt: skip
     awareness_range: GroupSetting[Floats, Numbers] = GroupSetting(
-        "awareness_range", lambda group: readonly(group.ranges[1]),
+        "awareness_range", lambda group: readonly(group.bodies.awareness_range),
         "Distance within which each senses teammates, shape (n,) [length].",
     )  # fmt: skip
     speed: GroupSetting[Floats, Numbers] = GroupSetting(
@@ -469,25 +464,63 @@ class Group(Generic[A]):
     )
 
     @property
+    def members_so_far(self) -> int:
+        """The number of agents ever in the group; the next member has this number."""
+        return len(self.members)
+
+    @property
     def policies(self) -> list[Any]:
         """All policies of the group's robots; that of the group is the first."""
-        return [self.rules[0], *(other.policy for other in self.others)]
+        return [self.rules[0], *self.others]
 
     @property
     def states(self) -> list[Any]:
-        """The states of `policies`."""
-        return [self.policy_state, *(other.state for other in self.others)]
+        """The states of `policies`, with rows as in `agents`."""
+        return [self._state(index) for index in range(len(self._states))]
+
+    @property
+    def policy_state(self) -> Any:
+        """The state of the policy of the group."""
+        return self._state(0)
+
+    def _state(self, index: int) -> Any:
+        kept = self._states[index]
+        return PolicyState(*(self.bodies[name] for name in columns_of_state(index))) if kept is IN_TABLE else kept
+
+    def is_in_table(self, index: int) -> bool:
+        """Whether the state of a policy, given by its index in `policies`, is in columns of `bodies`."""
+        return self._states[index] is IN_TABLE
 
     def set_state(self, index: int, state: Any) -> None:
-        """Replace the state of a policy, given by its index in `policies`."""
-        if getattr(self.policies[index], "shows", ()):
-            # Others read its arrays.
-            for kept, new in zip(self.states[index], state, strict=True):
-                kept[...] = new
-        elif index == 0:
-            self.policy_state = state
-        else:
-            self.others[index - 1].state = state
+        """Replace the state of a policy, given by its index in `policies`; in place if it has the same shape."""
+        names = columns_of_state(index)
+        self._states += [None] * (index + 1 - len(self._states))
+        if state is IN_TABLE:
+            self._states[index] = state
+            return
+        if not has_rows(state, len(self)):
+            self.bodies.drop(*names)
+            self._states[index] = state
+            return
+        for name, array in zip(names, state, strict=True):
+            if name in self.bodies and self.bodies[name].shape == array.shape:
+                self.bodies[name][:] = array
+            else:
+                self.bodies.declare(Field(name, array.dtype, array.shape[1:]), array)
+        self._states[index] = IN_TABLE
+
+    def set_policies(self, policies: Sequence[Any], states: Sequence[Any]) -> None:
+        """Let robots have these further policies; `states` are those of all, the group's policy first."""
+        for index in range(len(states), len(self._states)):
+            self.bodies.drop(*columns_of_state(index))
+        del self._states[len(states) :]
+        put(self, others=tuple(policies))
+        for index, state in enumerate(states):
+            self.set_state(index, state)
+
+    def reach(self, channel: str) -> Floats:
+        """Return the array of the ranges of a channel, if its sensor has none of its own [length]."""
+        return self.bodies.awareness_range if channel == TEAMMATES else self.bodies.sensing_range
 
     @property
     def needs_timetable(self) -> bool:
@@ -504,14 +537,14 @@ class Group(Generic[A]):
         if self.timetable is not None:
             return self.timetable.decided_at.copy()
         tick = int(self.time[0])
-        return np.where(self.arrived_at[self.bodies.member] < tick, tick - 1, -1)
+        return np.where(self.members.arrived_at[self.bodies.member] < tick, tick - 1, -1)
 
     @property
     def is_compiled(self) -> bool:
         """Whether the group decides in kernels, without Python."""
         if self.decides_alone or not _has_kernel(self.rules[0]):
             return False
-        return not self.others or all(_has_kernel(other.policy) for other in self.others)
+        return all(map(_has_kernel, self.others))
 
     @property
     def is_sound(self) -> bool:

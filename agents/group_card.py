@@ -13,7 +13,7 @@ from teamsight.agents.channel import Channel, note_of_inactive
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.card import card, table
 from teamsight.core.checks import shown
-from teamsight.world.bodies import Bodies
+from teamsight.core.table import Table
 
 Floats = npt.NDArray[np.float64]
 
@@ -26,8 +26,7 @@ class ShownGroup(Protocol):
 
     name: str
     agent_class: Any
-    bodies: Bodies
-    ranges: tuple[Floats, Floats]
+    bodies: Table
     channels: dict[str, Channel]
 
     def policy_of(self, row: int) -> Any: ...
@@ -47,7 +46,7 @@ def group_row(group: ShownGroup) -> tuple[str, ...]:
     size = f"{len(group.agents):,}{note_of_inactive(group.bodies.active)}"
     return (
         group.name, size, group.agent_class.__name__, group.team or "–", _named(policy),
-        shown(awareness, 40), span(group.bodies.speed), span(group.ranges[0]),
+        shown(awareness, 40), span(group.bodies.speed), span(group.bodies.sensing_range),
         ", ".join(_sensed(name, channel) for name, channel in group.channels.items()),
     )  # fmt: skip
 
@@ -75,7 +74,7 @@ def agent_html(agent: object, group: ShownGroup, row: int) -> str:
     bodies = group.bodies
     rows: list[tuple[str, object]] = [
         ("position", _pair(bodies.position[row])), ("heading", _pair(bodies.heading[row])),
-        ("speed", f"{bodies.speed[row]:.4g}"), ("sensing range", f"{group.ranges[0][row]:.4g}"),
+        ("speed", f"{bodies.speed[row]:.4g}"), ("sensing range", f"{bodies.sensing_range[row]:.4g}"),
         ("policy", _named(group.policy_of(row))), ("awareness", group.rules[1]),
     ]  # fmt: skip
     if not bodies.active[row]:

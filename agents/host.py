@@ -17,14 +17,14 @@ from teamsight.agents.building import (
     check_names,
     column,
     divided,
-    extended,
     join,
     make_group,
+    newcomers,
     turn_columns,
 )
 from teamsight.agents.channel import TEAMMATES, changed, channel_of
 from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
-from teamsight.agents.decisions.timetable import OtherPolicy, new_timetable, put_timetable
+from teamsight.agents.decisions.timetable import give_timetable
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, team_of
@@ -34,17 +34,14 @@ from teamsight.agents.policy_state import first_state, put_rows, take_rows
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.policies.compiled import CompiledPolicy, check_state
-from teamsight.policies.interface import Action, PolicyState
 from teamsight.policies.registry import label
-from teamsight.world.bodies import Abilities
 
 if TYPE_CHECKING:
     from teamsight.agents.building import (
         Plan,
     )
     from teamsight.agents.channel import Channel
-    from teamsight.agents.decisions.timetable import Timetable
+    from teamsight.agents.decisions.cycle import CycleNumbers
     from teamsight.agents.engine.engine import Engine
     from teamsight.agents.mesa_bases import Model
     from teamsight.agents.sensing.sensor import Sensor
@@ -78,12 +75,12 @@ def check_not_recorded(engine: Engine, group: Group, what: str) -> None:
         )
 
 
-def timetable_with(data: WorldData, engine: Engine, group: Group, value: Any) -> Timetable | None:
-    """Return the timetable of a group with another cycle, which begins now; None if it goes on without one."""
+def numbers_of_cycle(engine: Engine, group: Group, value: Any) -> CycleNumbers | None:
+    """Return another cycle of a group, robot by robot; None if it goes on without a timetable."""
     cycle = cycle_of(value)
     if cycle != EVERY_STEP:
         check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
-    return new_timetable(data, group, cycle) if group.timetable or cycle != EVERY_STEP else None
+    return cycle.numbers(len(group)) if group.timetable or cycle != EVERY_STEP else None
 
 
 def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None:
@@ -95,14 +92,6 @@ def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None
             check_fit(group, team)
     finally:
         put(group, rules=before)
-
-
-def begin_policy(group: Group, state: Any) -> None:
-    """Let all robots decide by a new policy of the group, which has been set, with its first state."""
-    put(group, others=())
-    if group.timetable is not None:
-        group.timetable.policy[:] = 0
-    group.begin(state)
 
 
 def back_to_group(group: Group) -> None:
@@ -129,14 +118,8 @@ def _is_equal(one: Any, other: Any) -> bool:
 def start_again(group: Group, index: int, rows: Integers) -> None:
     """Set the state of some robots to that before the first decision of a policy."""
     size = len(group)
-    policy, state = group.policies[index], group.states[index]
-    fresh = take_rows(first_state(policy, size), rows, size)
-    if isinstance(state, PolicyState):
-        # In place, because kernels read it.
-        for array, part in zip(state, fresh, strict=True):
-            array[rows] = part
-    else:
-        group.set_state(index, put_rows(state, rows, fresh, size))
+    fresh = take_rows(first_state(group.policies[index], size), rows, size)
+    group.set_state(index, put_rows(group.states[index], rows, fresh, size))
 
 
 def _policy_given(group: Group, given: dict[str, Any]) -> Any:
@@ -152,10 +135,9 @@ def _policy_given(group: Group, given: dict[str, Any]) -> Any:
 
 
 class Undo:
-    """What was there before agents are added.
+    """What was there before agents are added: copies of all tables, and what is beside them.
 
-    The ``__init__`` of an agent may add groups and agents, and remove others. Adding and removing replace arrays, so it
-    suffices to keep the old ones.
+    The ``__init__`` of an agent may add groups and agents, remove others, and write into all of them.
     """
 
     def __init__(self, model: Model, data: WorldData, engine: Engine) -> None:
@@ -186,22 +168,26 @@ class Undo:
 
 
 class _Kept:
-    """The attributes of a group, its agents and its columns."""
+    """A group as it is: its attributes, tables and agents."""
 
     def __init__(self, group: Group) -> None:
         self._group = group
         self._attributes: dict[str, Any] = vars(group).copy()
-        self._agents, self._columns = group._agents.copy(), group.columns.kept()
-        self._works = {name: channel.works for name, channel in group.channels.items()}
+        self._bodies, self._members = group.bodies.copy(), group.members.copy()
+        self._lists = group._agents.copy(), group._states.copy(), group.founders.copy()
+        self._channels, self._rules = group.channels.copy(), group.columns.rules()
 
     def put_back(self, model: Model) -> None:
         """Give the group what it had."""
-        vars(self._group).update(self._attributes)
-        self._group._agents = self._agents
-        self._group.columns.go_back(self._columns)
-        for name, works in self._works.items():
-            self._group.channels[name].works = works
-        for row, agent in enumerate(self._agents):
+        group = self._group
+        vars(group).update(self._attributes)
+        group.bodies.assign(self._bodies)
+        group.members.assign(self._members)
+        group._agents, group._states, group.founders = self._lists
+        group.channels = self._channels
+        group.columns.put_rules(self._rules)
+        group.begin(has_decided=group.has_decided)
+        for row, agent in enumerate(group._agents):
             if agent._row < 0:
                 # mesa 3.5 would give it a new number.
                 identity = agent.unique_id
@@ -258,19 +244,26 @@ class WorldHost:
         self._check_complete(group, "add()")
         size, count = len(group), checks.count("count", count, most=MOST_AGENTS)
         own = divided(group.agent_class, count, arguments, OWN_OF_GROUP, group.columns)
-        new = extended(data, group, count, given, own.columns)
-        undo = Undo(self._model, data, self._engine)
-        try:
+        new = newcomers(data, group, count, given, own.columns)
+        if group.agent_class.__init__ is Body.__init__:
+            # Nothing of it can fail.
             with deferred():
-                join(group, new)
+                is_moved = join(data, group, new)
+                self._make_plain_agents(group, count)
+                self._engine.resize(group, is_moved=is_moved)
+        else:
+            undo = Undo(self._model, data, self._engine)
+            try:
+                with deferred():
+                    join(data, group, new)
+                    self._engine.resize(group, is_moved=True)
+                self._make_agents(group, own.each)
                 self._engine.is_bound = False
-            self._make_agents(group, own.each)
-            self._engine.is_bound = False
-        except BaseException:
-            undo.undo()
-            raise
-        data.sources.joined(group[size:])
-        return group[size:]
+            except BaseException:
+                undo.undo()
+                raise
+        data.sources.joined(group._agents[size:])
+        return group._agents[size:]
 
     def _make_agents(self, group: Group[A], each: list[dict[str, Any]]) -> None:
         """Make the agents of the last rows of a group, each with its arguments."""
@@ -292,12 +285,10 @@ class WorldHost:
                 group._agents.append(agent)
         group.is_growing = False
         # What __init__ has set is what the agents begin with, after a reset too.
-        if group.timetable is not None:
-            group.timetable.note_first(group.bodies.member, len(each))
-        bodies, first = group.bodies, group.first_abilities
-        present = Abilities(bodies.speed, bodies.turn_cosine, bodies.turn_sine, *group.ranges)
-        for array, values in zip(first, present, strict=True):
-            array[len(array) - len(each) :] = values[len(values) - len(each) :]
+        new = slice(len(group) - len(each), None)
+        for name in group.members.fields:
+            if name in group.bodies:
+                group.members[name][group.bodies.member[new]] = group.bodies[name][new]
 
     def _make_plain_agents(self, group: Group[A], count: int) -> None:
         """Make agents whose class has no ``__init__`` of its own: as above, without what that could need or change."""
@@ -329,16 +320,13 @@ class WorldHost:
         if group not in data.groups:
             raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
         given = {name: value for name, value in changes.items() if value is not None}
-        size, limits, bodies = len(group), data.limits, group.bodies
-        ranges = [
-            column(name, given[name], size, limits.range) if name in given else before
-            for name, before in zip(("sensing_range", "awareness_range"), group.ranges, strict=True)
-        ]
-        speed = column("speed", given["speed"], size, limits.speed) if "speed" in given else bodies.speed
-        turning = bodies.turn_cosine, bodies.turn_sine
+        size, values = len(group), {}
+        for name in ("sensing_range", "awareness_range", "speed"):
+            if name in given:
+                values[name] = column(name, given[name], size, self._limit_of(name))
         if "turn_limit" in given:
-            turning = turn_columns(given["turn_limit"], size)
-        table = timetable_with(data, engine, group, given["cycle"]) if "cycle" in given else None
+            values["turn_cosine"], values["turn_sine"] = turn_columns(given["turn_limit"], size)
+        numbers = numbers_of_cycle(engine, group, given["cycle"]) if "cycle" in given else None
         before, policy = group.rules, _policy_given(group, given)
         awareness = awareness_of(given["awareness"]) if "awareness" in given else before[1]
         try:
@@ -352,32 +340,33 @@ class WorldHost:
         with deferred():
             if "policy" in given and policy is before[0]:
                 back_to_group(group)
-                if table is not None:
-                    table.policy[:] = 0
-            group.ranges = ranges[0], ranges[1]
-            bodies.speed, (bodies.turn_cosine, bodies.turn_sine) = speed, turning
-            if table is not None:
-                put_timetable(group, table)
+            for name, array in values.items():
+                group.bodies[name][:] = array
+            if numbers is not None:
+                give_timetable(data, group, numbers)
             if policy is not before[0]:
-                begin_policy(group, state)
+                group.set_policies((), [state])
+                if group.timetable is not None:
+                    group.timetable.policy[:] = 0
+                group.begin()
             engine.is_bound = False
+
+    def _limit_of(self, name: str) -> Callable[[str, float], float]:
+        return self._data.limits.speed if name == "speed" else self._data.limits.range
 
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
         """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
-        data, engine = self._data, self._engine
-        group, row, bodies, limits = agent.group, agent.row, agent.group.bodies, data.limits
+        row, bodies = agent.row, agent.group.bodies
         if name == "turn_limit":
             (cosine,), (sine,) = turn_columns(value, 1)
             with deferred():
                 bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
             return
-        number = column(name, value, 1, limits.speed if name == "speed" else limits.range)[0]
-        if name == "speed":
-            bodies.speed[row] = number
-        else:
-            with deferred():
-                group.ranges[name == "awareness_range"][row] = number
-                engine.is_bound = False
+        number = column(name, value, 1, self._limit_of(name))[0]
+        with deferred():
+            bodies[name][row] = number
+            if name != "speed":
+                self._engine.is_bound = False
 
     def set_cycle(self, agent: Body, value: Any) -> None:
         """Give one robot a cycle that begins now; a reset goes back to that of the group."""
@@ -388,14 +377,12 @@ class WorldHost:
         given = cycle.numbers(1)
         if cycle != EVERY_STEP:
             check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
-        table = group.timetable or new_timetable(data, group)
         with deferred():
-            slots = len(table.arrives_at)
+            is_new = group.timetable is None
+            table = group.timetable or give_timetable(data, group, EVERY_STEP.numbers(len(group)))
             for present, one in zip(table.numbers, given, strict=True):
                 present[row] = one[0]
-            table.begin(np.array([row]), data.key, group.bodies.member, data.timeline.tick)
-            if group.timetable is None or len(table.arrives_at) != slots:
-                put_timetable(group, table)
+            if table.begin(np.array([row]), data.key, data.timeline.tick) or is_new:
                 engine.is_bound = False
 
     def set_policy(self, agent: Body, value: Any) -> None:
@@ -409,28 +396,25 @@ class WorldHost:
                 f"policy={checks.shown(value)}: set in {group.agent_class.__name__}.__init__, and a reset would not "
                 "call that again; set it after world.add(…), or add a group for these agents"
             )
-        index = index_of(group, policy)
-        others = group.others
+        index, state = index_of(group, policy), None
         if index < 0:
             check_channels(group, policy)
             check_policies(group, [policy], team_of(data.groups, group))
-            others = (*others, OtherPolicy(policy, first_state(policy, len(group))))
-        table = group.timetable or new_timetable(data, group)
+            state = first_state(policy, len(group))
         with deferred():
+            if group.timetable is None:
+                give_timetable(data, group, EVERY_STEP.numbers(len(group)))
+                engine.is_bound = False
             if index >= 0:
                 start_again(group, index, np.array([row]))
             else:
-                index = len(others)
-            table.policy[row] = index
-            if others is not group.others:
-                put(group, others=others)
-                put_timetable(group, table)
+                index = len(group.others) + 1
+                group.set_policies((*group.others, policy), [*group.states, state])
                 # The buffers for noise and situations depend on all policies.
-                group.begin(group.policy_state, group.decided)
+                group.begin(has_decided=group.has_decided)
                 engine.is_bound = False
-            elif group.timetable is None:
-                put_timetable(group, table)
-                engine.is_bound = False
+            assert group.timetable is not None
+            group.timetable.policy[row] = index
         data.sources.note_change("switched policy", agent, policy=label(agent.policy))
 
     def place(self, agent: Body, position: npt.ArrayLike) -> None:
@@ -454,29 +438,22 @@ class WorldHost:
         group, size, row = agent.group, len(agent.group), agent.row
         member = int(group.bodies.member[row])
         keep = np.arange(size) != row
-        state = take_rows(group.policy_state, keep, size)
-        if isinstance(group.policy, CompiledPolicy):
-            check_state(group.policy, state, size - 1)
-        others = [other.rows(keep, size) for other in group.others]
-        columns = {name: array[keep] for name, array in group.columns.arrays().items()}
-        decided = group.decided and Action(*(array[keep] for array in group.decided))
+        states = [
+            None if group.is_in_table(index) else take_rows(state, keep, size)
+            for index, state in enumerate(group.states)
+        ]
         # Nothing after this can fail.
         leave()
-        group.bodies = group.bodies.rows(keep)
-        for channel in group.channels.values():
-            channel.works = channel.works[keep]
-        group.ranges = group.ranges[0][keep], group.ranges[1][keep]
-        group.columns.replace(columns)
-        put(group, others=tuple(others))
-        if group.timetable is not None:
-            put(group, timetable=group.timetable.rows(keep))
+        group.bodies.remove(row)
+        for index, state in enumerate(states):
+            if not group.is_in_table(index):
+                group.set_state(index, state)
         group._agents.pop(row)
         for place in range(row, size - 1):
             group._agents[place].row = place
         agent.row = -1
         group.departed[member] = agent
-        group.begin(state, decided)
-        self._engine.is_bound = False
+        self._engine.resize(group)
         self._data.sources.left(agent, member)
 
     def find_neighbours(self) -> tuple[int, int]:
@@ -559,7 +536,7 @@ class WorldHost:
                 raise ValueError(f"{shown}: both groups must have been added to this world")
         before = observers.channels.get(name) if isinstance(name, str) else None
         is_team = observers.team is not None
-        channel = changed(before, name, sensor, counts, on_team=is_team, size=len(observers))
+        channel = changed(before, name, sensor, counts, on_team=is_team, bodies=observers.bodies)
         _check_range(data, channel.sensor)
         if observed not in channel.observed:
             channel.observed.append(observed)

@@ -37,8 +37,7 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
             group = groups[role]
             if name not in group.columns:
                 group.add_column(name, fill)
-            group.columns.keep(name, type(interaction).__name__)
-            placed.first[role, name] = _by_member(group, group.columns.array(name), fill)
+            group.columns.keep(name, type(interaction).__name__, group.members, fill)
         data.interactions.append(placed)
         engine.is_bound = False
 
@@ -134,10 +133,3 @@ def _check_keeper(data: WorldData, name: str, group: Group, column: str) -> None
                 f"{name}.columns: {column!r} of {group.name} is kept by {placed.name}; give this interaction another "
                 f"group, make one interaction of both, or give the columns of one of them other names"
             )
-
-
-def _by_member(group: Group, column: Any, fill: Any) -> Any:
-    """Return the elements of a column by member; those who have left have `fill`."""
-    found = np.full(group.members_so_far, fill, column.dtype)
-    found[group.bodies.member] = column
-    return found

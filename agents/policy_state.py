@@ -8,8 +8,25 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.policies.compiled import CompiledPolicy, check_state
-from teamsight.policies.interface import Policy
+from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
+
+
+class IN_TABLE:  # noqa: N801 (a mark, which pickles as itself)
+    """In place of the state of a policy that is in the table of its group: one that is a `PolicyState`."""
+
+
+def columns_of_state(index: int) -> tuple[str, str]:
+    """Return the columns that hold the floats and the ints of the state of a policy, by its index in its group."""
+    return f"floats of policy {index}", f"ints of policy {index}"
+
+
+def has_rows(state: Any, size: int) -> bool:
+    """Whether a state is two arrays with a row for each of `size` robots, which a table can hold."""
+    return isinstance(state, PolicyState) and all(
+        isinstance(array, np.ndarray) and array.ndim == 3 and len(array) == size and array.dtype == dtype
+        for array, dtype in zip(state, (np.float64, np.int64), strict=True)
+    )
 
 
 def take_rows(state: Any, rows: npt.NDArray[Any], size: int) -> Any:
@@ -118,17 +135,31 @@ def first_state_of_members(policy: Any, members: Integers, members_so_far: int) 
     return state
 
 
-def state_of_more(policy: Any, state: Any, size: int, members: Integers, members_so_far: int) -> Any:
-    """Return the state of `size` robots with first states for more; `members` are all, those before them included.
+def state_of_more(policy: Any, state: Any, present: Integers, new: Integers) -> Any:
+    """Return the state of the robots that are `present` with first states for `new` ones, all given by member.
+
+    Of a state that a table holds, only that of the new ones.
 
     Raises
     ------
     TypeError, ValueError
         If the policy's ``start`` returns none that fit.
     """
-    total = len(members)
-    fresh = first_state_of_members(policy, members, members_so_far)
-    more = with_more_rows(state, fresh, size, total, f"policy={label(policy)}: start({members_so_far})")
-    if isinstance(policy, CompiledPolicy):
-        check_state(policy, more, total)
-    return more
+    so_far, size = int(new[-1]) + 1, len(present)
+    total = size + len(new)
+    if not has_rows(state, size):
+        members = np.append(present, new)
+        return with_more_rows(state, first_state_of_members(policy, members, so_far), size, total, _start(policy, so_far))
+    fresh = first_state(policy, so_far)
+    if not has_rows(fresh, so_far) or layout_of_rows(fresh) != layout_of_rows(state):
+        return with_more_rows(state, fresh, size, total, _start(policy, so_far))
+    return PolicyState(*(array[so_far - len(new) :] for array in fresh))
+
+
+def layout_of_rows(state: PolicyState) -> Any:
+    """Return the shapes of the rows of a state."""
+    return [array.shape[1:] for array in state]
+
+
+def _start(policy: Any, size: int) -> str:
+    return f"policy={label(policy)}: start({size})"

@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.body import Body
-from teamsight.agents.decisions.timetable import OtherPolicy, Timetable
+from teamsight.agents.decisions.cycle import EVERY_STEP
+from teamsight.agents.decisions.timetable import give_timetable
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.engine.interactions import InteractionSaved, check_interactions
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
@@ -21,14 +22,15 @@ from teamsight.agents.fixed import put
 from teamsight.agents.host import note_conditions
 from teamsight.agents.mesa_bases import Agent
 from teamsight.agents.mesa_compat import Generators
-from teamsight.agents.policy_state import first_state_of_members, layout
+from teamsight.agents.policy_state import IN_TABLE, columns_of_state, first_state_of_members, layout
 from teamsight.agents.recording.collector import HistoryCollector, collecting_once
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
-from teamsight.policies.interface import Action
-from teamsight.world.bodies import Abilities, Bodies
+from teamsight.core.table import Table
+from teamsight.policies.interface import PolicyState
+from teamsight.world.bodies import ABILITIES
 from teamsight.world.noise import key_of
 from teamsight.world.placement import Founders
 
@@ -43,6 +45,10 @@ if TYPE_CHECKING:
     from teamsight.world.placement import Starts
 
 
+# With what the members of a world begin is as it was built, whatever state is restored.
+_ABILITIES = [field.name for field in ABILITIES]
+
+
 def lost_members(group: Group, member: npt.NDArray[np.int64]) -> list[int]:
     """Return the members that cannot come back: agents made by an ``__init__`` of the user's that nobody keeps."""
     if group.agent_class.__init__ is Body.__init__:
@@ -51,22 +57,22 @@ def lost_members(group: Group, member: npt.NDArray[np.int64]) -> list[int]:
     return sorted(number for number in missing if number not in group.departed)
 
 
-def bring_back(model: Model, group: Group, member: npt.NDArray[np.int64], identity: npt.NDArray[np.int64]) -> None:
-    """Give a group the agents that are these members, in this order, with these identities; columns get rows for them.
+def bring_back(model: Model, group: Group, saved: Table) -> None:
+    """Give a group the agents of a saved table, in its order; columns that it does not have get rows for them.
 
     An agent that has left and is still in use somewhere comes back itself; else a new one takes its place.
     """
     present = dict(zip(group.bodies.member.tolist(), group._agents, strict=True))
     rows = {number: row for row, number in enumerate(present)}
-    wanted = member.tolist()
-    group.columns.replace(group.columns.rearranged([rows.get(number, -1) for number in wanted]))
+    wanted = saved.member.tolist()
+    group.bodies.arrange(np.array([rows.get(number, -1) for number in wanted], np.int64))
     for number in present.keys() - set(wanted):
         agent = present.pop(number)
         model.deregister_agent(agent)
         agent.row = -1
         group.departed[number] = agent
     agents = []
-    for row, (number, unique_id) in enumerate(zip(wanted, identity.tolist(), strict=True)):
+    for row, (number, unique_id) in enumerate(zip(wanted, saved.identity.tolist(), strict=True)):
         agent = present.get(number) or _returned(model, group, number)
         # Here agents may have come in another order; and mesa may give those that return a new one.
         agent.unique_id = unique_id
@@ -144,16 +150,16 @@ def described(policy: Any) -> str:
     return getattr(policy, "__qualname__", type(policy).__name__) if " at 0x" in text else text
 
 
-def others_of(group: Group, saved: tuple[tuple[SavedPolicy, Any], ...]) -> list[OtherPolicy]:
-    """Return the policies of single robots with their saved states: its own, those like them that it has, or copies.
+def others_of(group: Group, saved: tuple[SavedPolicy, ...]) -> list[Any]:
+    """Return the policies of single robots that were saved: its own, those like them that it has, or copies.
 
     Raises
     ------
     ValueError
         If the group does not have a policy, and it cannot be pickled.
     """
-    known, found = [other.policy for other in group.others], []
-    for one, state in saved:
+    known, found = list(group.others), []
+    for one in saved:
         alike = [policy for policy in known if one.is_of(group, policy)]
         policy = alike[0] if alike else one.made_for(group)
         if policy is None:
@@ -163,7 +169,7 @@ def others_of(group: Group, saved: tuple[tuple[SavedPolicy, Any], ...]) -> list[
                 f"as in {group.name}[0].policy = …"
             )
         known = [other for other in known if other is not policy]
-        found.append(OtherPolicy(policy, state))
+        found.append(policy)
     return found
 
 
@@ -172,20 +178,18 @@ class GroupState(NamedTuple):
 
     Attributes
     ----------
+    bodies, members, founders
+        As in `Group`: what has a value for each agent, and how they begin a run.
+    states : list
+        The state of each policy; `IN_TABLE` for one that the table has.
+    others : tuple of SavedPolicy
+        The policies of single robots.
     sensors : dict of str to Sensor or None
         The sensor of each channel.
-    members_so_far : int
-        The number of agents that had ever been in the group.
-    works : dict of str to ndarray
-        Whether the sensor of each agent works, by channel.
-    founders, first_abilities : list of Founders, Abilities
-        How they begin a run; see `Group`.
-    timetable : Timetable or None
-        When each robot decides, and by which policy.
-    others : tuple of (SavedPolicy, object)
-        The policies of single robots, and their states.
-    decided : Action or None
-        What was decided in a step that failed; see `Group.decided`.
+    readings : dict of str to Readings
+        As in `Group`.
+    has_timetable, has_decided : bool
+        Whether the table has the columns of a timetable; and as in `Group`.
     """
 
     name: str
@@ -193,20 +197,15 @@ class GroupState(NamedTuple):
     awareness: str
     first_size: int
     first_cycle: str
-    bodies: Bodies
-    ranges: Any
-    policy_state: Any
+    bodies: Table
+    members: Table
+    founders: list[Founders]
+    states: list[Any]
+    others: tuple[SavedPolicy, ...]
     sensors: dict[str, Sensor | None]
     readings: dict[str, Readings]
-    columns: dict[str, npt.NDArray[Any]]
-    members_so_far: int
-    works: dict[str, npt.NDArray[np.bool_]]
-    arrived_at: npt.NDArray[np.int64]
-    founders: list[Founders]
-    first_abilities: Abilities
-    timetable: Timetable | None
-    others: tuple[tuple[SavedPolicy, Any], ...]
-    decided: Action | None = None
+    has_timetable: bool
+    has_decided: bool
 
 
 class State(NamedTuple):
@@ -253,12 +252,9 @@ class StateKeeper:
         """Return a copy of all that changes in a run; see `World.state`."""
         groups = tuple(
             GroupState(
-                *_identified(group), group.bodies, group.ranges, group.policy_state, _sensors(group), group.readings,
-                group.columns.arrays(), group.members_so_far,
-                {name: channel.works for name, channel in group.channels.items()}, group.arrived_at,
-                group.founders, group.first_abilities,
-                group.timetable, tuple((SavedPolicy(other.policy, group), other.state) for other in group.others),
-                group.decided,
+                *_identified(group), group.bodies, group.members, group.founders, group._states,
+                tuple(SavedPolicy(policy, group) for policy in group.others), _sensors(group), group.readings,
+                group.timetable is not None, group.has_decided,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -280,18 +276,22 @@ class StateKeeper:
         saved = copy.deepcopy(saved)
         with deferred():
             for group, old in zip(data.groups, saved.groups, strict=True):
-                bring_back(self._model, group, old.bodies.member, old.bodies.identity)
+                others = others_of(group, old.others)
+                bring_back(self._model, group, old.bodies)
                 _begin_as(group, old)
-                group.bodies, group.ranges, group.readings = old.bodies, old.ranges, old.readings
+                group.readings = old.readings
                 for name, sensor in old.sensors.items():
                     group.channels[name].sensor = sensor
-                for name, works in old.works.items():
-                    group.channels[name].works = works
+                if group.timetable is None and old.has_timetable:
+                    give_timetable(data, group, EVERY_STEP.numbers(len(group)))
+                elif group.timetable is not None and not old.has_timetable:
+                    group.timetable.drop()
+                    put(group, timetable=None)
+                group.bodies.write(old.bodies)
+                group.members.write(old.members, but=_ABILITIES)
                 note_conditions(group)
-                group.columns.replace(old.columns)
-                group.arrived_at = old.arrived_at
-                put(group, timetable=old.timetable, others=tuple(others_of(group, old.others)))
-                group.begin(old.policy_state, old.decided)
+                group.set_policies(others, old.states)
+                group.begin(has_decided=old.has_decided)
             for placed, kept in zip(data.interactions, saved.interactions, strict=True):
                 placed.put_back(kept)
             if saved.collected is not None and isinstance(recording.collector, HistoryCollector):
@@ -317,10 +317,10 @@ class StateKeeper:
     def begin(self, seed: int, start: Starts, run: int, states: FirstStates, *, is_kept: bool) -> None:
         """Begin a run under a seed: place all agents again and set the clock to 0; see `WorldData.restart`."""
         key = key_of(seed)
+        self._data.restart(start, run, states, is_kept=is_kept)
         for group in self._data.groups:
             if group.timetable is not None:
-                group.timetable.restart(key, group.bodies.member)
-        self._data.restart(start, run, states, is_kept=is_kept)
+                group.timetable.begin(slice(None), key, 0)
         self._model.random.seed(seed)
         self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)
@@ -362,10 +362,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 "not here; agents whose class has an __init__ cannot be made again: keep references to those that leave"
             )
         others_of(group, old.others)
-        state = layout(first_state_of_members(group.rules[0], old.bodies.member, old.members_so_far))
-        if group.is_compiled and layout(old.policy_state) != state:
+        state = layout(first_state_of_members(group.rules[0], old.bodies.member, len(old.members)))
+        saved_state = old.states[0]
+        if saved_state is IN_TABLE:
+            saved_state = PolicyState(*(old.bodies[name] for name in columns_of_state(0)))
+        if group.is_compiled and layout(saved_state) != state:
             raise ValueError(
-                f"restore(…): the policy of {group.name} has the state {layout(old.policy_state)}, and here "
+                f"restore(…): the policy of {group.name} has the state {layout(saved_state)}, and here "
                 f"{state}; restore it in a world whose policies have the same options"
             )
     check_interactions(saved.interactions, data.interactions)
@@ -375,8 +378,9 @@ def _check_fits(saved: State, data: WorldData) -> None:
 def _begin_as(group: Group, old: GroupState) -> None:
     """Let a group begin its runs with the members that it had: the next to arrive get the same numbers and noise."""
     # Without arrivals these are as the world was built.
-    if max(group.members_so_far, old.members_so_far) > group.first_size:
-        group.founders, group.first_abilities = old.founders, old.first_abilities
+    if max(len(group.members), len(old.members)) > group.first_size:
+        group.founders = old.founders
+        group.members.assign(old.members)
 
 
 def _sensors(group: Group) -> dict[str, Sensor | None]:

@@ -82,7 +82,7 @@ def teammates(groups: list[Group]) -> Teammates:
         np.concatenate([body.position for body in bodies] or [no_points]),
         np.concatenate([body.heading for body in bodies] or [no_points]),
         np.concatenate([body.speed for body in bodies] or [empty]),
-        np.concatenate([group.ranges[1] for group in teams] or [empty]),
+        np.concatenate([body.awareness_range for body in bodies] or [empty]),
     )
 
 

@@ -13,7 +13,6 @@ from teamsight.agents.events.timeline import Timeline
 from teamsight.agents.policy_state import first_state_of_members
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.policies.interface import PolicyState
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
@@ -34,6 +33,8 @@ class WorldData:
 
     Attributes
     ----------
+    arena_size : ndarray, shape (sizes,), float64
+        The size of the arena, which kernels read.
     limits : Limits
         The limits of ranges and speeds in the arena.
     key : ndarray, shape (2,), uint64
@@ -50,6 +51,8 @@ class WorldData:
         The event sources and the event log.
     history : History
         The completed steps.
+    is_open : bool
+        Whether agents have come or left, so that the sizes of groups are recorded step by step.
     watchers : list of Watcher
         What the loop calls after each step; `Engine.watch` and `Engine.unwatch` change it.
     interactions : list of PlacedInteraction
@@ -62,6 +65,7 @@ class WorldData:
     def __init__(self, arena: Arena, seed: int) -> None:
         self.arena, self.seed = arena, seed
         self.limits = Limits(arena)
+        self.arena_size = np.array(arena.size, float)
         self.key = key_of(seed)
         self.moment = np.zeros(1, np.int64)
         self.time = np.zeros(1)
@@ -69,6 +73,7 @@ class WorldData:
         self.timeline = Timeline()
         self.sources = Sources(self.timeline)
         self.history = History()
+        self.is_open = False
         self.watchers: list[Watcher] = []
         self.interactions: list[PlacedInteraction] = []
         self.conditions: list[Callable[[], bool]] = []
@@ -101,7 +106,7 @@ class WorldData:
         """Return the states of all policies before their first decision, and of all interactions; see `first_state`."""
         return FirstStates(
             [
-                first_state_of_members(group.rules[0], group.bodies.member, group.members_so_far)
+                first_state_of_members(group.rules[0], group.bodies.member, len(group.members))
                 for group in self.groups
             ],
             [start_of_interaction(one.declared, one.sizes) for one in self.interactions],
@@ -124,14 +129,12 @@ class WorldData:
         """
         first = 0
         for group, state in zip(self.groups, states.policies, strict=True):
-            last = first + group.members_so_far
+            last = first + len(group.members)
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
-            if is_kept and isinstance(group.policy_state, PolicyState):
-                for old, new in zip(group.policy_state, state, strict=True):
-                    old[:] = new
-            else:
-                group.begin(state)
+            group.set_state(0, state)
+            if not (is_kept and group.is_in_table(0)):
+                group.begin()
         for one, begun in zip(self.interactions, states.interactions, strict=True):
             one.restart(begun, is_kept=is_kept)
 

@@ -1,102 +1,52 @@
-"""Bodies: the state and the abilities of a group of agents, one array for each property."""
+"""Bodies: the state and the abilities of agents, declared as the columns of a table."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.table import Field, Table
+
 Column = npt.NDArray[np.float64]
 
+#: What each agent can do. Those who come to a group have them from the start of a run.
+ABILITIES = (
+    Field("speed", unit="length/tick", reset="first"),
+    # The turning limit; see `motion.turn_limit`.
+    Field("turn_cosine", fill=-2.0, reset="first"),
+    Field("turn_sine", reset="first"),
+    Field("sensing_range", unit="length", reset="first"),
+    Field("awareness_range", unit="length", reset="first"),
+)
 
-class Abilities(NamedTuple):
-    """What each of n agents can do; see `Bodies` for the first three.
+#: The columns of all agents.
+BODIES = (
+    # Unique in the world, never reused.
+    Field("identity", np.int64),
+    # The agent's number within its group, never reused. It selects the agent's noise.
+    Field("member", np.int64),
+    Field("position", shape=(2,), unit="length"),
+    # Unit vectors.
+    Field("heading", shape=(2,)),
+    # The displacement of the last step.
+    Field("moved", shape=(2,), reset="fill", unit="length"),
+    *ABILITIES,
+    # Whether it takes part: else it neither moves nor decides, senses nobody and is sensed by nobody.
+    Field("active", np.bool_, fill=True, reset="fill"),
+    # The sum of what interactions have given it since its last decision, and whether one has ended a trial since then.
+    Field("reward", reset="fill"),
+    Field("ended", np.bool_, fill=False, reset="fill"),
+    # The same of the last step alone: the sum, and 1 if one has ended a trial.
+    Field("last_rewards", shape=(2,), reset="fill"),
+    # The last action; see `Action`.
+    Field("aim", shape=(2,), reset="fill"),
+    Field("distance", reset="fill", unit="length"),
+)
 
-    Attributes
-    ----------
-    speed, turn_cosine, turn_sine : ndarray, shape (n,), float64
-        The largest distance [length] and the turning limit of a step.
-    sensing_range, awareness_range : ndarray, shape (n,), float64
-        Distances within which each senses targets and teammates [length].
-    """
 
-    speed: Column
-    turn_cosine: Column
-    turn_sine: Column
-    sensing_range: Column
-    awareness_range: Column
-
-    def cut(self, size: int) -> Abilities:
-        """Return those of the first agents."""
-        return Abilities(*(array[:size].copy() for array in self))
-
-    def followed_by(self, other: Abilities) -> Abilities:
-        """Return those of these agents, then those of others."""
-        return Abilities(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
-
-
-@dataclass
-class Bodies:
-    """The bodies of n agents.
-
-    Attributes
-    ----------
-    identity : ndarray, shape (n,), int64
-        Unique in the world, never reused.
-    member : ndarray, shape (n,), int64
-        The agent's number within its group, never reused. It selects the agent's noise.
-    position : ndarray, shape (n, 2), float64
-        Positions [length].
-    heading : ndarray, shape (n, 2), float64
-        Unit vectors.
-    moved : ndarray, shape (n, 2), float64
-        The displacement of the last step [length].
-    speed : ndarray, shape (n,), float64
-        The largest distance of a step [length].
-    turn_cosine, turn_sine : ndarray, shape (n,), float64
-        The turning limit; see `motion.turn_limit`.
-    arena_size : ndarray, shape (sizes,), float64
-        The arena's `size`, for `confine`.
-    active : ndarray, shape (n,), bool
-        Whether it takes part: else it neither moves nor decides, senses nobody and is sensed by nobody.
-    reward : ndarray, shape (n,), float64
-        The sum of what interactions have given it since its last decision.
-    ended : ndarray, shape (n,), bool
-        Whether one has ended a trial for it since then.
-    """
-
-    identity: npt.NDArray[np.int64]
-    member: npt.NDArray[np.int64]
-    position: Column
-    heading: Column
-    moved: Column
-    speed: Column
-    turn_cosine: Column
-    turn_sine: Column
-    arena_size: Column
-    active: npt.NDArray[np.bool_]
-    reward: Column = field(default_factory=lambda: np.zeros(0))
-    ended: npt.NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, np.bool_))
-
-    def __post_init__(self) -> None:
-        if len(self.reward) != len(self.identity):
-            self.reward, self.ended = np.zeros(len(self.identity)), np.zeros(len(self.identity), np.bool_)
-
-    def __len__(self) -> int:
-        return len(self.identity)
-
-    def rows(self, which: npt.NDArray[Any]) -> Bodies:
-        """Return a copy of some rows, selected by index or by mask."""
-        own = {name: array for name, array in vars(self).items() if name != "arena_size"}
-        columns = {name: np.ascontiguousarray(array[which]) for name, array in own.items()}
-        return Bodies(**columns, arena_size=self.arena_size)
-
-    def followed_by(self, other: Bodies) -> Bodies:
-        """Return a copy of these bodies, then of others in the same arena."""
-        both = {
-            name: np.concatenate([array, getattr(other, name)]) for name, array in vars(self).items()
-            if name != "arena_size"
-        }  # fmt: skip
-        return Bodies(**both, arena_size=self.arena_size)
+def bodies_at(position: Column, heading: Column) -> Table:
+    """Return bodies that stay at these places, shape (n, 2) each; their columns can be written."""
+    table = Table(BODIES, len(position))
+    table.position[:], table.heading[:] = position, heading
+    table.member[:] = np.arange(len(position))
+    return table

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
-from teamsight.world.bodies import Bodies, Column
+from teamsight.core.table import Table
+from teamsight.world.bodies import Column
 from teamsight.world.contract import Arena, Obstructed, kernel_period
 
 
@@ -20,7 +21,7 @@ class Move(NamedTuple):
     Attributes
     ----------
     position, heading, moved, speed, turn_cosine, turn_sine
-        As in `Bodies`.
+        As in `BODIES`.
     aim : ndarray, shape (n, 2), float64
         The heading that each action asks for: a unit vector; (0, 0) keeps the heading.
     distance : ndarray, shape (n,), float64
@@ -32,7 +33,7 @@ class Move(NamedTuple):
     box : ndarray, shape (2, 2), float64
         The lowest and the highest corner of the box around the arena.
     active : ndarray, shape (n,) or (0,), bool
-        As in `Bodies`; empty if all are active. One that is not stays where it is.
+        As in `BODIES`; empty if all are active. One that is not stays where it is.
     """
 
     position: Annotated[Column, "n", 2]
@@ -161,17 +162,24 @@ def advance_entry(arena: Arena) -> Entry:
 
 
 def pack_move(
-    arena: Arena, bodies: Bodies, aim: Column, distance: Column, *, has_inactive: bool = False
+    arena: Arena,
+    bodies: Table,
+    aim: Column,
+    distance: Column,
+    *,
+    arena_size: Column | None = None,
+    has_inactive: bool = False,
 ) -> Packed[Move]:
     """Return the record of a move of `bodies` under the actions that `aim` and `distance` will hold; see `Move`.
 
-    `has_inactive` says whether some may be inactive, now or later.
+    `arena_size` is the array that holds the arena's size, if that is rewritten later; `has_inactive` says whether some
+    may be inactive, now or later.
     """
     period, box = kernel_period(arena.period), np.array(arena.bounds, float)
+    size = np.array(arena.size, float) if arena_size is None else arena_size
     return MOVE.pack(Move(
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine, aim,
-        distance, bodies.arena_size, period, box,
-        bodies.active if has_inactive else bodies.active[:0],
+        distance, size, period, box, bodies.active if has_inactive else np.zeros(0, np.bool_),
     ))  # fmt: skip
 
 

@@ -59,8 +59,8 @@ class Perception:
 
     Parameters
     ----------
-    size : int
-        The number of robots.
+    size, rows : int
+        The number of robots, and the number for which there is room.
 
     Attributes
     ----------
@@ -78,12 +78,22 @@ class Perception:
         The argument of the degree's kernels; see `teamsight.agents.engine.binding`.
     """
 
-    def __init__(self, size: int) -> None:
-        self.nothing = self.shown = self.relayed = no_neighbours(size)
-        self.situation = np.zeros((size, 0), np.float32)
+    def __init__(self, size: int, rows: int) -> None:
+        self._size, self._rows = size, rows
+        nothing = no_neighbours(rows)
+        self._lists, self._situations_room = (nothing, nothing, nothing), np.zeros((rows, 0), np.float32)
         self.room = self.width = 0
         self.is_situated = False
         self.record: Packed[Sensing]
+        self.fit(size)
+
+    def fit(self, size: int) -> None:
+        """Follow the number of robots; arrays stay where they are."""
+        self._size = size
+        self.nothing, self.shown, self.relayed = (
+            one._replace(start=one.start[: size + 1]) for one in self._lists
+        )
+        self.situation = self._situations_room[:size]
         self._situated_at: tuple[int, int] | None = None
 
     def make_room(self, awareness: Awareness, team_size: int, teammates: int, inputs: int) -> None:
@@ -100,18 +110,18 @@ class Perception:
         inputs : int
             The width of the situation vector that the policy reads; 0 for none.
         """
-        size = len(self.situation)
-        self.shown = self.relayed = self.nothing
+        nothing = shown = relayed = self._lists[0]
         if type(awareness).perceive is not None and teammates >= 0:
             self.room = max(self.room, teammates)
-            self.relayed = neighbour_room(size, self.room)
+            relayed = neighbour_room(self._rows, self.room)
             if not awareness.shows_teammates:
-                self.shown = neighbour_room(size, self.room)
+                shown = neighbour_room(self._rows, self.room)
+        self._lists = nothing, shown, relayed
         self.width = sum(awareness.width(max(team_size, 1)))
         self.is_situated = bool(inputs)
         # Situations can be huge in a large team: if the policy does not read them, `situate` makes them on demand.
-        self.situation = np.zeros((size, self.width if inputs else 0), np.float32)
-        self._situated_at = None
+        self._situations_room = np.zeros((self._rows, self.width if inputs else 0), np.float32)
+        self.fit(self._size)
 
     def grow(self, need: int) -> None:
         """Make room for at least this many entries; it takes effect when the group is bound again."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.building import OWN_OF_GROUP, divided, extended, forget_members
+from teamsight.agents.building import OWN_OF_GROUP, divided, forget_members, newcomers
 from teamsight.agents.components.durations import Duration, Times, lasting, time_to, together
 from teamsight.agents.components.failures import Coming, check_members
 from teamsight.agents.events.source import EventSource
@@ -136,7 +136,7 @@ class Arrivals(Coming):
         with _naming_arrivals():
             own = divided(group.agent_class, 1, arguments, OWN_OF_GROUP, group.columns)
             full = {**dict.fromkeys(OWN_OF_GROUP), "placement": "uniform", **given}
-            extended(self.world._data, group, 1, full, own.columns)
+            newcomers(self.world._data, group, 1, full, own.columns)
 
     def _given(self) -> dict[str, Any]:
         """Return the arguments of `Group.add`."""
@@ -144,7 +144,7 @@ class Arrivals(Coming):
         if self.position is not None:
             given["position"] = self.position
         group = self._its_group()
-        speed, first = group.bodies.speed, group.first_abilities.speed
+        speed, first = group.bodies.speed, group.members.speed
         is_changed = len(set(speed.tolist())) > 1 or any(group in one.groups for one in self.world._data.interactions)
         if "speed" not in given and is_changed and len(set(first.tolist())) == 1:
             # Some are stopped or slowed now, as at a charging place or by a load; all have begun with the same speed.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import partial
+from itertools import accumulate
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
 from teamsight.agents.channel import TARGETS
-from teamsight.agents.engine.due import bind_due
+from teamsight.agents.engine.due import bind_due, fit_due
 from teamsight.agents.engine.interactions import MOVE_AND_INTERACT, BoundInteractions
 from teamsight.agents.engine.loop import HIDE
 from teamsight.agents.engine.records import (
@@ -235,13 +236,15 @@ class Binding:
     ) -> None:
         self._data, self._relations, self._logs = data, relations, logs
         groups = data.groups
-        bodies = sum(map(len, groups))
+        self._is_open, self._rooms = data.is_open, [group.bodies.room for group in groups]
+        bodies, rows = sum(map(len, groups)), sum(self._rooms)
         self.progress = np.zeros(1, PROGRESS)
         self.progress["tick"] = data.timeline.tick
-        self._met = {_side(relation): np.zeros(bodies, np.int64) for relation in relations}
-        # The bodies of a world are numbered group by group.
-        first_body = np.cumsum([0, *map(len, groups)]).tolist()
-        self._first_body = {group.number: first for group, first in zip(groups, first_body, strict=False)}
+        self._met = {_side(relation): np.zeros(rows, np.int64) for relation in relations}
+        self._body_rows = [
+            np.zeros(sum(group.bodies.room for group in relation.observed), np.int64) for relation in relations
+        ]
+        self._number_bodies()
         self._relays = relays_of(groups, data.moment)
         self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
@@ -265,7 +268,7 @@ class Binding:
             stretch.present,
             trail.every if trail else 0,
             trail.buffer.array if trail else np.zeros((0, bodies, 2)),
-            np.zeros((bodies if is_undoable else 0, 6)),
+            np.zeros((rows if is_undoable else 0, 6)),
             list(self._relays.values()),
             HIDE if any(relation.is_conditional for relation in relations) else None,
             SHOW_LATE if self._relays else None,
@@ -282,7 +285,9 @@ class Binding:
     def _groups(self) -> list[GroupArrays]:
         """Bind all groups, each with the groups of its team."""
         groups = self._data.groups
-        teams = {group.number: _team_group(group) for group in groups if "teammates" in group.relations}
+        self._team_records = teams = {
+            group.number: TEAM_GROUP.pack(_team_group(group)) for group in groups if "teammates" in group.relations
+        }
         # What is known late, by group and delay.
         late = {key: _known_late(teams[key[0]], relay.value) for key, relay in self._relays.items()}
         records = []
@@ -312,13 +317,13 @@ class Binding:
         elif group.is_compiled and not group.has_decided:
             decision = self._decide(group, group.rules[0], group.policy_state, group.action)
         return GroupArrays(
-            group.numbers, np.full(1, -1), group.members, stream_number(Stream.POLICY, group.number),
+            group.numbers, np.full(1, -1), group.lanes, stream_number(Stream.POLICY, group.number),
             perceive, situate, perception.record, perception.room,
             group.rules[0].entry() if decision else None, decision, due, group.is_sound,
             advance_entry(self._data.arena),
             pack_move(
-                self._data.arena, group.bodies, group.action.heading, group.action.distance,
-                has_inactive=group.has_conditions,
+                self._data.arena, group.bodies, group.bodies.aim, group.bodies.distance,
+                arena_size=self._data.arena_size, has_inactive=group.has_conditions,
             ),
         )  # fmt: skip
 
@@ -334,19 +339,92 @@ class Binding:
 
     def _relation(self, relation: Relation) -> RelationArrays:
         """Bind a neighbour search and the counters that follow it."""
-        rows = [np.arange(len(group)) + self._first_body[group.number] for group in relation.observed]
-        search = relation.search
+        number = self._relations.index(relation)
+        rows = self._body_rows[number][: len(relation.everyone)]
+        bodies, search = sum(map(len, self._data.groups)), relation.search
         return RelationArrays(
             search.record,
             self._group_records[relation.observers.number],
             [self._group_records[self._data.groups.index(group)] for group in relation.observed],
             search.x, search.y,
-            relation.everyone, np.concatenate(rows), self._met[_side(relation)],
+            relation.everyone, rows, self._met[_side(relation)][:bodies],
             search.room, relation.identity,
             relation.detection.record if relation.detection else None, *relation.true_lists,
             relation.conditions,
             [self._group_records[self._data.groups.index(group)] for group in self._counted_in(relation)],
         )  # fmt: skip
+
+    def _number_bodies(self) -> None:
+        """Number the bodies of the world, group by group."""
+        groups = self._data.groups
+        first = [0, *accumulate(map(len, groups))]
+        self._first_body = {group.number: number for group, number in zip(groups, first, strict=False)}
+        for relation, rows in zip(self._relations, self._body_rows, strict=True):
+            at = 0
+            for group in relation.observed:
+                number = self._first_body[group.number]
+                rows[at : at + len(group)] = np.arange(number, number + len(group))
+                at += len(group)
+
+    def fit(self, group: Group) -> bool:
+        """Follow agents who have come to a group or left it, without binding anything again; return whether that was done.
+
+        All arrays stay where they are: only lengths and numbers of agents change.
+        """
+        data = self._data
+        if not self._can_fit(group):
+            return False
+        bodies, size, team = sum(map(len, data.groups)), len(group), team_of(data.groups, group)
+        for relation in self._relations:
+            if relation.observers is group or group in relation.observed:
+                relation.fit()
+        self._number_bodies()
+        for relation, record in zip(self._relations, self._relation_records, strict=True):
+            words = {
+                "n": len(relation.observers), "observed": len(relation.everyone), "bodies": bodies,
+                "conditions..n": len(relation.conditions.reach),
+            }  # fmt: skip
+            record.resize(words, partial(self._relation, relation))
+        group.perception.fit(size)
+        for one in team or [group]:
+            self._fit_perception(one, team)
+        record = self._group_records[data.groups.index(group)]
+        lanes, before = len(group.lanes), record.value
+        if before.decision is not None:
+            before.decision.resize({"n": size, "lanes": lanes})
+        before.move.resize({"n": size, "conditions": size if group.has_conditions else 0})
+        before.block[:] = -1
+        after = before._replace(noise=group.numbers, members=group.lanes)
+        record.resize({"lanes": lanes}, lambda: after)
+        return True
+
+    def _can_fit(self, group: Group) -> bool:
+        """Whether `fit` knows all that must follow a change of the number of agents of a group."""
+        data, number = self._data, self._data.groups.index(group)
+        return (
+            self._is_open
+            and group.bodies.room == self._rooms[number]
+            and not (self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena))
+            and not self.world.value.every
+            and not any(one.inputs or one.has_decided for one in data.groups)
+            and all(relation.can_fit for relation in self._relations)
+        )
+
+    def _fit_perception(self, group: Group, team: list[Group]) -> None:
+        """Let what a group perceives follow a change in its team."""
+        size, teammates, perception = len(group), group.relations.get("teammates"), group.perception
+        perception.width = sum(group.awareness.width(max(sum(map(len, team)), 1)))
+        first = teammates.first[group.number] if teammates else 0
+        records = self._team_records
+        perception.record.resize(
+            {"n": size, "scene.first": first},
+            lambda: _sensing(group, teammates, [records[one.number] for one in team]),
+        )
+        if group.number in records:
+            records[group.number].resize({"n": size, "first": first}, lambda: _team_group(group))
+        due = self._group_records[self._data.groups.index(group)].value.due
+        if due is not None:
+            fit_due(group, due, first)
 
     def _counted_in(self, relation: Relation) -> list[Group]:
         """Return the groups that a relation is the first to observe, of those that count in the observed fraction."""
@@ -374,7 +452,7 @@ class Binding:
             log.now, log.row,
             log.situation.array, log.action.array, log.next_situation.array, log.facts.array,
             log.kept_start, log.kept_identity, log.before, log.after,
-            group.last_rewards if log.has_rewards else np.zeros((2, 0)),
+            group.bodies.last_rewards if log.has_rewards else np.zeros((0, 2)),
         )  # fmt: skip
 
     def _watchers(self) -> npt.NDArray[np.int64]:
@@ -442,11 +520,11 @@ def _side(relation: Relation) -> str | int:
     return "counted" if relation.counts else relation.observers.number
 
 
-def _team_group(group: Group) -> Packed[TeamGroup]:
+def _team_group(group: Group) -> TeamGroup:
     first = group.relations["teammates"].first[group.number]
-    return TEAM_GROUP.pack(TeamGroup(
-        first, group.bodies.heading, group.ranges[0], group.room("targets"), farthest_of(group.range_shape)
-    ))  # fmt: skip
+    return TeamGroup(
+        first, group.bodies.heading, group.bodies.sensing_range, group.room("targets"), farthest_of(group.range_shape)
+    )
 
 
 def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[TeamGroup]:
@@ -456,7 +534,7 @@ def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[Tea
 def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGroup]]) -> Sensing:
     """The true surroundings of a group, and the arrays that its degree of awareness writes."""
     scene = Scene(
-        group.bodies.heading, *group.ranges, group.room("targets"), group.room("teammates"),
+        group.bodies.heading, group.bodies.sensing_range, group.bodies.awareness_range, group.room("targets"), group.room("teammates"),
         teammates.place if teammates else np.zeros(0, np.int64),
         teammates.first[group.number] if teammates else 0, team, farthest_of(group.range_shape),
     )  # fmt: skip

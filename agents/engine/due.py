@@ -45,9 +45,9 @@ class DueArrays(NamedTuple):
     key, stream
         Of the noise of cycles.
     member, active, moved
-        As in `Bodies`.
+        As in `BODIES`.
     start, period, jitter, delay, sensings, next_at, decided_at, trip, travelled, policy, arrives_at, waiting
-        As in `Timetable` and `CycleNumbers`.
+        As in `Timetable`.
     heading, distance : ndarray
         The actions that are carried out.
     chosen_heading, chosen_distance : ndarray
@@ -81,8 +81,8 @@ class DueArrays(NamedTuple):
     trip: Annotated[Floats, "n", 2]
     travelled: Annotated[Floats, "n", 2]
     policy: Annotated[Integers, "n"]
-    arrives_at: Annotated[Integers, "slots", "n"]
-    waiting: Annotated[Floats, "slots", "n", 3]
+    arrives_at: Annotated[Integers, "n", "slots"]
+    waiting: Annotated[Floats, "n", "slots", 3]
     heading: Annotated[Floats, "n", 2]
     distance: Annotated[Floats, "n"]
     chosen_heading: Annotated[Floats, "n", 2]
@@ -208,25 +208,25 @@ def decide_due(address: int, tick: int) -> None:
         if choice.decide != 0:
             show_rows(choice.window, due.runs[r, 0], due.runs[r, 1])
             call(choice.decide, choice.decision)
-    slots = due.arrives_at.shape[0]
+    slots = due.arrives_at.shape[1]
     for r in range(due.number[0]):
         for i in range(due.runs[r, 0], due.runs[r, 1]):
             due.decided_at[i] = tick
             if slots > 0:
                 slot = (tick + due.delay[i]) % slots
-                due.arrives_at[slot, i] = tick + due.delay[i]
-                due.waiting[slot, i, 0] = due.chosen_heading[i, 0]
-                due.waiting[slot, i, 1] = due.chosen_heading[i, 1]
-                due.waiting[slot, i, 2] = due.chosen_distance[i]
+                due.arrives_at[i, slot] = tick + due.delay[i]
+                due.waiting[i, slot, 0] = due.chosen_heading[i, 0]
+                due.waiting[i, slot, 1] = due.chosen_heading[i, 1]
+                due.waiting[i, slot, 2] = due.chosen_distance[i]
     for i in range(due.member.shape[0]):
         due.trip[i, 0] = due.travelled[i, 0] if due.decided_at[i] != tick else 0.0
         due.trip[i, 1] = due.travelled[i, 1] if due.decided_at[i] != tick else 0.0
         _advance(due, i, tick)
         # The action that reaches an inactive robot is lost.
-        if slots > 0 and due.arrives_at[tick % slots, i] == tick and due.active[i]:
-            due.heading[i, 0] = due.waiting[tick % slots, i, 0]
-            due.heading[i, 1] = due.waiting[tick % slots, i, 1]
-            due.distance[i] = due.waiting[tick % slots, i, 2]
+        if slots > 0 and due.arrives_at[i, tick % slots] == tick and due.active[i]:
+            due.heading[i, 0] = due.waiting[i, tick % slots, 0]
+            due.heading[i, 1] = due.waiting[i, tick % slots, 1]
+            due.distance[i] = due.waiting[i, tick % slots, 2]
 
 
 _NO_WINDOW = Window(np.zeros(0, np.int64), 0, np.zeros((0, 3), np.int64))
@@ -246,17 +246,17 @@ def bind_due(
     assert table is not None
     for policy in group.policies:
         check_decides_alone(group.name, policy)
-    size = len(group)
-    chosen = table.action
-    if len(table.arrives_at):
-        chosen = Action(np.zeros((size, 2)), np.zeros(size))
+    size, rows = len(group), bodies.room
+    chosen = group.action
+    if table.arrives_at.shape[1]:
+        chosen = Action(np.zeros((rows, 2))[:size], np.zeros(rows)[:size])
     seen = SENSING.pack(sensing)
     numbers = table.numbers
     arrays = DueArrays(
         key, stream_number(Stream.CYCLE, group.number), bodies.member, bodies.active, bodies.moved,
         table.start, numbers.period, numbers.jitter, numbers.delay, table.sensings, table.next_at, table.decided_at,
-        table.trip, table.travelled, table.policy, table.arrives_at, table.waiting, *table.action, *chosen,
-        np.zeros((size, 3), np.int64), np.zeros(1, np.int64),
+        table.trip, table.travelled, table.policy, table.arrives_at, table.waiting, *group.action, *chosen,
+        np.zeros((rows, 3), np.int64)[:size], np.zeros(1, np.int64),
         seen, window(seen, numbers=("scene.first",)),
         sensing.teammates.start, sensing.relayed.start,
         entry_moves(seen, "teammates"), entry_moves(seen, "relayed"),
@@ -264,6 +264,22 @@ def bind_due(
     )  # fmt: skip
     group.due = arrays
     return DUE.pack(arrays)
+
+
+def fit_due(group: Group, packed: Packed[DueArrays], first: int) -> None:
+    """Follow agents who have come or left, whose group is the team from index `first` on; arrays stay where they are."""
+    size, due = len(group), group.due
+    assert due is not None and group.timetable is not None
+    kept = ("runs", "chosen_heading", "chosen_distance")
+    # Views of all rows for which there is room, or of the columns of the table.
+    group.due = due._replace(**{name: getattr(due, name).base[:size] for name in kept})
+    packed.resize({"n": size})
+    due.sensing.resize({"n": size, "scene.first": first})
+    moves = due.sensing_window.moves
+    moves[moves[:, 0] == due.sensing.slots["scene.first"], 1] = first
+    for choice in due.choices:
+        if (decision := choice.value.decision) is not None:
+            decision.resize({"n": size, "lanes": len(group.lanes)})
 
 
 def check_decides_alone(name: str, policy: Any) -> None:

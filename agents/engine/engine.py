@@ -280,6 +280,8 @@ class Engine:
         Whether the records describe the groups as they are.
     is_seen : bool
         Whether the neighbour lists are those of the present positions.
+    fits : int
+        How often the records have followed a change of the number of agents.
     searches : int
         The number of neighbour searches between steps, and of changes of their lists.
     stretch : Stretch
@@ -305,7 +307,7 @@ class Engine:
         # Whether the watchers have seen the present positions, and whether the records hold those that there are.
         self._is_watched, self._has_watchers = False, True
         self._changes = Changes()
-        self.searches = 0
+        self.searches = self.fits = 0
         self.deliberations: dict[Group, Deliberation] = {}
 
     def leave_out(self, group: Group) -> None:
@@ -321,7 +323,9 @@ class Engine:
             with deferred():
                 self.relations = connect(self._data)
                 give_timetables(self._data)
-                self.stretch = self._data.history.begin(self.relations, self._data.score_names)
+                self.stretch = self._data.history.begin(
+                    self.relations, self._data.score_names, is_open=self._data.is_open
+                )
                 trail = None
                 if self._every:
                     trail = Trail(self._data.groups, self._every, self._data.timeline.tick)
@@ -386,7 +390,7 @@ class Engine:
         """Update the percept of a group to the present positions."""
         self.prepare()
         if group.timetable is not None:
-            group.timetable.travel(group.bodies.moved, self._data.timeline.tick)
+            group.timetable.travel(self._data.timeline.tick)
         self._binding.show_columns()
         for _ in range(MOST_GROWTH):
             if group.perception.perceive(group.awareness):
@@ -449,7 +453,7 @@ class Engine:
                 group.has_decided = False
                 self.is_bound = False
                 if group.timetable is not None:
-                    group.timetable.go_on(self._data.key, group.bodies.member, self._data.timeline.tick - 1)
+                    group.timetable.go_on(self._data.key, self._data.timeline.tick - 1)
 
     @property
     def longest_call(self) -> int:
@@ -473,6 +477,22 @@ class Engine:
         if group not in self.transitions.groups:
             self.transitions.groups.append(group)
             self.is_bound = False
+
+    def resize(self, group: Group, *, is_moved: bool = False) -> None:
+        """Adapt to agents that came to a group or left it; `is_moved` says whether columns of its table were moved."""
+        data = self._data
+        group.fit_lanes()
+        if self.is_bound and not is_moved and self._binding.fit(group):
+            group.forget_actions()
+            self.stretch.count(self.relations)
+            self._changes.clear()
+            self.is_seen, self.fits = False, self.fits + 1
+            if data.watchers:
+                self.rewatch()
+        else:
+            group.begin(has_decided=group.has_decided)
+            self.is_bound = False
+        data.is_open = True
 
     def forget(self, *, is_kept: bool = False) -> None:
         """Start all recording anew; if the arrays are kept, the records are still valid."""

@@ -73,8 +73,8 @@ def _begin(address: int) -> None:
             for axis in range(2):
                 partaker.before[i, axis] = move.position[i, axis]
                 move.moved[i, axis] = 0.0
-            partaker.last_rewards[0, i] = 0.0
-            partaker.last_rewards[1, i] = 0.0
+            partaker.last_rewards[i, 0] = 0.0
+            partaker.last_rewards[i, 1] = 0.0
             if not timed or partaker.decided_at[i] == tick:
                 partaker.reward[i] = 0.0
                 partaker.ended[i] = False
@@ -133,10 +133,10 @@ def _accept(address: int, region: Any, found: Any, progress: Any) -> int:
             progress.body = i
             return BAD_INTERACTION
         partaker.reward[i] += role.reward[i]
-        partaker.last_rewards[0, i] += role.reward[i]
+        partaker.last_rewards[i, 0] += role.reward[i]
         if role.ended[i]:
             partaker.ended[i] = True
-            partaker.last_rewards[1, i] = 1.0
+            partaker.last_rewards[i, 1] = 1.0
     return DONE
 
 
@@ -241,7 +241,6 @@ class InteractionSaved(NamedTuple):
 
     described: tuple[Any, ...]
     state: InteractionState
-    first: dict[tuple[str, str], npt.NDArray[Any]]
     changes: dict[str, Any]
 
 
@@ -267,8 +266,6 @@ class PlacedInteraction:
         The fields that were changed since, by name.
     state : InteractionState
         Its state.
-    first : dict of (str, str) to ndarray
-        For each role and column, the values with which members begin a run.
     """
 
     def __init__(self, interaction: Interaction, groups: tuple[Group, ...], nth: int, key: Key) -> None:
@@ -283,7 +280,6 @@ class PlacedInteraction:
         self.key = np.zeros(2, np.uint64)
         self.block = np.full(1, -1)
         self.state = first_state(interaction, self.sizes)
-        self.first: dict[tuple[str, str], npt.NDArray[Any]] = {}
         self.begin(key)
 
     @property
@@ -347,37 +343,15 @@ class PlacedInteraction:
                 old[:] = new
         else:
             self.state = state
-        fills = {(role, name): fill for role, name, fill in self.interaction.columns}
-        for (role, name), first in self.first.items():
-            group = self.roles[role]
-            column, member = group.columns.array(name), group.bodies.member
-            # Those that came later begin as new ones do.
-            column[:] = fills[role, name]
-            known = member < len(first)
-            column[known] = first[member[known]]
 
     def saved(self) -> InteractionSaved:
         """Return what changes in a run, as it is."""
-        return InteractionSaved(self.described, self.state, self.first, self.changes)
+        return InteractionSaved(self.described, self.state, self.changes)
 
     def put_back(self, saved: InteractionSaved) -> None:
         """Go back to what was saved."""
-        self.state, self.first = saved.state, saved.first
+        self.state = saved.state
         self.take(saved.changes)
-
-    def _note_first(self) -> None:
-        """Note with which values members begin that have come since."""
-        fills = {(role, name): fill for role, name, fill in self.interaction.columns}
-        for (role, name), first in self.first.items():
-            group = self.roles[role]
-            column, member, known = group.columns.array(name), group.bodies.member, len(first)
-            if group.members_so_far == known:
-                continue
-            longer = np.full(group.members_so_far, fills[role, name], column.dtype)
-            kept = min(known, len(longer))
-            longer[:kept] = first[:kept]
-            longer[member[member >= known]] = column[member >= known]
-            self.first[role, name] = longer
 
     @property
     def kinds(self) -> Kinds:
@@ -398,7 +372,6 @@ class PlacedInteraction:
         self, partakers: dict[int, Packed[PartakerArrays]], region: Region, first_score: int
     ) -> Packed[InteractionArrays]:
         """Return the record of the interaction; `partakers` are those of the groups, by number."""
-        self._note_first()
         kinds, roles = self.kinds, []
         for role, group in enumerate(self.groups):
             size = len(group)
@@ -504,7 +477,8 @@ class BoundInteractions:
                 first += len(one.scores)
         written = [array for one in data.interactions for array in one.arrays]
         for group in groups.values():
-            written += [group.bodies.speed, group.bodies.reward, group.bodies.ended, group.last_rewards]
+            bodies = group.bodies
+            written += [bodies.speed, bodies.reward, bodies.ended, bodies.last_rewards]
         self._written = [array for array in written if array.nbytes]
         self._copies = [array.copy() for array in self._written]
 
@@ -520,5 +494,5 @@ def _partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
     decided_at = np.zeros(0, np.int64) if table is None else table.decided_at
     before = bodies.position.copy()
     return PARTAKER.pack(PartakerArrays(
-        record, group.number, before, bodies.reward, bodies.ended, group.last_rewards, decided_at
+        record, group.number, before, bodies.reward, bodies.ended, bodies.last_rewards, decided_at
     ))  # fmt: skip

@@ -35,9 +35,9 @@ class PartakerArrays(NamedTuple):
     before : ndarray, shape (n, 2), float64
         The positions before the present step [length].
     reward, ended : ndarray
-        As in `Bodies`.
-    last_rewards : ndarray, shape (2, n), float64
-        As in `Group`.
+        As in `BODIES`.
+    last_rewards : ndarray, shape (n, 2), float64
+        As in `BODIES`.
     decided_at : ndarray, shape (n,) or (0,), int64
         The tick at which each robot last decided; empty if all decide at every step.
     """
@@ -47,7 +47,7 @@ class PartakerArrays(NamedTuple):
     before: Annotated[Floats, "n", 2]
     reward: Annotated[Floats, "n"]
     ended: Annotated[Flags, "n"]
-    last_rewards: Annotated[Floats, 2, "n"]
+    last_rewards: Annotated[Floats, "n", 2]
     decided_at: Annotated[Integers, "timed"]
 
 
@@ -273,8 +273,8 @@ class LogArrays(NamedTuple):
         The targets sensed before the move; as in `NeighbourList`.
     before, after : ndarray, shape (bodies,), int64
         The number of robots of the team that sense each body of the world, before and after the move.
-    last_rewards : ndarray, shape (2, n) or (2, 0), float64
-        As in `Group`; empty if the group takes part in no interaction.
+    last_rewards : ndarray, shape (n, 2) or (0, 2), float64
+        As in `BODIES`; empty if the group takes part in no interaction.
     """
 
     group: Packed[GroupArrays]
@@ -292,7 +292,7 @@ class LogArrays(NamedTuple):
     kept_identity: Annotated[Integers, "kept"]
     before: Annotated[Integers, "bodies"]
     after: Annotated[Integers, "bodies"]
-    last_rewards: Annotated[Floats, 2, "rewarded"]
+    last_rewards: Annotated[Floats, "rewarded", 2]
 
 
 class WorldArrays(NamedTuple):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.detection import Detection, Readings, Searched
 from teamsight.agents.engine.records import Conditions
 from teamsight.agents.sensing.interface import View, salt_of
@@ -21,7 +21,7 @@ from teamsight.world.proximity.shapes import farthest_of
 if TYPE_CHECKING:
     from teamsight.agents.channel import Channel
     from teamsight.core.neighbour_list import NeighbourList
-    from teamsight.world.bodies import Bodies
+    from teamsight.core.table import Table
 
 _PERFECT = Sensor()
 
@@ -32,8 +32,7 @@ class Members(Protocol):
     name: str
     number: int
     channels: dict[str, Channel]
-    bodies: Bodies
-    ranges: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]
+    bodies: Table
     _agents: list[Any]
     readings: dict[str, Readings]
     has_conditions: bool
@@ -42,6 +41,7 @@ class Members(Protocol):
     def range_shape(self) -> str: ...
     @property
     def team(self) -> str | None: ...
+    def reach(self, channel: str) -> npt.NDArray[np.float64]: ...
     def __len__(self) -> int: ...
 
 
@@ -84,26 +84,68 @@ class Relation:
         self.name, self.counts = channel.name, channel.counts
         self.observers, self.observed = observers, list(channel.observed)
         sensor = channel.sensor or _PERFECT
-        reach = observers.ranges[channel.name == TEAMMATES]
+        reach = observers.reach(channel.name)
         if sensor.range is not None:
             reach = np.full(len(observers), float(sensor.range))
-        data.arena.check_reach(float(reach.max(initial=0.0)))
-        sizes = [len(group) for group in self.observed]
-        numbers = (group.number for group in self.observed)
-        self.first = dict(zip(numbers, np.cumsum([0, *sizes[:-1]]).tolist(), strict=True))
-        self.everyone = np.concatenate([group.bodies.identity for group in self.observed])
-        own = self.first.get(observers.number, -1)
-        self.is_conditional = conditional = any(group.has_conditions for group in (observers, *self.observed))
-        self.conditions = _conditions(observers, channel, reach if conditional else reach[:0])
-        reach_now = self.conditions.reach if conditional else reach
+        self._longest = float(reach.max(initial=0.0))
+        data.arena.check_reach(self._longest)
+        self._own_reach = reach if sensor.range is not None else None
+        self._rows = observers.bodies.room, sum(group.bodies.room for group in self.observed)
+        self._identities = np.zeros(self._rows[1], np.int64)
+        self.is_conditional = any(group.has_conditions for group in (observers, *self.observed))
+        self._reach_now = np.zeros(self._rows[0] if self.is_conditional else 0)
+        own = self._number_observed()
+        self.conditions = self._conditions(channel, reach)
         self.search = Search(
-            observers.bodies.position, reach_now, len(self.everyone), own, data.arena, shape=observers.range_shape
-        )
+            observers.bodies.position, self.conditions.reach if self.is_conditional else reach, len(self.everyone), own,
+            data.arena, shape=observers.range_shape, rows=self._rows,
+        )  # fmt: skip
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
         self.detection: Detection | None = None
         if needs_detection(sensor, data.arena):
-            searched = Searched(self.conditions.reach, self.search.x if conditional else self.search.x[:0])
+            searched = Searched(
+                self.conditions.reach, self.search.x if self.is_conditional else self.search.x[:0]
+            )
             self.detection = Detection(sensor, self._view(data, own, reach), self._readings(sensor), searched)
+
+    def _number_observed(self) -> int:
+        """Number the agents of the observed groups, one after the other; return the number of the first observer."""
+        bodies = [group.bodies for group in self.observed]
+        sizes = [len(one) for one in bodies]
+        first = [0, *accumulate(sizes[:-1])]
+        self.first = dict(zip((group.number for group in self.observed), first, strict=True))
+        self.everyone = self._identities[: sum(sizes)]
+        np.concatenate([one.identity for one in bodies], out=self.everyone)
+        return self.first.get(self.observers.number, -1)
+
+    def _conditions(self, channel: Channel, reach: npt.NDArray[np.float64]) -> Conditions:
+        """Return the conditions of the observers, whose ranges these are; all empty if they never change."""
+        size = len(reach) if self.is_conditional else 0
+        active, works = (
+            (self.observers.bodies.active, channel.works) if size else (np.zeros(0, np.bool_), np.zeros(0, np.bool_))
+        )
+        now = self._reach_now[:size]
+        now[:] = reach[:size]
+        return Conditions(active, works, reach[:size] if size else np.zeros(0), now)
+
+    @property
+    def can_fit(self) -> bool:
+        """Whether `fit` can follow agents who come and leave.
+
+        It cannot with a sensor, which keeps what it has measured, or where somebody has a longer range than cells are
+        wide.
+        """
+        if self.detection is not None or self._own_reach is not None:
+            return False
+        return not self.search.has_cells or float(self.observers.reach(self.name).max(initial=0.0)) <= self._longest
+
+    def fit(self) -> None:
+        """Follow agents who have come or left, for whom there is room; the arrays stay where they are."""
+        own, observers = self._number_observed(), self.observers
+        reach = observers.reach(self.name)
+        self.conditions = self._conditions(observers.channels[self.name], reach)
+        now = self.conditions.reach if self.is_conditional else reach
+        self.search.fit(observers.bodies.position, now, len(self.everyone), own)
 
     def _view(self, data: Surroundings, own: int, reach: npt.NDArray[np.float64]) -> View:
         group = self.observers
@@ -186,12 +228,6 @@ class Relation:
     def place(self) -> npt.NDArray[np.int64]:
         """The index among the observed of each entry of `room`."""
         return self.detection.arrays.shown_place if self.detection else self.search.room.identity
-
-
-def _conditions(observers: Members, channel: Channel, full: npt.NDArray[np.float64]) -> Conditions:
-    """Return the conditions of observers with these ranges, or of none."""
-    size = len(full)
-    return Conditions(observers.bodies.active[:size], channel.works[:size], full, full.copy())
 
 
 def needs_detection(sensor: Sensor, arena: Any) -> bool:

@@ -447,7 +447,7 @@ def _scale(relation: Relation, arena: Arena) -> float:
         return diagonal
     # Readings of the package's own sensors end at the range.
     own = sensor.range if sensor is not None and sensor.range is not None else None
-    reach = own if own is not None else float(relation.observers.ranges[relation.name == TEAMMATES].max(initial=0.0))
+    reach = own if own is not None else float(relation.observers.reach(relation.name).max(initial=0.0))
     return min(reach * farthest_of(relation.observers.range_shape), diagonal) or diagonal
 
 
@@ -757,7 +757,7 @@ def slots_of(group: Group) -> list[Slot]:
     """Return the agents of a group as slots, in the order of its rows."""
     channel = group.channels.get(TARGETS)
     angle = float(getattr(channel and channel.sensor, "field_of_view", _FULL_TURN))
-    sensing, awareness = (array.tolist() for array in group.ranges)
+    sensing, awareness = (group.bodies[name].tolist() for name in ("sensing_range", "awareness_range"))
     return [
         Slot(group.number, identity, sensing[row], awareness[row], angle)
         for row, identity in enumerate(group.bodies.identity.tolist())

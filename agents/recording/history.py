@@ -119,23 +119,27 @@ class Stretch:
         The names of these scores.
     """
 
-    def __init__(self, relations: list[Relation], scores: tuple[str, ...] = ()) -> None:
+    def __init__(self, relations: list[Relation], scores: tuple[str, ...] = (), *, is_open: bool = False) -> None:
         self.score_names = scores
         self.scores = Buffer((len(scores),), np.float64, _FIRST_ROWS)
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
         self._teams = [relations[r].observers.team for r in self._teammates]
         self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
         self._targets = [r for r, relation in enumerate(relations) if relation.counts]
-        self.robots = sum(len(relations[r].observers) for r in self._teammates)
-        met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
-        self.targets = sum(met.values())
-        # Who is active is recorded only where it can change.
-        self._is_conditional = any(relation.is_conditional for relation in relations)
+        self.count(relations)
+        # How many are active is recorded only where it can change.
+        self._is_conditional = is_open or any(relation.is_conditional for relation in relations)
         shape = (len(relations), CONDITIONAL_COLUMNS if self._is_conditional else HISTORY_COLUMNS)
         self.buffer = Buffer(shape, np.int64, _FIRST_ROWS)
         # The same numbers for the positions before the first step.
         self.present = np.zeros(shape, np.int64)
         self._sums, self._summed = Sums(), 0
+
+    def count(self, relations: list[Relation]) -> None:
+        """Count the present agents."""
+        self.robots = sum(len(relations[r].observers) for r in self._teammates)
+        met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
+        self.targets = sum(met.values())
 
     def emptied(self) -> Stretch:
         """Return a new stretch of the same relations, without rows."""
@@ -251,15 +255,15 @@ class History:
         self._counted = 0
         self._earlier = Sums()
 
-    def begin(self, relations: list[Relation], scores: tuple[str, ...] = ()) -> Stretch:
-        """Begin a new stretch, with scores of these names, and return it."""
+    def begin(self, relations: list[Relation], scores: tuple[str, ...] = (), *, is_open: bool = False) -> Stretch:
+        """Begin a new stretch, with scores of these names, and return it; if it is open, agents come and leave in it."""
         if self._stretches:
             last = self._stretches[-1]
             last.buffer.array = last.buffer.written.copy()
             last.scores.array = last.scores.written.copy()
             if last.rows == 0:
                 self._stretches.pop()
-        self._stretches.append(Stretch(relations, scores))
+        self._stretches.append(Stretch(relations, scores, is_open=is_open))
         return self._stretches[-1]
 
     def begin_like(self, stretch: Stretch) -> Stretch:

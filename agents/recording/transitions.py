@@ -139,9 +139,9 @@ def record_after(address: int) -> None:
         facts[i, _OWN_FACTS] = sensed
         facts[i, _OWN_FACTS + 1] = gained
         facts[i, _OWN_FACTS + 2] = lost
-    for i in range(log.last_rewards.shape[1]):
+    for i in range(log.last_rewards.shape[0]):
         for fact in range(2):
-            facts[i, _ALL_FACTS + fact] = log.last_rewards[fact, i]
+            facts[i, _ALL_FACTS + fact] = log.last_rewards[i, fact]
     if log.relation != 0:
         _write_own_facts(address, facts)
     _mark_inactive(move_at(group_at(log.group).move).active, facts)

@@ -193,7 +193,7 @@ def of_world(world: World, team: str | None = None, *, directed: bool = False) -
     recorded = set(trajectory["group"])
     ranges, teams = dict[str, float](), dict[str, str]()
     for group in groups:
-        reach = np.unique(group.ranges[1])
+        reach = np.unique(group.bodies.awareness_range)
         if len(reach) > 1:
             raise ValueError(
                 f"group {group.name!r}: has awareness ranges from {reach[0]:g} to {reach[-1]:g}; give those of each "

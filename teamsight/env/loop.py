@@ -79,8 +79,8 @@ def _write_bodies(sight: Any) -> None:
         y = move.moved[i, 1]
         facts[_TRAVELLED] = min(math.sqrt(x * x + y * y) / move.speed[i], 1.0) if move.speed[i] > 0.0 else 0.0
         facts[_ACTIVE] = 1.0
-        facts[_REWARD] = sight.last_rewards[0, i]
-        facts[_ENDED] = sight.last_rewards[1, i]
+        facts[_REWARD] = sight.last_rewards[i, 0]
+        facts[_ENDED] = sight.last_rewards[i, 1]
         if move.active.shape[0] > 0 and not move.active[i]:
             facts[_ACTIVE] = 0.0
 

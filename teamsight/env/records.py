@@ -54,7 +54,7 @@ class SightArrays(NamedTuple):
         The number of robots of the team that sense each body, after the last step and now.
     is_new : ndarray, shape (1,), int64
         Whether nothing is known of the last step: at the start, and after bodies have come or left.
-    last_rewards : ndarray, shape (2, robots), float64
+    last_rewards : ndarray, shape (robots, 2), float64
         As in `Group`.
     """
 
@@ -78,7 +78,7 @@ class SightArrays(NamedTuple):
     before: Annotated[Integers, "bodies"]
     after: Annotated[Integers, "bodies"]
     is_new: Annotated[Integers, 1]
-    last_rewards: Annotated[Floats, 2, "robots"]
+    last_rewards: Annotated[Floats, "robots", 2]
 
 
 class BatchArrays(NamedTuple):

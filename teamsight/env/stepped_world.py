@@ -231,7 +231,7 @@ class SteppedWorld:
             self._observation.perceive, sensing, group.perception.room, self._observation.show, seen,
             self._shown.of_robots, self._shown.of_world,
             np.zeros_like(kept[0]), np.zeros_like(kept[1]), np.zeros(bodies, np.int64), np.zeros(bodies, np.int64),
-            np.ones(1, np.int64), group.last_rewards,
+            np.ones(1, np.int64), group.bodies.last_rewards,
         )  # fmt: skip
         return arrays if before is None else _continued(arrays, before)
 

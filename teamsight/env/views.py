@@ -79,7 +79,7 @@ def shown_of(group: Group, groups: list[Group]) -> Bodies:
         if relation is not None and relation.counts and group in relation.observed:
             start, index = relation.true_lists
             is_observed |= np.isin(bodies.identity, relation.everyone[index[: start[-1]]])
-    reach = group.ranges[0] if group.team is not None else np.full(len(group), np.nan)
+    reach = group.bodies.sensing_range if group.team is not None else np.full(len(group), np.nan)
     return Bodies(bodies.position, bodies.heading, reach, bodies.active, is_observed)
 
 

@@ -311,7 +311,7 @@ def test_ctrl_c_in_an_operation_leaves_all_of_it_or_none(deed: str) -> None:
             robots.add_column("battery", 1.0)
             done = interrupted_at(line, lambda world=world, robots=robots: _do(deed, world, robots))
             sizes = {
-                len(robots), len(robots.agents), len(robots.bodies.position), len(robots.ranges[0]), len(robots.policy_state.floats),
+                len(robots), len(robots.agents), len(robots.bodies.position), len(robots.sensing_range), len(robots.policy_state.floats),
                 len(robots.columns["battery"]), sum(agent.group is robots for agent in world.agents),
                 len(robots.perception.situation), robots.action.distance.shape[0],
             }  # fmt: skip

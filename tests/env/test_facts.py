@@ -30,7 +30,7 @@ class Watched:
 
 def sets(world: World) -> list[set[int]]:
     robots, targets = world.groups[:2]
-    return naive.sensed(robots.bodies.position, targets.bodies.position, robots.ranges[0])
+    return naive.sensed(robots.bodies.position, targets.bodies.position, robots.bodies.sensing_range)
 
 
 @pytest.mark.parametrize("observation", ["ring", "shared"])

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from naive import paper as naive
 
 from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.bodies import Bodies
+from teamsight.world.bodies import bodies_at
 from teamsight.world.motion import advance_entry, pack_move, turn_limit
 
 ARENAS = [Disc(5.0), Disc(0.3), Box(4.0, 9.0), Torus(3.0, 7.0)]
@@ -25,11 +25,8 @@ def confined(arena: Arena, place: object, step: float, angle: float) -> tuple[np
     """Let one body that faces `angle` go `step`; return where it is, how it got there and where it faces."""
     heading = np.array([[math.cos(angle), math.sin(angle)]])
     cosine, sine = turn_limit(math.pi)
-    bodies = Bodies(
-        identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.array([place], float), heading=heading.copy(),
-        moved=np.zeros((1, 2)), speed=np.array([step]), turn_cosine=np.array([cosine]), turn_sine=np.array([sine]),
-        arena_size=np.array(arena.size), active=np.ones(1, bool),
-    )  # fmt: skip
+    bodies = bodies_at(np.array([place], float), heading)
+    bodies.speed[:], bodies.turn_cosine[:], bodies.turn_sine[:] = step, cosine, sine
     move = pack_move(arena, bodies, heading, np.array([step]))
     assert advance_entry(arena)(move) == 0
     return bodies.position[0], bodies.moved[0], bodies.heading[0]

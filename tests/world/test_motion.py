@@ -11,22 +11,19 @@ from hypothesis import strategies as st
 from naive import paper as naive
 
 from teamsight.core.kernel import plain
+from teamsight.core.table import Table
 from teamsight.world.arena import Box
-from teamsight.world.bodies import Bodies
+from teamsight.world.bodies import bodies_at
 from teamsight.world.motion import advance_entry, is_action, pack_move, turn_limit
 
 angles = st.floats(-math.pi, math.pi)
 
 
-def moved(angle: float, limit: float, speed: float, action: tuple[float, float, float]) -> tuple[int, Bodies]:
+def moved(angle: float, limit: float, speed: float, action: tuple[float, float, float]) -> tuple[int, Table]:
     """Let one body in the middle of a large box act: face (x, y), go that far."""
     cosine, sine = turn_limit(limit)
-    bodies = Bodies(
-        identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.zeros((1, 2)),
-        heading=np.array([[math.cos(angle), math.sin(angle)]]), moved=np.ones((1, 2)), speed=np.array([speed]),
-        turn_cosine=np.array([cosine]), turn_sine=np.array([sine]), arena_size=np.array([1000.0, 1000.0]),
-        active=np.ones(1, bool),
-    )  # fmt: skip
+    bodies = bodies_at(np.zeros((1, 2)), np.array([[math.cos(angle), math.sin(angle)]]))
+    bodies.moved[:], bodies.speed[:], bodies.turn_cosine[:], bodies.turn_sine[:] = 1, speed, cosine, sine
     move = pack_move(Box(1000, 1000), bodies, np.array([action[:2]], float), np.array([action[2]], float))
     return advance_entry(Box(1000, 1000))(move), bodies
 
@@ -59,12 +56,9 @@ def test_no_aim_keeps_the_heading_and_still_goes() -> None:
 
 def test_headings_stay_unit_vectors_through_many_turns() -> None:
     cosine, sine = turn_limit(0.37)
-    heading = np.array([[1.0, 0.0]])
-    bodies = Bodies(
-        identity=np.zeros(1, np.int64), member=np.zeros(1, np.int64), position=np.zeros((1, 2)), heading=heading,
-        moved=np.zeros((1, 2)), speed=np.zeros(1), turn_cosine=np.array([cosine]), turn_sine=np.array([sine]),
-        arena_size=np.array([10.0, 10.0]), active=np.ones(1, bool),
-    )  # fmt: skip
+    bodies = bodies_at(np.zeros((1, 2)), np.array([[1.0, 0.0]]))
+    bodies.turn_cosine[:], bodies.turn_sine[:] = cosine, sine
+    heading = bodies.heading
     aim = np.zeros((1, 2))
     move = pack_move(Box(10, 10), bodies, aim, np.zeros(1))
     for _ in range(20_000):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from naive import geometry as naive
 
 from teamsight.world import Arena, Box, Circle, Disc, Polygon, Torus
-from teamsight.world.bodies import Bodies
+from teamsight.world.bodies import bodies_at
 from teamsight.world.motion import advance_entry, pack_move, turn_limit
 from teamsight.world.walls import clearance
 
@@ -41,12 +41,8 @@ def moved(arena: Arena, places: np.ndarray, steps: np.ndarray, angles: np.ndarra
     count = len(places)
     heading = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     cosine, sine = turn_limit(math.pi)
-    every = np.arange(count)
-    bodies = Bodies(
-        identity=every, member=every, position=np.array(places), heading=heading.copy(), moved=np.zeros((count, 2)),
-        speed=np.array(steps), turn_cosine=np.full(count, cosine), turn_sine=np.full(count, sine),
-        arena_size=np.array(arena.size), active=np.ones(count, bool),
-    )  # fmt: skip
+    bodies = bodies_at(np.array(places), heading)
+    bodies.speed[:], bodies.turn_cosine[:], bodies.turn_sine[:] = steps, cosine, sine
     assert advance_entry(arena)(pack_move(arena, bodies, np.zeros((count, 2)), np.array(steps))) == 0
     return bodies.position, bodies.heading
 

@@ -93,6 +93,8 @@ class Search:
         The shape of ranges.
     pairs : bool, optional
         Compare all pairs, or use cells; by default whichever is faster.
+    rows : tuple of two int, optional
+        The numbers of observers and of observed bodies for which there is room; by default those that there are.
 
     Attributes
     ----------
@@ -112,19 +114,45 @@ class Search:
         *,
         shape: str = "disc",
         pairs: bool | None = None,
+        rows: tuple[int, int] | None = None,
     ) -> None:
-        self.position, self.reach = position, reach
-        self._lanes = np.full((2, -(-observed // _LANES) * _LANES), FAR_AWAY)
-        self.x, self.y = self._lanes[:, :observed]
+        observers, most_observed = self._rows = rows or (len(position), observed)
+        self._lanes = np.full((2, _lanes_of(most_observed)), FAR_AWAY)
         most = MOST_PAIRS_ON_TORUS if any(arena.period) else MOST_PAIRS
-        size = len(position) * observed
-        grid = None if (size <= most if pairs is None else pairs) else self._grid(arena)
-        self.room = neighbour_room(len(position), first_room(len(position), observed))
+        is_small = observers * most_observed <= most
+        self._start = np.zeros(observers + 1, np.int64)
+        self._edges = neighbour_room(0, first_room(observers, most_observed))
+        self._set(position, reach, observed)
+        grid = None if (is_small if pairs is None else pairs) else self._grid(arena)
         period = kernel_period(arena.period)
-        bodies = Observed(self._lanes[0], self._lanes[1], observed, own, period[0], period[1], shape_number(shape))
+        bodies = Observed(*self._lanes_in_use, observed, own, period[0], period[1], shape_number(shape))
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
         self.record = SEARCHING.pack(
-            Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
+            Searching(position, reach, bodies, grid or none, _cells(grid, most_observed), self.room)
+        )
+
+    def _set(self, position: Floats, reach: Floats, observed: int) -> None:
+        self.position, self.reach = position, reach
+        # Lanes beyond the last body, of which there may have been more, are in use too.
+        self._lanes[:, observed:] = FAR_AWAY
+        self.x, self.y = self._lanes[:, :observed]
+        self.room = self._edges._replace(start=self._start[: len(position) + 1])
+
+    @property
+    def _lanes_in_use(self) -> Floats:
+        return self._lanes[:, : _lanes_of(len(self.x))]
+
+    def fit(self, position: Floats, reach: Floats, observed: int, own: int) -> None:
+        """Search among other numbers of bodies, for which there is room; the arrays stay where they are."""
+        self._set(position, reach, observed)
+        here = self.record.value
+        made = here._replace(
+            position=position, reach=reach, neighbours=self.room,
+            observed=here.observed._replace(x=self._lanes_in_use[0], y=self._lanes_in_use[1], size=observed, own=own),
+        )  # fmt: skip
+        self.record.resize(
+            {"n": len(position), "lanes": _lanes_of(observed), "observed.size": observed, "observed.own": own},
+            lambda: made,
         )
 
     def _grid(self, arena: Arena | Plane) -> Grid | None:
@@ -148,7 +176,8 @@ class Search:
 
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""
-        self.room = neighbour_room(len(self.position), edges + edges // 4)
+        self._edges = neighbour_room(0, edges + edges // 4)
+        self.room = self._edges._replace(start=self._start[: len(self.position) + 1])
         self.record.update(neighbours=self.room)
 
     def run(self) -> int:
@@ -163,6 +192,10 @@ class Search:
     def graph(self) -> NeighbourList:
         """The edges found by the last search, as views that the next one overwrites."""
         return filled(self.room)
+
+
+def _lanes_of(observed: int) -> int:
+    return -(-observed // _LANES) * _LANES
 
 
 def first_room(observers: int, observed: int) -> int:

@@ -78,6 +78,12 @@ class Layout:
         self._slots: dict[str, int] = {}
         self._leaves: dict[str, Leaf] = {}
 
+    @property
+    def slots(self) -> dict[str, int]:
+        """The word of each length, by name, with the path of its NamedTuple if it is local, and of each number, by path."""
+        numbers = {path: leaf.slot for path, leaf in self._leaves.items() if leaf.lengths is None}
+        return self._slots | numbers
+
     def _next(self) -> int:
         self.size += 1
         return self.size - 1
@@ -228,8 +234,6 @@ class Packed(Generic[T]):
     ----------
     address : int
         The address of the record; it never changes.
-    value : NamedTuple
-        The arrays and numbers that were packed.
     words : ndarray, shape (words,), int64
         Its memory; see `teamsight.core.kernel.window`.
     """
@@ -249,12 +253,41 @@ class Packed(Generic[T]):
             If an array has another type or shape than declared; the record is then unchanged.
         """
         self.words[:], self._kept = self._record.words(value)
-        self.value = value
+        self._value: T | None = value
+        self._made: Callable[[], T] | None = None
+
+    @property
+    def value(self) -> T:
+        """The arrays and numbers that were packed."""
+        if self._value is None:
+            assert self._made is not None
+            self._value = self._made()
+        return self._value
+
+    def resize(self, words: Mapping[str, int], made: Callable[[], T] | None = None) -> None:
+        """Change lengths and numbers, where all arrays stay where they are.
+
+        Parameters
+        ----------
+        made : callable, optional
+            Returns the arrays and numbers as they are then, when `value` is asked for.
+        words : mapping of str to int
+            The lengths, by name, and the numbers, by path; see `Record.slots`.
+        """
+        slots = self.slots
+        for name, number in words.items():
+            self.words[slots[name]] = number
+        self._value, self._made = None, made
 
     @property
     def leaves(self) -> list[Leaf]:
         """The layout of its arrays and numbers."""
         return self._record.node.leaves()
+
+    @property
+    def slots(self) -> dict[str, int]:
+        """The word of each length and of each number; see `Layout.slots`."""
+        return self._record.slots
 
     def update(self, **fields: Any) -> None:
         """Replace some fields, as `put` does."""
@@ -279,12 +312,15 @@ class Record(Generic[T]):
         Returns the NamedTuple for the address of a record. Its arrays are views of those that were packed.
     size : int
         The number of words of a record.
+    slots : dict of str to int
+        The word of each length and of each number; see `Layout.slots`.
     """
 
     def __init__(self, kind: Callable[..., T], parts: Mapping[str, type] | None = None) -> None:
         builder = Layout(parts)
         self.node = builder.node(cast(type, kind), "", {})
         self.size = builder.size
+        self.slots = builder.slots
         self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing(self.node, self.size)
         # No T: in kernels, entries and other records are addresses.
         self.at: Callable[[Any], Any] = unpacking(self.node)

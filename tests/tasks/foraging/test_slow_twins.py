@@ -85,7 +85,7 @@ def _check(world: Any, things: list[list[naive.Thing]], scores: dict[str, float]
         assert group.bodies.speed == pytest.approx([one.speed for one in expected], abs=1e-9)
     robots, attractors, _ = things
     # Those of this step; in `reward` they add up for robots that do not decide.
-    rewards, ended = world.groups[0].last_rewards
+    rewards, ended = world.groups[0].bodies.last_rewards.T
     assert rewards == pytest.approx([one.reward for one in robots], abs=1e-9)
     assert ended.tolist() == [one.has_ended for one in robots]
     if "attractor" in world.groups[0].columns:

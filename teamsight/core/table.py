@@ -1,0 +1,221 @@
+"""Tables: structs of arrays. A column is declared once; then all that adds, removes, saves or resets rows knows it."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[Any]
+
+# Rows for which a table has room when it first grows, unless they take more bytes than this.
+_SPARE, _MOST_SPARE_BYTES = 128, 2**24
+
+
+class Field(NamedTuple):
+    """The declaration of a column.
+
+    Attributes
+    ----------
+    name : str
+        Its name.
+    dtype : dtype
+        The type of its elements.
+    shape : tuple of int
+        The shape of an element.
+    fill : object
+        The element of new rows to which none is given.
+    reset : {"keep", "fill", "first"}
+        What a reset makes of it: nothing, its fill, or the element with which the row began.
+    unit : str
+        The unit of its elements, for people.
+    has_fill : bool
+        Whether new rows may have the fill; if not, each must be given an element.
+    """
+
+    name: str
+    dtype: npt.DTypeLike = np.float64
+    shape: tuple[int, ...] = ()
+    fill: Any = 0
+    reset: Literal["keep", "fill", "first"] = "keep"
+    unit: str = ""
+    has_fill: bool = True
+
+
+class Table:
+    """Named columns with one row for each agent, event or step, and room for more rows.
+
+    A column is an attribute, an array of shape (rows, …): a view that is valid until rows are added or removed. Its
+    memory stays where it is as long as there is room for all rows, so that compiled code may keep its address.
+
+    Parameters
+    ----------
+    fields : iterable of Field
+        The columns.
+    rows : int
+        The number of rows, which begin with the fills.
+    """
+
+    def __init__(self, fields: Iterable[Field] = (), rows: int = 0) -> None:
+        self._fields: dict[str, Field] = {}
+        self._arrays: dict[str, Array] = {}
+        self._rows = self._room = rows
+        for field in fields:
+            self.declare(field)
+
+    def __len__(self) -> int:
+        return self._rows
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._fields
+
+    def __getitem__(self, name: str) -> Array:
+        # A name that is no attribute, as of a column of the user's.
+        column: Array = self.__dict__[name]
+        return column
+
+    # For type checkers: columns are attributes, put into the dictionary of the object.
+    def __getattr__(self, name: str) -> Array:
+        raise AttributeError(f"the table has no column {name!r}, but {', '.join(vars(self).get('_fields', ()))}")
+
+    @property
+    def fields(self) -> dict[str, Field]:
+        """The declarations of the columns, by name."""
+        return self._fields
+
+    @property
+    def room(self) -> int:
+        """The number of rows for which there is room."""
+        return self._room
+
+    def declare(self, field: Field, values: npt.ArrayLike | None = None) -> Array:
+        """Add a column, or replace it, with these elements or the fill; return it."""
+        array = np.zeros((self._room, *field.shape), field.dtype)
+        array[: self._rows] = field.fill if values is None else values
+        self._fields[field.name], self._arrays[field.name] = field, array
+        return self._show(field.name)
+
+    def drop(self, *names: str) -> None:
+        """Remove columns, if they are there."""
+        for name in names:
+            if name in self._fields:
+                del self._fields[name], self._arrays[name], self.__dict__[name]
+
+    def append(self, count: int, given: Mapping[str, Any]) -> bool:
+        """Add rows with these elements, or the fills; return whether columns were moved to make room."""
+        first, last = self._rows, self._rows + count
+        is_moved = self.make_room(count)
+        self._rows = last
+        for name, field in self._fields.items():
+            self._arrays[name][first:last] = given[name] if name in given else field.fill
+            self._show(name)
+        return is_moved
+
+    def make_room(self, count: int, *, spare: bool = True) -> bool:
+        """Make room for this many more rows, and some to `spare`; return whether columns were moved."""
+        rows = self._rows + count
+        if rows <= self._room:
+            return False
+        if spare:
+            size = sum(array.dtype.itemsize * int(np.prod(array.shape[1:])) for array in self._arrays.values())
+            rows += min(max(rows, _SPARE), _MOST_SPARE_BYTES // max(size, 1))
+        for name, array in self._arrays.items():
+            longer = np.zeros((rows, *array.shape[1:]), array.dtype)
+            longer[: self._rows] = array[: self._rows]
+            self._arrays[name] = longer
+        self._room = rows
+        for name in self._arrays:
+            self._show(name)
+        return True
+
+    def keep(self, which: Array) -> None:
+        """Keep some rows, by index or by mask, and leave out all others; where columns are stays."""
+        rows = len(self)
+        index = np.flatnonzero(which) if which.dtype == np.bool_ else which
+        for array in self._arrays.values():
+            array[: len(index)] = array[:rows][index]
+        self._resize(len(index))
+
+    def remove(self, row: int) -> None:
+        """Leave out one row; where columns are stays."""
+        last = self._rows - 1
+        for array in self._arrays.values():
+            array[row:last] = array[row + 1 : last + 1]
+        self._resize(last)
+
+    def cut(self, rows: int) -> None:
+        """Leave out all rows from this one on."""
+        self._resize(min(rows, self._rows))
+
+    def arrange(self, index: npt.NDArray[np.int64]) -> None:
+        """Put other rows in place of the present: copies of those at these indices, and new ones at −1."""
+        before, rows, is_old = self._arrays, len(index), index >= 0
+        self._arrays, self._room = {}, max(self._room, rows)
+        for name, field in self._fields.items():
+            array = np.zeros((self._room, *field.shape), field.dtype)
+            array[:rows][~is_old] = field.fill
+            array[:rows][is_old] = before[name][index[is_old]]
+            self._arrays[name] = array
+        self._resize(rows)
+
+    def copy(self) -> Table:
+        """Return a copy, with arrays of its own."""
+        other = Table()
+        other._rows = other._room = self._rows
+        for name, field in self._fields.items():
+            array = self[name]
+            # Objects are copied too.
+            other._arrays[name] = copy.deepcopy(array) if array.dtype == np.object_ else array.copy()
+            other._fields[name] = field
+            other._show(name)
+        return other
+
+    def assign(self, other: Table) -> None:
+        """Be as another table: its rows and its columns, and no others. Columns stay where they are if they fit."""
+        self.drop(*(name for name in list(self._fields) if name not in other))
+        self._rows = min(self._rows, len(other))
+        self.make_room(len(other) - self._rows, spare=False)
+        self._resize(len(other))
+        self.write(other)
+
+    def write(self, other: Table, *, but: Collection[str] = ()) -> None:
+        """Take the columns of another table with as many rows, `but` these; those that it does not have stay."""
+        for name, field in other._fields.items():
+            if name in but:
+                continue
+            if name in self._fields and field[:3] == self._fields[name][:3]:
+                self[name][:] = other[name]
+                self._fields[name] = field
+            else:
+                self.declare(field, other[name])
+
+    def reset(self, first: Table, member: npt.NDArray[np.int64]) -> None:
+        """Let all columns be as their declarations say; `first` has the elements with which each `member` begins."""
+        for name, field in self._fields.items():
+            if field.reset == "fill":
+                self[name][:] = field.fill
+            elif field.reset == "first":
+                self[name][:] = first[name][member]
+
+    def _resize(self, rows: int) -> None:
+        self._rows = rows
+        for name in self._arrays:
+            self._show(name)
+
+    def _show(self, name: str) -> Array:
+        column = self.__dict__[name] = self._arrays[name][: self._rows]
+        return column
+
+    def __deepcopy__(self, memo: Any) -> Table:
+        return self.copy()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"fields": self._fields, "columns": {name: self[name] for name in self._fields}, "rows": self._rows}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__((), state["rows"])  # type: ignore[misc]
+        for name, field in state["fields"].items():
+            self.declare(field, state["columns"][name])
