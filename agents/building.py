@@ -147,7 +147,7 @@ def abilities_of(
 
 
 def founders_of(
-    arena: Arena, number: int, first: int, size: int, given: Places, abilities: Mapping[str, Floats]
+    arena: Arena, number: int, first: int, size: int, given: Places, abilities: Mapping[str, Any]
 ) -> Founders:
     """Return the rule for the places of new agents, whose members are numbered from `first`."""
     placement: str | Floats
@@ -161,7 +161,7 @@ def founders_of(
     else:
         placement = checked_positions(arena, given.placement, (size, 2))
     heading = None if given.heading is None else checked_headings(given.heading, (size, 2))
-    return Founders(number, size, placement, float(abilities["sensing_range"].max()), heading, first)
+    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first)
 
 
 def plural(name: str) -> str:
@@ -322,7 +322,7 @@ class Newcomers(NamedTuple):
 
     Attributes
     ----------
-    count : int
+    size : int
         Their number.
     bodies, members : dict of str to ndarray
         Their elements of the columns of both tables of the group.
@@ -334,7 +334,7 @@ class Newcomers(NamedTuple):
         Their cycle, in a group with a timetable, or that gets one by them.
     """
 
-    count: int
+    size: int
     bodies: dict[str, Any]
     members: dict[str, Any]
     founders: Founders
@@ -363,8 +363,10 @@ def newcomers(
     own = group.columns.of_new(count, columns)
     cycle = _cycle_of_new(group, given.get("cycle"))
     numbers = {} if cycle is None else cycle.numbers(count)._asdict()
+    present = group.bodies.member
     states = [
-        state_of_more(policy, state, group.bodies.member, member) for policy, state in zip(group.policies, group.states, strict=True)
+        state_of_more(policy, state, present, member)
+        for policy, state in zip(group.policies, group.states, strict=True)
     ]
     bodies = {
         "identity": -1, "member": member, "position": start.position[0], "heading": start.heading[0], **abilities,
@@ -386,14 +388,14 @@ def join(data: WorldData, group: Group, new: Newcomers) -> bool:
         # Those that are there decide at every step, as before.
         give_timetable(data, group, EVERY_STEP.numbers(len(group)))
     size = len(group)
-    is_moved = group.bodies.append(new.count, new.bodies)
-    group.members.append(new.count, new.members)
+    is_moved = group.bodies.append(new.size, new.bodies)
+    group.members.append(new.size, new.members)
     group.founders[-1:] = group.founders[-1].followed_by(new.founders)
     for index, state in enumerate(new.states):
         if not group.is_in_table(index):
             group.set_state(index, state)
     if group.timetable is not None:
-        has_more = group.timetable.begin(np.arange(size, size + new.count), data.key, data.timeline.tick)
+        has_more = group.timetable.begin(np.arange(size, size + new.size), data.key, data.timeline.tick)
         is_moved = is_moved or has_more or had is None
     return is_moved
 
@@ -448,21 +450,22 @@ def _check_speed(data: WorldData, group: Group) -> None:
         )
 
 
-def _abilities(data: WorldData, group: Group, count: int, given: Mapping[str, Any]) -> dict[str, Floats]:
-    """Return the abilities of new agents: those given, or those of the group."""
+def _abilities(data: WorldData, group: Group, count: int, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the abilities of new agents by column, one number or one for each: those given, or those of the group."""
     if given["speed"] is None:
         _check_speed(data, group)
-    values = {
-        name: _usual(group, name) if given[name] is None else given[name]
-        for name in ("speed", "sensing_range", "awareness_range")
-    }
+    own: dict[str, Any] = {}
+    for name, limit in (
+        ("sensing_range", data.limits.range), ("awareness_range", data.limits.range), ("speed", data.limits.speed)
+    ):  # fmt: skip
+        own[name] = _usual(group, name) if given[name] is None else column(name, given[name], count, limit)
     if given["turn_limit"] is not None:
-        return abilities_of(count, data.limits, turn_limit=given["turn_limit"], **values)
+        own["turn_cosine"], own["turn_sine"] = turn_columns(given["turn_limit"], count)
+        return own
     limited = group.bodies if len(group) else group.members
     cosine, sine = limited.turn_cosine, limited.turn_sine
     if (cosine != cosine[0]).any() or (sine != sine[0]).any():
         _check_same(group, "turn_limit", limit_of_turn(cosine, sine))
     # Not by way of the angle, which would round.
-    own = abilities_of(count, data.limits, turn_limit=math.pi, **values)
-    own["turn_cosine"][:], own["turn_sine"][:] = cosine[0], sine[0]
+    own["turn_cosine"], own["turn_sine"] = cosine[0], sine[0]
     return own

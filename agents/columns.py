@@ -177,7 +177,7 @@ class Columns(MutableMapping[str, Column]):
                     f"add(…, {name}=…)"
                 )
             new = np.empty((count, *field.shape), field.dtype)
-            value = given[name] if name in given else field.fill
+            value = given.get(name, field.fill)
             self.check(name, value)
             try:
                 _assign(name, new, ..., value)

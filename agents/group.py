@@ -108,6 +108,10 @@ def _is_known(owner: type, name: str) -> bool:
     return name.startswith("_") or hasattr(owner, name)
 
 
+def _lanes(size: int) -> int:
+    return -(-max(size, 1) // LANES) * LANES
+
+
 def _has_kernel(policy: Any) -> bool:
     return isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
 
@@ -135,8 +139,6 @@ class Group(Generic[A]):
         Further policies, which single robots have or have had.
     timetable : Timetable or None
         When robots decide and by which policy, if not all at every step and by the group's.
-    due : DueArrays or None
-        The arrays with the robots that are due, once they are bound.
     first_cycle : Cycle
         The cycle with which the group was added.
     time : ndarray, shape (1,), float64
@@ -145,12 +147,10 @@ class Group(Generic[A]):
         What the group senses, by name; `World.senses` declares it.
     perceived_columns : dict of str to ndarray, shape (identities,), float64
         The columns that its policies read, by identity; empty for a function of one robot in a world without any.
-    numbers : ndarray, shape (4, draws, lanes), float64
-        The policy's random numbers of four ticks.
-    lanes : ndarray, shape (lanes,), int64
-        The members whose random numbers these are, and 0 after the last agent.
-    relations, perception : dict of str to Relation, Perception
-        Who is near in each channel, and what of it the degree of awareness shows.
+    whole_lanes : ndarray, shape (room,), int64
+        `lanes`, and room for more.
+    relations : dict of str to Relation
+        Who is near in each channel.
     name : str
         The group's name in its world.
     number : int
@@ -188,14 +188,11 @@ class Group(Generic[A]):
     has_decided: bool
     others: tuple[Any, ...] = Kept("set that of one robot, as in robots[0].policy = 'centroid'")  # type: ignore[assignment]
     timetable: Timetable | None = Kept("set the cycle, as in robots.cycle = Cycle(5)")  # type: ignore[assignment]
-    due: DueArrays | None
     first_cycle: Cycle = EVERY_STEP
     time: npt.NDArray[np.float64]
     relations: dict[str, Relation]
-    perception: Perception
     perceived_columns: dict[str, Floats]
-    numbers: Floats
-    lanes: npt.NDArray[np.int64]
+    whole_lanes: npt.NDArray[np.int64]
 
     def __init__(
         self,
@@ -217,7 +214,7 @@ class Group(Generic[A]):
         self._agents: list[A] = []
         # The state of each policy that is not in the table.
         self._states: list[Any] = []
-        self.due = None
+        self._due: DueArrays | None = None
         self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
         self.departed: WeakValueDictionary[int, A] = WeakValueDictionary()
@@ -237,29 +234,50 @@ class Group(Generic[A]):
 
         If they have decided in a step that failed, the next one carries their actions out.
         """
-        self.perception = Perception(len(self), self.bodies.room)
+        self._perception = Perception(len(self), self.bodies.room)
         self.has_decided = has_decided
-        self.fit_lanes()
-        self.forget_actions()
-
-    def forget_actions(self) -> None:
-        """Forget what was decided; robots that do not decide at every step go on with their last action."""
+        self._make_lanes()
         self.bodies.last_rewards[:] = 0.0
-        if self.timetable is None and not self.has_decided:
+        # Robots that do not decide at every step go on with their last action.
+        if self.timetable is None and not has_decided:
             self.bodies.aim[:], self.bodies.distance[:] = 0.0, 0.0
 
-    def fit_lanes(self) -> None:
-        """Make the random numbers those of the present agents: arrays that stay where they are if there is room."""
-        size = len(self)
-        lanes = -(-max(size, 1) // LANES) * LANES
-        room = -(-max(self.bodies.room, 1) // LANES) * LANES
-        shape, numbers = (TICKS_A_BLOCK, self.draws, lanes), TICKS_A_BLOCK * self.draws * room
-        if "_numbers_room" not in vars(self) or len(self._numbers_room) != numbers or len(self._lanes_room) != room:
-            self._numbers_room, self._lanes_room = np.zeros(numbers), np.zeros(room, np.int64)
-        self.numbers = self._numbers_room[: math.prod(shape)].reshape(shape)
-        self.lanes = self._lanes_room[:lanes]
-        self.lanes[size:] = 0
-        self.lanes[:size] = self.bodies.member
+    def _make_lanes(self) -> None:
+        """Make room for the random numbers of the agents for whom the table has room."""
+        room, self._draws = _lanes(self.bodies.room), self.draws
+        self._numbers, self.whole_lanes = np.zeros(TICKS_A_BLOCK * self._draws * room), np.zeros(room, np.int64)
+        self.whole_lanes[: len(self)] = self.bodies.member
+
+    @property
+    def numbers(self) -> Floats:
+        """The random numbers of its policies of four ticks, shape (4, draws, lanes)."""
+        shape = TICKS_A_BLOCK, self._draws, _lanes(len(self))
+        return self._numbers[: math.prod(shape)].reshape(shape)
+
+    @property
+    def lanes(self) -> npt.NDArray[np.int64]:
+        """The members whose random numbers these are, and 0 after the last agent, shape (lanes,)."""
+        return self.whole_lanes[: _lanes(len(self))]
+
+    @property
+    def perception(self) -> Perception:
+        """What the degree of awareness shows of who is near."""
+        if self._perception.size != len(self):
+            self._perception.fit(len(self))
+        return self._perception
+
+    @property
+    def due(self) -> DueArrays | None:
+        """The arrays with the robots that are due, once they are bound."""
+        if self._due is not None and len(self._due.runs) != len(self):
+            # Views of all rows for which there is room, or of the columns of the table.
+            kept = ("runs", "chosen_heading", "chosen_distance")
+            self._due = self._due._replace(**{name: getattr(self._due, name).base[: len(self)] for name in kept})
+        return self._due
+
+    @due.setter
+    def due(self, due: DueArrays | None) -> None:
+        self._due = due
 
     def restart(self, position: Floats, heading: Floats) -> None:
         """Put all agents back to the start of a run, in the arrays that the kernels read.

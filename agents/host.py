@@ -320,7 +320,8 @@ class WorldHost:
         if group not in data.groups:
             raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
         given = {name: value for name, value in changes.items() if value is not None}
-        size, values = len(group), {}
+        size = len(group)
+        values: dict[str, npt.NDArray[np.float64]] = {}
         for name in ("sensing_range", "awareness_range", "speed"):
             if name in given:
                 values[name] = column(name, given[name], size, self._limit_of(name))

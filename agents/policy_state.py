@@ -148,18 +148,9 @@ def state_of_more(policy: Any, state: Any, present: Integers, new: Integers) -> 
     so_far, size = int(new[-1]) + 1, len(present)
     total = size + len(new)
     if not has_rows(state, size):
-        members = np.append(present, new)
-        return with_more_rows(state, first_state_of_members(policy, members, so_far), size, total, _start(policy, so_far))
-    fresh = first_state(policy, so_far)
-    if not has_rows(fresh, so_far) or layout_of_rows(fresh) != layout_of_rows(state):
-        return with_more_rows(state, fresh, size, total, _start(policy, so_far))
-    return PolicyState(*(array[so_far - len(new) :] for array in fresh))
-
-
-def layout_of_rows(state: PolicyState) -> Any:
-    """Return the shapes of the rows of a state."""
-    return [array.shape[1:] for array in state]
-
-
-def _start(policy: Any, size: int) -> str:
-    return f"policy={label(policy)}: start({size})"
+        fresh = first_state_of_members(policy, np.append(present, new), so_far)
+    else:
+        fresh = first_state(policy, so_far)
+        if has_rows(fresh, so_far) and all(a.shape[1:] == b.shape[1:] for a, b in zip(fresh, state, strict=True)):
+            return PolicyState(*(array[so_far - len(new) :] for array in fresh))
+    return with_more_rows(state, fresh, size, total, f"policy={label(policy)}: start({so_far})")

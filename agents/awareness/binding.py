@@ -79,22 +79,26 @@ class Perception:
     """
 
     def __init__(self, size: int, rows: int) -> None:
-        self._size, self._rows = size, rows
+        self._rows = rows
         nothing = no_neighbours(rows)
         self._lists, self._situations_room = (nothing, nothing, nothing), np.zeros((rows, 0), np.float32)
-        self.room = self.width = 0
+        self.room = 0
         self.is_situated = False
         self.record: Packed[Sensing]
         self.fit(size)
 
     def fit(self, size: int) -> None:
         """Follow the number of robots; arrays stay where they are."""
-        self._size = size
         self.nothing, self.shown, self.relayed = (
             one._replace(start=one.start[: size + 1]) for one in self._lists
         )
         self.situation = self._situations_room[:size]
         self._situated_at: tuple[int, int] | None = None
+
+    @property
+    def size(self) -> int:
+        """The number of robots."""
+        return len(self.situation)
 
     def make_room(self, awareness: Awareness, team_size: int, teammates: int, inputs: int) -> None:
         """Make the arrays anew.
@@ -117,11 +121,11 @@ class Perception:
             if not awareness.shows_teammates:
                 shown = neighbour_room(self._rows, self.room)
         self._lists = nothing, shown, relayed
-        self.width = sum(awareness.width(max(team_size, 1)))
         self.is_situated = bool(inputs)
         # Situations can be huge in a large team: if the policy does not read them, `situate` makes them on demand.
-        self._situations_room = np.zeros((self._rows, self.width if inputs else 0), np.float32)
-        self.fit(self._size)
+        width = sum(awareness.width(max(team_size, 1))) if inputs else 0
+        self._situations_room = np.zeros((self._rows, width), np.float32)
+        self.fit(self.size)
 
     def grow(self, need: int) -> None:
         """Make room for at least this many entries; it takes effect when the group is bound again."""
@@ -141,7 +145,9 @@ class Perception:
     def situate(self, awareness: Awareness, moment: tuple[int, int]) -> npt.NDArray[np.float32]:
         """Return the situation vectors of the present moment, shape (n, width)."""
         if self._situated_at != moment:
-            self._situations = np.zeros((len(self.situation), self.width), np.float32)
-            situate_entry(awareness)(SENSING.pack(self.record.value._replace(situation=self._situations)))
+            sensing = self.record.value
+            team_size = sum(len(one.value.sensing_range) for one in sensing.scene.team)
+            self._situations = np.zeros((self.size, sum(awareness.width(max(team_size, 1)))), np.float32)
+            situate_entry(awareness)(SENSING.pack(sensing._replace(situation=self._situations)))
             self._situated_at = moment
         return self._situations

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
 from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
 from teamsight.agents.channel import TARGETS
-from teamsight.agents.engine.due import bind_due, fit_due
+from teamsight.agents.engine.due import bind_due, follow_due
 from teamsight.agents.engine.interactions import MOVE_AND_INTERACT, BoundInteractions
 from teamsight.agents.engine.loop import HIDE
 from teamsight.agents.engine.records import (
@@ -33,6 +33,7 @@ from teamsight.agents.engine.records import (
     WorldArrays,
 )
 from teamsight.agents.engine.relays import SHOW_LATE, delay_of, relays_of
+from teamsight.agents.engine.sizes import Sizes
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import team_of
 from teamsight.core.kernel import Entry, Packed, Record, array_at
@@ -40,7 +41,7 @@ from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
 from teamsight.world.motion import advance_entry, is_watched, pack_move
-from teamsight.world.noise import Stream, stream_number
+from teamsight.world.noise import LANES, Stream, stream_number
 from teamsight.world.proximity.shapes import farthest_of
 
 if TYPE_CHECKING:
@@ -245,6 +246,8 @@ class Binding:
             np.zeros(sum(group.bodies.room for group in relation.observed), np.int64) for relation in relations
         ]
         self._number_bodies()
+        # Listed when they are first needed.
+        self._sizes: Sizes | None = None
         self._relays = relays_of(groups, data.moment)
         self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
@@ -307,7 +310,7 @@ class Binding:
             len(teammates.room.identity) if teammates else -1,
             group.inputs,
         )
-        sensing = _sensing(group, teammates, team)
+        sensing = _sensing(group, team)
         perception.record = SENSING.pack(sensing)
         perceive = perceive_entry(group.awareness) if group.reads_teammates else None
         situate = situate_entry(group.awareness) if perception.is_situated else None
@@ -366,65 +369,57 @@ class Binding:
                 rows[at : at + len(group)] = np.arange(number, number + len(group))
                 at += len(group)
 
-    def fit(self, group: Group) -> bool:
-        """Follow agents who have come to a group or left it, without binding anything again; return whether that was done.
-
-        All arrays stay where they are: only lengths and numbers of agents change.
-        """
-        data = self._data
-        if not self._can_fit(group):
+    def follow(self, group: Group) -> bool:
+        """Follow agents who have come to a group or left it, binding nothing again; return whether that was done."""
+        if not self._can_follow(group):
             return False
-        bodies, size, team = sum(map(len, data.groups)), len(group), team_of(data.groups, group)
-        for relation in self._relations:
-            if relation.observers is group or group in relation.observed:
-                relation.fit()
-        self._number_bodies()
-        for relation, record in zip(self._relations, self._relation_records, strict=True):
-            words = {
-                "n": len(relation.observers), "observed": len(relation.everyone), "bodies": bodies,
-                "conditions..n": len(relation.conditions.reach),
-            }  # fmt: skip
-            record.resize(words, partial(self._relation, relation))
-        group.perception.fit(size)
-        for one in team or [group]:
-            self._fit_perception(one, team)
-        record = self._group_records[data.groups.index(group)]
-        lanes, before = len(group.lanes), record.value
-        if before.decision is not None:
-            before.decision.resize({"n": size, "lanes": lanes})
-        before.move.resize({"n": size, "conditions": size if group.has_conditions else 0})
-        before.block[:] = -1
-        after = before._replace(noise=group.numbers, members=group.lanes)
-        record.resize({"lanes": lanes}, lambda: after)
+        if self._sizes is None:
+            self._sizes = self._made_sizes()
+        self._sizes.follow()
+        first = [0, *accumulate(map(len, self._data.groups))]
+        self._first_body = {group.number: number for group, number in zip(self._data.groups, first, strict=False)}
         return True
 
-    def _can_fit(self, group: Group) -> bool:
-        """Whether `fit` knows all that must follow a change of the number of agents of a group."""
+    def _can_follow(self, group: Group) -> bool:
+        """Whether `follow` knows all that must change with the number of agents of a group."""
         data, number = self._data, self._data.groups.index(group)
-        return (
-            self._is_open
-            and group.bodies.room == self._rooms[number]
-            and not (self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena))
-            and not self.world.value.every
-            and not any(one.inputs or one.has_decided for one in data.groups)
-            and all(relation.can_fit for relation in self._relations)
-        )
+        if not self._is_open or group.bodies.room != self._rooms[number] or self.world.value.every:
+            return False
+        if self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena):
+            return False
+        if any(one.inputs or one.has_decided for one in data.groups):
+            return False
+        return all(relation.can_follow() for relation in self._relations)
 
-    def _fit_perception(self, group: Group, team: list[Group]) -> None:
-        """Let what a group perceives follow a change in its team."""
-        size, teammates, perception = len(group), group.relations.get("teammates"), group.perception
-        perception.width = sum(group.awareness.width(max(sum(map(len, team)), 1)))
-        first = teammates.first[group.number] if teammates else 0
-        records = self._team_records
-        perception.record.resize(
-            {"n": size, "scene.first": first},
-            lambda: _sensing(group, teammates, [records[one.number] for one in team]),
-        )
-        if group.number in records:
-            records[group.number].resize({"n": size, "first": first}, lambda: _team_group(group))
-        due = self._group_records[self._data.groups.index(group)].value.due
-        if due is not None:
-            fit_due(group, due, first)
+    def _made_sizes(self) -> Sizes:
+        """List the words that depend on the sizes of groups, and let records tell what they hold then."""
+        groups, records = self._data.groups, self._group_records
+        sizes = Sizes(groups, [record.value.block for record in records])
+        for group, record in zip(groups, records, strict=True):
+            team = team_of(groups, group)
+            earlier = team[: team.index(group)] if team else []
+            own, sensing = record.value, group.perception.record
+            sizes.add(record.word("lanes"), [group], LANES)
+            sizes.add_rows(own.move, group)
+            if group.has_conditions:
+                sizes.add(own.move.word("conditions"), [group])
+            sizes.add_rows(sensing, group)
+            sizes.add(sensing.word("scene.first"), earlier)
+            if own.due is not None:
+                follow_due(group, own.due, sizes, earlier)
+            elif own.decision is not None:
+                sizes.add_rows(own.decision, group, is_decision=True)
+            if (shown := self._team_records.get(group.number)) is not None:
+                sizes.add_rows(shown, group)
+                sizes.add(shown.word("first"), earlier)
+                shown.follow(partial(_team_group, group))
+            record.follow(partial(_with_lanes, own, group))
+            sensing.follow(partial(_sensing, group, [self._team_records[one.number] for one in team]))
+        for relation, bound, rows in zip(self._relations, self._relation_records, self._body_rows, strict=True):
+            relation.follow(sizes, bound, rows)
+            sizes.add(bound.word("bodies"), groups)
+            bound.follow(partial(self._relation, relation))
+        return sizes
 
     def _counted_in(self, relation: Relation) -> list[Group]:
         """Return the groups that a relation is the first to observe, of those that count in the observed fraction."""
@@ -480,6 +475,7 @@ class Binding:
 
     def rebind(self, relation: int | None = None) -> None:
         """Write the records anew after arrays of neighbours, of one relation or of percepts, have grown."""
+        self._sizes = None
         if relation is not None:
             self._relation_records[relation].put(self._relation(self._relations[relation]))
             for key, relay in relays_of(self._data.groups, self._data.moment).items():
@@ -520,6 +516,10 @@ def _side(relation: Relation) -> str | int:
     return "counted" if relation.counts else relation.observers.number
 
 
+def _with_lanes(arrays: GroupArrays, group: Group) -> GroupArrays:
+    return arrays._replace(noise=group.numbers, members=group.lanes)
+
+
 def _team_group(group: Group) -> TeamGroup:
     first = group.relations["teammates"].first[group.number]
     return TeamGroup(
@@ -531,10 +531,12 @@ def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[Tea
     return TEAM_GROUP.pack(team_group.value._replace(heading=relay.shown_heading, targets=relay.shown))
 
 
-def _sensing(group: Group, teammates: Relation | None, team: list[Packed[TeamGroup]]) -> Sensing:
+def _sensing(group: Group, team: list[Packed[TeamGroup]]) -> Sensing:
     """The true surroundings of a group, and the arrays that its degree of awareness writes."""
+    teammates = group.relations.get("teammates")
     scene = Scene(
-        group.bodies.heading, group.bodies.sensing_range, group.bodies.awareness_range, group.room("targets"), group.room("teammates"),
+        group.bodies.heading, group.bodies.sensing_range, group.bodies.awareness_range, group.room("targets"),
+        group.room("teammates"),
         teammates.place if teammates else np.zeros(0, np.int64),
         teammates.first[group.number] if teammates else 0, team, farthest_of(group.range_shape),
     )  # fmt: skip

@@ -23,6 +23,7 @@ from teamsight.policies.registry import label
 from teamsight.world.noise import TICKS_A_BLOCK, Stream, philox, stream_number
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.sizes import Sizes
     from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]
@@ -266,20 +267,18 @@ def bind_due(
     return DUE.pack(arrays)
 
 
-def fit_due(group: Group, packed: Packed[DueArrays], first: int) -> None:
-    """Follow agents who have come or left, whose group is the team from index `first` on; arrays stay where they are."""
-    size, due = len(group), group.due
-    assert due is not None and group.timetable is not None
-    kept = ("runs", "chosen_heading", "chosen_distance")
-    # Views of all rows for which there is room, or of the columns of the table.
-    group.due = due._replace(**{name: getattr(due, name).base[:size] for name in kept})
-    packed.resize({"n": size})
-    due.sensing.resize({"n": size, "scene.first": first})
+def follow_due(group: Group, packed: Packed[DueArrays], sizes: Sizes, earlier: Sequence[Group]) -> None:
+    """Let the records of the robots that are due follow the sizes of groups; `earlier` are those before in the team."""
+    due = packed.value
+    for record in (packed, due.sensing):
+        sizes.add_rows(record, group)
+    sizes.add(due.sensing.word("scene.first"), earlier)
     moves = due.sensing_window.moves
-    moves[moves[:, 0] == due.sensing.slots["scene.first"], 1] = first
+    at = int(np.flatnonzero(moves[:, 0] == due.sensing.slots["scene.first"])[0])
+    sizes.add(moves.ctypes.data + moves.strides[0] * at + moves.strides[1], earlier)
     for choice in due.choices:
         if (decision := choice.value.decision) is not None:
-            decision.resize({"n": size, "lanes": len(group.lanes)})
+            sizes.add_rows(decision, group, is_decision=True)
 
 
 def check_decides_alone(name: str, policy: Any) -> None:

@@ -481,10 +481,7 @@ class Engine:
     def resize(self, group: Group, *, is_moved: bool = False) -> None:
         """Adapt to agents that came to a group or left it; `is_moved` says whether columns of its table were moved."""
         data = self._data
-        group.fit_lanes()
-        if self.is_bound and not is_moved and self._binding.fit(group):
-            group.forget_actions()
-            self.stretch.count(self.relations)
+        if self.is_bound and not is_moved and self._binding.follow(group):
             self._changes.clear()
             self.is_seen, self.fits = False, self.fits + 1
             if data.watchers:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,42 +15,20 @@ from teamsight.agents.sensing.interface import View, salt_of
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.neighbour_list import filled
 from teamsight.world.noise import Stream, stream_number
+from teamsight.world.proximity.search import LANES as SEARCH_LANES
 from teamsight.world.proximity.search import Search
 from teamsight.world.proximity.shapes import farthest_of
 
 if TYPE_CHECKING:
     from teamsight.agents.channel import Channel
+    from teamsight.agents.engine.records import RelationArrays
+    from teamsight.agents.engine.sizes import Sizes
+    from teamsight.agents.group import Group
+    from teamsight.agents.world_data import WorldData
+    from teamsight.core.kernel import Packed
     from teamsight.core.neighbour_list import NeighbourList
-    from teamsight.core.table import Table
 
 _PERFECT = Sensor()
-
-
-class Members(Protocol):
-    """The part of `Group` that a relation uses; groups import this file."""
-
-    name: str
-    number: int
-    channels: dict[str, Channel]
-    bodies: Table
-    _agents: list[Any]
-    readings: dict[str, Readings]
-    has_conditions: bool
-
-    @property
-    def range_shape(self) -> str: ...
-    @property
-    def team(self) -> str | None: ...
-    def reach(self, channel: str) -> npt.NDArray[np.float64]: ...
-    def __len__(self) -> int: ...
-
-
-class Surroundings(Protocol):
-    """The part of `WorldData` that a relation uses."""
-
-    arena: Any
-    key: npt.NDArray[np.uint64]
-    moment: npt.NDArray[np.int64]
 
 
 class Relation:
@@ -64,23 +42,17 @@ class Relation:
         Whether what is sensed counts in the observed fraction.
     observers, observed : Group, list of Group
         The group that observes, and those that it observes, in this order.
-    first : dict of int to int
-        For each observed group's number, the index of its first agent among the observed.
-    everyone : ndarray, shape (observed,), int64
-        The identities of the observed.
-    search : Search
-        The search for all in range; it finds indices among the observed.
+    identities : ndarray, shape (room,), int64
+        The identities of the observed, and room for more.
     identity : ndarray, shape (k,), int64
         Room for the identities of all in range.
     is_conditional : bool
         Whether observers or observed can be inactive, or a sensor out of order.
-    conditions : Conditions
-        Which observers sense; empty if nobody is ever inactive.
     detection : Detection or None
         What the sensor makes of them; None for a perfect sensor.
     """
 
-    def __init__(self, channel: Channel, observers: Members, data: Surroundings) -> None:
+    def __init__(self, channel: Channel, observers: Group, data: WorldData) -> None:
         self.name, self.counts = channel.name, channel.counts
         self.observers, self.observed = observers, list(channel.observed)
         sensor = channel.sensor or _PERFECT
@@ -89,65 +61,91 @@ class Relation:
             reach = np.full(len(observers), float(sensor.range))
         self._longest = float(reach.max(initial=0.0))
         data.arena.check_reach(self._longest)
-        self._own_reach = reach if sensor.range is not None else None
-        self._rows = observers.bodies.room, sum(group.bodies.room for group in self.observed)
-        self._identities = np.zeros(self._rows[1], np.int64)
+        self.has_own_range = sensor.range is not None
         self.is_conditional = any(group.has_conditions for group in (observers, *self.observed))
-        self._reach_now = np.zeros(self._rows[0] if self.is_conditional else 0)
-        own = self._number_observed()
-        self.conditions = self._conditions(channel, reach)
-        self.search = Search(
-            observers.bodies.position, self.conditions.reach if self.is_conditional else reach, len(self.everyone), own,
-            data.arena, shape=observers.range_shape, rows=self._rows,
+        rows = observers.bodies.room, sum(group.bodies.room for group in self.observed)
+        self.identities = np.zeros(rows[1], np.int64)
+        self._reach_now = np.zeros(rows[0] if self.is_conditional else 0)
+        np.concatenate([group.bodies.identity for group in self.observed], out=self.everyone)
+        self._show_conditions(channel, reach)
+        self._conditions.reach[:] = self._conditions.full
+        self._search = Search(
+            observers.bodies.position, self._searched(reach), len(self.everyone), self.own, data.arena,
+            shape=observers.range_shape, rows=rows,
         )  # fmt: skip
         self.identity = np.zeros(len(self.search.room.identity), np.int64)
         self.detection: Detection | None = None
         if needs_detection(sensor, data.arena):
-            searched = Searched(
-                self.conditions.reach, self.search.x if self.is_conditional else self.search.x[:0]
-            )
-            self.detection = Detection(sensor, self._view(data, own, reach), self._readings(sensor), searched)
-
-    def _number_observed(self) -> int:
-        """Number the agents of the observed groups, one after the other; return the number of the first observer."""
-        bodies = [group.bodies for group in self.observed]
-        sizes = [len(one) for one in bodies]
-        first = [0, *accumulate(sizes[:-1])]
-        self.first = dict(zip((group.number for group in self.observed), first, strict=True))
-        self.everyone = self._identities[: sum(sizes)]
-        np.concatenate([one.identity for one in bodies], out=self.everyone)
-        return self.first.get(self.observers.number, -1)
-
-    def _conditions(self, channel: Channel, reach: npt.NDArray[np.float64]) -> Conditions:
-        """Return the conditions of the observers, whose ranges these are; all empty if they never change."""
-        size = len(reach) if self.is_conditional else 0
-        active, works = (
-            (self.observers.bodies.active, channel.works) if size else (np.zeros(0, np.bool_), np.zeros(0, np.bool_))
-        )
-        now = self._reach_now[:size]
-        now[:] = reach[:size]
-        return Conditions(active, works, reach[:size] if size else np.zeros(0), now)
+            searched = Searched(self.conditions.reach, self.search.x if self.is_conditional else self.search.x[:0])
+            self.detection = Detection(sensor, self._view(data, self.own, reach), self._readings(sensor), searched)
 
     @property
-    def can_fit(self) -> bool:
-        """Whether `fit` can follow agents who come and leave.
+    def first(self) -> dict[int, int]:
+        """For each observed group's number, the index of its first agent among the observed."""
+        sizes = [len(group) for group in self.observed]
+        return dict(zip((group.number for group in self.observed), accumulate([0, *sizes[:-1]]), strict=True))
 
-        It cannot with a sensor, which keeps what it has measured, or where somebody has a longer range than cells are
-        wide.
+    @property
+    def own(self) -> int:
+        """The index of the first observer among the observed; −1 if it is none of them."""
+        return self.first.get(self.observers.number, -1)
+
+    @property
+    def everyone(self) -> npt.NDArray[np.int64]:
+        """The identities of the observed, shape (observed,)."""
+        return self.identities[: sum(map(len, self.observed))]
+
+    @property
+    def search(self) -> Search:
+        """The search for all in range; it finds indices among the observed."""
+        search, size = self._search, sum(map(len, self.observed))
+        if len(search.position) != len(self.observers) or len(search.x) != size:
+            search.fit(self.observers.bodies.position, self._searched(self.observers.reach(self.name)), size)
+        return search
+
+    @property
+    def conditions(self) -> Conditions:
+        """Which observers sense; empty if nobody is ever inactive."""
+        if len(self._conditions.full) not in (0, len(self.observers)):
+            self._show_conditions(self.observers.channels[self.name], self.observers.reach(self.name))
+        return self._conditions
+
+    def _searched(self, reach: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the ranges of the search: those of the observers, or those of observers that can be inactive."""
+        return self.conditions.reach if self.is_conditional else reach
+
+    def _show_conditions(self, channel: Channel, reach: npt.NDArray[np.float64]) -> None:
+        """Show the conditions of the present observers, with these ranges; all empty if they never change."""
+        size = len(self.observers) if self.is_conditional else 0
+        self._conditions = Conditions(
+            self.observers.bodies.active[:size], channel.works[:size], reach[:size], self._reach_now[:size]
+        )
+
+    def can_follow(self) -> bool:
+        """Whether records can follow agents who come and leave.
+
+        They cannot with a sensor that keeps what it has measured or has a range of its own, or where somebody has a
+        longer range than cells are wide.
         """
-        if self.detection is not None or self._own_reach is not None:
+        if self.detection is not None or self.has_own_range:
             return False
-        return not self.search.has_cells or float(self.observers.reach(self.name).max(initial=0.0)) <= self._longest
+        return not self._search.has_cells or float(self.observers.reach(self.name).max(initial=0.0)) <= self._longest
 
-    def fit(self) -> None:
-        """Follow agents who have come or left, for whom there is room; the arrays stay where they are."""
-        own, observers = self._number_observed(), self.observers
-        reach = observers.reach(self.name)
-        self.conditions = self._conditions(observers.channels[self.name], reach)
-        now = self.conditions.reach if self.is_conditional else reach
-        self.search.fit(observers.bodies.position, now, len(self.everyone), own)
+    def follow(self, sizes: Sizes, record: Packed[RelationArrays], rows: npt.NDArray[np.int64]) -> None:
+        """Let the records follow the sizes of groups; `rows` are those of `RelationArrays`, with all room."""
+        observers, observed, search = [self.observers], self.observed, self._search.record
+        sizes.add_relation(self, rows)
+        for packed in (record, search):
+            sizes.add(packed.word("n"), observers)
+        sizes.add(record.word("observed"), observed)
+        if self.is_conditional:
+            sizes.add(record.word("conditions..n"), observers)
+        sizes.add(search.word("lanes"), observed, SEARCH_LANES)
+        sizes.add(search.word("observed.size"), observed)
+        if self.own >= 0:
+            sizes.add(search.word("observed.own"), observed[: observed.index(self.observers)])
 
-    def _view(self, data: Surroundings, own: int, reach: npt.NDArray[np.float64]) -> View:
+    def _view(self, data: WorldData, own: int, reach: npt.NDArray[np.float64]) -> View:
         group = self.observers
         return View(
             data.moment, data.key, salt_of(self.name), stream_number(Stream.SENSOR, group.number), group.bodies.member,

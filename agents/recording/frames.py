@@ -16,7 +16,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.engine.relation import Members, Relation
+from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.group import Group
 from teamsight.agents.outline import COLOURS, obstacles, walls
@@ -420,7 +420,7 @@ def most_bytes(arrays: LinkArrays) -> int:
     return (observers + links) * (1 + arrays.is_wide) + 4 * links * (len(arrays.offset) > 0)
 
 
-def _bodies(groups: Sequence[Members], first_body: dict[int, int]) -> Integers:
+def _bodies(groups: Sequence[Group], first_body: dict[int, int]) -> Integers:
     """Return the indices of the agents of groups among all bodies."""
     rows = [np.arange(len(group)) + first_body[group.number] for group in groups]
     return np.concatenate([np.zeros(0, np.int64), *rows])

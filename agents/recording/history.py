@@ -106,13 +106,23 @@ _FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 COLUMNS = ("observed", "mean_neighbours", "max_neighbours")
 
 
+def targets_of(relations: list[Relation]) -> int:
+    """Return the number of agents that count in the observed fraction once they are sensed, inactive ones included.
+
+    They are the agents of all groups that somebody senses in a channel that counts: by default "targets", of a group
+    on a team. An agent that several groups sense counts once.
+    """
+    observed = {group.number: len(group) for one in relations if one.counts for group in one.observed}
+    return sum(observed.values())
+
+
 class Stretch:
     """The steps during which the same groups observed one another; one column for each of their relations.
 
     Attributes
     ----------
     targets, robots : int
-        The numbers of agents that can be observed, and that have teammates, inactive ones included.
+        The numbers of agents that can be observed, and that have teammates, inactive ones included, at its begin.
     buffer, scores : Buffer
         The rows: what relations have found, and the scores of interactions.
     score_names : tuple of str
@@ -126,7 +136,8 @@ class Stretch:
         self._teams = [relations[r].observers.team for r in self._teammates]
         self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
         self._targets = [r for r, relation in enumerate(relations) if relation.counts]
-        self.count(relations)
+        self.robots = sum(len(relations[r].observers) for r in self._teammates)
+        self.targets = targets_of(relations)
         # How many are active is recorded only where it can change.
         self._is_conditional = is_open or any(relation.is_conditional for relation in relations)
         shape = (len(relations), CONDITIONAL_COLUMNS if self._is_conditional else HISTORY_COLUMNS)
@@ -134,12 +145,6 @@ class Stretch:
         # The same numbers for the positions before the first step.
         self.present = np.zeros(shape, np.int64)
         self._sums, self._summed = Sums(), 0
-
-    def count(self, relations: list[Relation]) -> None:
-        """Count the present agents."""
-        self.robots = sum(len(relations[r].observers) for r in self._teammates)
-        met = {group.number: len(group) for r in self._targets for group in relations[r].observed}
-        self.targets = sum(met.values())
 
     def emptied(self) -> Stretch:
         """Return a new stretch of the same relations, without rows."""
@@ -256,7 +261,7 @@ class History:
         self._earlier = Sums()
 
     def begin(self, relations: list[Relation], scores: tuple[str, ...] = (), *, is_open: bool = False) -> Stretch:
-        """Begin a new stretch, with scores of these names, and return it; if it is open, agents come and leave in it."""
+        """Begin a new stretch, with scores of these names, and return it; agents come and leave in an open one."""
         if self._stretches:
             last = self._stretches[-1]
             last.buffer.array = last.buffer.written.copy()

@@ -73,13 +73,18 @@ class Table:
         return name in self._fields
 
     def __getitem__(self, name: str) -> Array:
-        # A name that is no attribute, as of a column of the user's.
-        column: Array = self.__dict__[name]
-        return column
+        # For names that are no attributes, as of a column of the user's.
+        view = self.__dict__.get(name)
+        return self.__getattr__(name) if view is None else view
 
-    # For type checkers: columns are attributes, put into the dictionary of the object.
+    # Called where there is no view yet since rows were added or removed.
     def __getattr__(self, name: str) -> Array:
-        raise AttributeError(f"the table has no column {name!r}, but {', '.join(vars(self).get('_fields', ()))}")
+        arrays = self.__dict__.get("_arrays", {})
+        if name not in arrays:
+            raise AttributeError(f"the table has no column {name!r}, but {', '.join(arrays) or 'none'}")
+        view: Array = arrays[name][: self._rows]
+        self.__dict__[name] = view
+        return view
 
     @property
     def fields(self) -> dict[str, Field]:
@@ -91,27 +96,33 @@ class Table:
         """The number of rows for which there is room."""
         return self._room
 
+    def whole(self, name: str) -> Array:
+        """Return a column with all room, shape (room, …)."""
+        return self._arrays[name]
+
     def declare(self, field: Field, values: npt.ArrayLike | None = None) -> Array:
         """Add a column, or replace it, with these elements or the fill; return it."""
         array = np.zeros((self._room, *field.shape), field.dtype)
         array[: self._rows] = field.fill if values is None else values
         self._fields[field.name], self._arrays[field.name] = field, array
-        return self._show(field.name)
+        self.__dict__.pop(field.name, None)
+        return self[field.name]
 
     def drop(self, *names: str) -> None:
         """Remove columns, if they are there."""
         for name in names:
             if name in self._fields:
-                del self._fields[name], self._arrays[name], self.__dict__[name]
+                del self._fields[name], self._arrays[name]
+                self.__dict__.pop(name, None)
 
     def append(self, count: int, given: Mapping[str, Any]) -> bool:
         """Add rows with these elements, or the fills; return whether columns were moved to make room."""
         first, last = self._rows, self._rows + count
         is_moved = self.make_room(count)
-        self._rows = last
+        arrays = self._arrays
         for name, field in self._fields.items():
-            self._arrays[name][first:last] = given[name] if name in given else field.fill
-            self._show(name)
+            arrays[name][first:last] = given.get(name, field.fill)
+        self._resize(last)
         return is_moved
 
     def make_room(self, count: int, *, spare: bool = True) -> bool:
@@ -127,8 +138,7 @@ class Table:
             longer[: self._rows] = array[: self._rows]
             self._arrays[name] = longer
         self._room = rows
-        for name in self._arrays:
-            self._show(name)
+        self._resize(self._rows)
         return True
 
     def keep(self, which: Array) -> None:
@@ -170,7 +180,6 @@ class Table:
             # Objects are copied too.
             other._arrays[name] = copy.deepcopy(array) if array.dtype == np.object_ else array.copy()
             other._fields[name] = field
-            other._show(name)
         return other
 
     def assign(self, other: Table) -> None:
@@ -192,7 +201,7 @@ class Table:
             else:
                 self.declare(field, other[name])
 
-    def reset(self, first: Table, member: npt.NDArray[np.int64]) -> None:
+    def reset(self, first: Table, member: Array | slice) -> None:
         """Let all columns be as their declarations say; `first` has the elements with which each `member` begins."""
         for name, field in self._fields.items():
             if field.reset == "fill":
@@ -201,13 +210,10 @@ class Table:
                 self[name][:] = first[name][member]
 
     def _resize(self, rows: int) -> None:
-        self._rows = rows
+        """Have so many rows; views of columns are made anew when they are used."""
+        self._rows, views = rows, self.__dict__
         for name in self._arrays:
-            self._show(name)
-
-    def _show(self, name: str) -> Array:
-        column = self.__dict__[name] = self._arrays[name][: self._rows]
-        return column
+            views.pop(name, None)
 
     def __deepcopy__(self, memo: Any) -> Table:
         return self.copy()

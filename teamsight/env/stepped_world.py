@@ -12,6 +12,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.loop import RUN
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector, Rows
+from teamsight.agents.recording.history import targets_of
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.world import World
 from teamsight.core.interrupts import deferred
@@ -67,7 +68,7 @@ class SteppedWorld:
         self.sight: Packed[SightArrays]
         self.quiet_until, self.is_shown = 0, False
         self._robots: list[int] = []
-        self._bound: tuple[Any, Any] | None = None
+        self._bound: tuple[Any, Any, int] | None = None
         self._is_shared = False
         # The tick and the row of the history of which Python knows.
         self._tick = self._row = 0
@@ -185,8 +186,9 @@ class SteppedWorld:
         self._check_robots()
         world._stepper.begin_to_collect()
         engine._make_room(min(self._settings.max_cycles, _ROWS))
-        present = engine._binding, self._group.perception.record
-        if self._bound is None or any(one is not other for one, other in zip(present, self._bound, strict=True)):
+        present = engine._binding, self._group.perception.record, engine.fits
+        # Neither records nor bindings are equal to others.
+        if present != self._bound:
             before = self.sight.value if self._bound is not None else None
             self.sight = SIGHT.pack(self._sight(before))
             self._bound = present
@@ -227,7 +229,7 @@ class SteppedWorld:
         arrays = SightArrays(
             binding.world, binding._group_records[self._world.groups.index(group)],
             records[id(targets)] if targets else None, records[id(teammates)] if teammates else None, team,
-            np.array(roles, np.int64), engine.stretch.targets, group.policy_state.floats,
+            np.array(roles, np.int64), targets_of(relations), group.policy_state.floats,
             self._observation.perceive, sensing, group.perception.room, self._observation.show, seen,
             self._shown.of_robots, self._shown.of_world,
             np.zeros_like(kept[0]), np.zeros_like(kept[1]), np.zeros(bodies, np.int64), np.zeros(bodies, np.int64),

@@ -27,7 +27,8 @@ __all__ = ["NeighbourList", "Search", "proximity_graph", "search"]
 MOST_PAIRS = 6_000
 MOST_PAIRS_ON_TORUS = 1_500
 
-_LANES = 16
+#: Bodies are filled up to a multiple of this many.
+LANES = 16
 
 Floats = npt.NDArray[np.float64]
 
@@ -100,6 +101,8 @@ class Search:
     ----------
     record : Packed
         The argument of the kernel `search`.
+    lanes : ndarray, shape (2, lanes), float64
+        x and y of all bodies for which there is room, up to full SIMD lanes.
     room : NeighbourList
         The arrays that it writes.
     """
@@ -116,44 +119,24 @@ class Search:
         pairs: bool | None = None,
         rows: tuple[int, int] | None = None,
     ) -> None:
-        observers, most_observed = self._rows = rows or (len(position), observed)
-        self._lanes = np.full((2, _lanes_of(most_observed)), FAR_AWAY)
-        most = MOST_PAIRS_ON_TORUS if any(arena.period) else MOST_PAIRS
-        is_small = observers * most_observed <= most
+        observers, bodies = rows or (len(position), observed)
+        self.lanes = np.full((2, _lanes_of(bodies)), FAR_AWAY)
         self._start = np.zeros(observers + 1, np.int64)
-        self._edges = neighbour_room(0, first_room(observers, most_observed))
-        self._set(position, reach, observed)
-        grid = None if (is_small if pairs is None else pairs) else self._grid(arena)
+        self._edges = neighbour_room(0, first_room(observers, bodies))
+        self.fit(position, reach, observed)
+        most = MOST_PAIRS_ON_TORUS if any(arena.period) else MOST_PAIRS
+        grid = None if (observers * bodies <= most if pairs is None else pairs) else self._grid(arena)
         period = kernel_period(arena.period)
-        bodies = Observed(*self._lanes_in_use, observed, own, period[0], period[1], shape_number(shape))
+        x, y = self.lanes[:, : _lanes_of(observed)]
+        seen = Observed(x, y, observed, own, period[0], period[1], shape_number(shape))
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
-        self.record = SEARCHING.pack(
-            Searching(position, reach, bodies, grid or none, _cells(grid, most_observed), self.room)
-        )
+        self.record = SEARCHING.pack(Searching(position, reach, seen, grid or none, _cells(grid, bodies), self.room))
 
-    def _set(self, position: Floats, reach: Floats, observed: int) -> None:
+    def fit(self, position: Floats, reach: Floats, observed: int) -> None:
+        """Show other numbers of bodies, for which there is room; compiled code has written them into the record."""
         self.position, self.reach = position, reach
-        # Lanes beyond the last body, of which there may have been more, are in use too.
-        self._lanes[:, observed:] = FAR_AWAY
-        self.x, self.y = self._lanes[:, :observed]
+        self.x, self.y = self.lanes[:, :observed]
         self.room = self._edges._replace(start=self._start[: len(position) + 1])
-
-    @property
-    def _lanes_in_use(self) -> Floats:
-        return self._lanes[:, : _lanes_of(len(self.x))]
-
-    def fit(self, position: Floats, reach: Floats, observed: int, own: int) -> None:
-        """Search among other numbers of bodies, for which there is room; the arrays stay where they are."""
-        self._set(position, reach, observed)
-        here = self.record.value
-        made = here._replace(
-            position=position, reach=reach, neighbours=self.room,
-            observed=here.observed._replace(x=self._lanes_in_use[0], y=self._lanes_in_use[1], size=observed, own=own),
-        )  # fmt: skip
-        self.record.resize(
-            {"n": len(position), "lanes": _lanes_of(observed), "observed.size": observed, "observed.own": own},
-            lambda: made,
-        )
 
     def _grid(self, arena: Arena | Plane) -> Grid | None:
         """Return the division of the arena into cells; None if it is too small for that."""
@@ -195,7 +178,7 @@ class Search:
 
 
 def _lanes_of(observed: int) -> int:
-    return -(-observed // _LANES) * _LANES
+    return -(-observed // LANES) * LANES
 
 
 def first_room(observers: int, observed: int) -> int:

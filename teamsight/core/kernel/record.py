@@ -80,7 +80,7 @@ class Layout:
 
     @property
     def slots(self) -> dict[str, int]:
-        """The word of each length, by name, with the path of its NamedTuple if it is local, and of each number, by path."""
+        """The word of each length, by its name (a local one after the path of its NamedTuple), and of each number."""
         numbers = {path: leaf.slot for path, leaf in self._leaves.items() if leaf.lengths is None}
         return self._slots | numbers
 
@@ -253,31 +253,21 @@ class Packed(Generic[T]):
             If an array has another type or shape than declared; the record is then unchanged.
         """
         self.words[:], self._kept = self._record.words(value)
-        self._value: T | None = value
-        self._made: Callable[[], T] | None = None
+        self._made: Callable[[], T] | None
+        self._value, self._made = value, None
 
     @property
     def value(self) -> T:
-        """The arrays and numbers that were packed."""
-        if self._value is None:
-            assert self._made is not None
-            self._value = self._made()
-        return self._value
+        """The arrays and numbers that were packed, or as they are now; see `follow`."""
+        return self._value if self._made is None else self._made()
 
-    def resize(self, words: Mapping[str, int], made: Callable[[], T] | None = None) -> None:
-        """Change lengths and numbers, where all arrays stay where they are.
+    def follow(self, made: Callable[[], T]) -> None:
+        """Let `value` be what ``made()`` returns, since compiled code changes lengths and numbers of the record."""
+        self._made = made
 
-        Parameters
-        ----------
-        made : callable, optional
-            Returns the arrays and numbers as they are then, when `value` is asked for.
-        words : mapping of str to int
-            The lengths, by name, and the numbers, by path; see `Record.slots`.
-        """
-        slots = self.slots
-        for name, number in words.items():
-            self.words[slots[name]] = number
-        self._value, self._made = None, made
+    def word(self, name: str) -> int:
+        """Return the address of the word of a length or a number; see `Layout.slots`."""
+        return self.address + self.words.itemsize * self._record.slots[name]
 
     @property
     def leaves(self) -> list[Leaf]:
