@@ -375,10 +375,8 @@ def newcomers(
     for index, state in enumerate(states):
         if group.is_in_table(index):
             bodies |= zip(columns_of_state(index), state, strict=True)
-    begun = {name: values for name, values in own.items() if name in group.members}
-    return Newcomers(
-        count, bodies, {**abilities, **numbers, **begun, "arrived_at": tick}, founders, states, cycle
-    )
+    begun = {name: bodies[name] for name in group.members.fields if name in bodies}
+    return Newcomers(count, bodies, {**begun, **numbers, "arrived_at": tick}, founders, states, cycle)
 
 
 def join(data: WorldData, group: Group, new: Newcomers) -> bool:

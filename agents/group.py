@@ -28,7 +28,7 @@ from teamsight.policies.columns import columns_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule
-from teamsight.world.bodies import ABILITIES, BODIES
+from teamsight.world.bodies import BODIES
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.placement import Founders
@@ -161,8 +161,8 @@ class Group(Generic[A]):
         All that has a value for each agent: `BODIES`, the user's own columns, whether sensors work, the timetable and
         the state of compiled policies. Values written into its arrays are not checked.
     members : Table
-        With what each member begins a run, those that have left included: `ABILITIES`, cycle, columns of interactions;
-        and `arrived_at`, the tick at which it came.
+        With what each member begins a run, those that have left included: the columns of `bodies` that a reset takes
+        back to it; and `arrived_at`, the tick at which it came.
     founders : list of Founders
         The rules by which the members are placed at the start of a run.
     departed : mapping of int to Body
@@ -208,7 +208,9 @@ class Group(Generic[A]):
     ) -> None:
         self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
         self.agent_class, self.first_size = agent_class, size
-        self.bodies, self.members = Table(BODIES, size), Table((*ABILITIES, Field("arrived_at", np.int64)), size)
+        self.bodies = Table(BODIES, size)
+        begun = (field for field in BODIES if field.reset == "first")
+        self.members = Table((*begun, Field("arrived_at", np.int64, unit="ticks")), size)
         put(self, rules=(policy, awareness), others=(), timetable=None)
         self.columns = Columns(name, self.bodies)
         self._agents: list[A] = []

@@ -10,6 +10,7 @@ import numpy as np
 from teamsight import Interaction, Robot, Target, Torus, World
 from teamsight.core.kernel import kernel
 from teamsight.world import InteractionState
+from teamsight.world.bodies import BODIES
 
 
 @kernel
@@ -76,7 +77,7 @@ def fingerprint(world: World) -> list[bytes]:
     """Return all that a run with interactions may change, as bytes."""
     found = [world.recording.history.to_numpy().tobytes(), str(world.tick).encode()]
     for group in world.groups:
-        found += [np.ascontiguousarray(array).tobytes() for name, array in sorted(vars(group.bodies).items())]
+        found += [group.bodies[one.name].tobytes() for one in BODIES if one.name not in ("aim", "distance")]
         found += [array.tobytes() for array in group.columns.arrays().values()]
     for placed in world._data.interactions:
         found += [array.tobytes() for array in placed.state]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, World
+from teamsight.agents.policy_state import columns_of_state
 
 PARTS: list[dict[str, Any]] = [
     {}, {"awareness": "shared", "target_policy": "evasive"}, {"policy": "centroid", "policy_options": {"idle": "wander"}},
@@ -152,9 +153,11 @@ def test_a_state_of_a_policy_with_other_constants_is_refused() -> None:
 
 def test_a_memory_that_a_kernel_would_read_beyond_its_end_is_refused() -> None:
     saved = CMOMMT(rng=1).state()
-    group = saved.groups[0]
-    shorter = type(group.policy_state)(group.policy_state.floats[:, :2].copy(), group.policy_state.ints[:, :2].copy())
-    forged = saved._replace(groups=(group._replace(policy_state=shorter), *saved.groups[1:]))
+    bodies = saved.groups[0].bodies
+    for name in columns_of_state(0):
+        field, values = bodies.fields[name], bodies[name][:, :2].copy()
+        bodies.declare(field._replace(shape=values.shape[1:]), values)
+    forged = pickle.loads(pickle.dumps(saved))
     with pytest.raises(ValueError, match=r"restore\(…\): the policy of robots has the state .*\[10, 2, 4\].*\[10, 16, 4\]"):
         CMOMMT(rng=1).restore(forged)
 
