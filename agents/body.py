@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, overload
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import mesa_bases
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES, channel_of
 from teamsight.agents.columns import unwritable
@@ -17,6 +16,7 @@ from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.fixed import Kept, refusing
 from teamsight.agents.given import Points, PolicyLike
 from teamsight.agents.group import Got
+from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.places import checked_headings
 from teamsight.core import checks
 from teamsight.core.card import shown
@@ -146,7 +146,7 @@ class Active:
 
 
 @refusing(identity="the world gives it; take another name for an attribute of your own")
-class Body(mesa_bases.Agent):
+class Body(mesa_compat.Agent):
     """An agent in a world: a mesa agent that has a place and moves. `World.add` and `Group.add` make agents.
 
     A new role is a subclass, or a group of these with a name. A subclass may override `decide`, to replace the policy

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import mesa_compat
 from teamsight.agents.body import Body
 from teamsight.agents.building import (
     MOST_AGENTS,
@@ -28,7 +27,8 @@ from teamsight.agents.decisions.timetable import OtherPolicy, new_timetable, put
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, team_of
-from teamsight.agents.mesa_bases import Agent
+from teamsight.agents.mesa import compat as mesa_compat
+from teamsight.agents.mesa.compat import Agent
 from teamsight.agents.places import checked_positions
 from teamsight.agents.policy_state import first_state, put_rows, take_rows
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
@@ -46,9 +46,9 @@ if TYPE_CHECKING:
     from teamsight.agents.channel import Channel
     from teamsight.agents.decisions.timetable import Timetable
     from teamsight.agents.engine.engine import Engine
-    from teamsight.agents.mesa_bases import Model
+    from teamsight.agents.mesa.compat import Model
+    from teamsight.agents.mesa.space import WorldSpace
     from teamsight.agents.sensing.sensor import Sensor
-    from teamsight.agents.space import WorldSpace
     from teamsight.agents.world_data import WorldData
     from teamsight.policies.percept_of_one import PerceptOfOne
 
@@ -225,7 +225,7 @@ class WorldHost:
     @cached_property
     def space(self) -> WorldSpace:
         """The space of the world for mesa, made when it is first used."""
-        from teamsight.agents.space import WorldSpace
+        from teamsight.agents.mesa.space import WorldSpace
 
         return WorldSpace(self._model, self._data)
 

@@ -23,6 +23,7 @@ MOVED: dict[str, str] = {
         "teamsight.agents.components.failures:SensorDropouts",
     "teamsight.agents.components.charging_places:ChargingPlaces":
         "teamsight.agents.components.batteries:ChargingPlaces",
+    "teamsight.agents.events.recurring:Recurring": "teamsight.agents.mesa.model:Recurring",
 }
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500
