@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from teamsight.policies.actions import go
     from teamsight.policies.basis.basis_behaviours import BasisBehaviours
     from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
-    from teamsight.policies.braitenberg.fixed_priority import FixedPriority
+    from teamsight.policies.braitenberg.vehicle import FixedPriority
     from teamsight.policies.check import check_policy
     from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
@@ -54,7 +54,7 @@ _HOMES = {
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
-    "FixedPriority": "teamsight.policies.braitenberg.fixed_priority",
+    "FixedPriority": "teamsight.policies.braitenberg.vehicle",
     "FollowFree": "teamsight.policies.handmade.follow_free",
     "Floats": "teamsight.policies.interface",
     "LazyQ": "teamsight.policies.lazy.lazy_q",

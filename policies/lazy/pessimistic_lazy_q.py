@@ -10,8 +10,7 @@ import numpy as np
 from teamsight.core.kernel import inlined, scratch
 from teamsight.policies.actions import ActionGrid, act
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy.action_values import MOST_MATCHES
-from teamsight.policies.lazy.learner import K, LazyLearner, find_matches, first_own
+from teamsight.policies.lazy.learner import MOST_MATCHES, K, LazyLearner, find_matches, first_own
 from teamsight.policies.learner import refuse
 
 _MOST_ACTIONS = 256

@@ -24,6 +24,8 @@ MOVED: dict[str, str] = {
     "teamsight.agents.components.charging_places:ChargingPlaces":
         "teamsight.agents.components.batteries:ChargingPlaces",
     "teamsight.agents.events.recurring:Recurring": "teamsight.agents.mesa.model:Recurring",
+    "teamsight.policies.braitenberg.fixed_priority:FixedPriority":
+        "teamsight.policies.braitenberg.vehicle:FixedPriority",
 }
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500
