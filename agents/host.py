@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.body import Body
+from teamsight.agents.body import Body, checked_positions
 from teamsight.agents.building import (
     MOST_AGENTS,
     OWN_OF_GROUP,
@@ -22,14 +22,12 @@ from teamsight.agents.building import (
     turn_columns,
 )
 from teamsight.agents.channel import TEAMMATES, changed, channel_of
-from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
-from teamsight.agents.decisions.timetable import OtherPolicy, new_timetable, put_timetable
+from teamsight.agents.decisions import EVERY_STEP, OtherPolicy, cycle_of, new_timetable, put_timetable
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.compat import Agent
-from teamsight.agents.places import checked_positions
 from teamsight.agents.policy_state import first_state, put_rows, take_rows
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.core import checks
@@ -44,7 +42,7 @@ if TYPE_CHECKING:
         Plan,
     )
     from teamsight.agents.channel import Channel
-    from teamsight.agents.decisions.timetable import Timetable
+    from teamsight.agents.decisions import Timetable
     from teamsight.agents.engine.engine import Engine
     from teamsight.agents.mesa.compat import Model
     from teamsight.agents.mesa.space import WorldSpace

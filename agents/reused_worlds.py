@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
-from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
+from teamsight.agents.decisions import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.presets import PRESETS

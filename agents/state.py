@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.decisions.timetable import OtherPolicy, Timetable
+from teamsight.agents.decisions import OtherPolicy, Timetable
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.engine.interactions import InteractionSaved, check_interactions
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from teamsight.policies.basis.basis_behaviours import BasisBehaviours
     from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
     from teamsight.policies.braitenberg.vehicle import FixedPriority
+    from teamsight.policies.channels import column_of
     from teamsight.policies.check import check_policy
-    from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager.linear import LinearQ
     from teamsight.policies.eager.tabular import TabularQ
@@ -81,7 +81,7 @@ _HOMES = {
     "SurroundPrey": "teamsight.policies.handmade.surround_prey",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",
-    "column_of": "teamsight.policies.columns",
+    "column_of": "teamsight.policies.channels",
     "go": "teamsight.policies.actions",
     "turn_to": "teamsight.policies.percept_of_one",
     "turned": "teamsight.policies.interface",

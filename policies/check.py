@@ -11,9 +11,8 @@ import numpy.typing as npt
 
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies import compiled
-from teamsight.policies.answers import check_action, check_answer
-from teamsight.policies.channels import channels_of
-from teamsight.policies.columns import columns_of
+from teamsight.policies.actions import check_action, check_answer
+from teamsight.policies.channels import channels_of, columns_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.declarations import check_declarations
 from teamsight.policies.guarded_decision import try_decision

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull
     from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
-    from teamsight.agents.decisions.cycle import Cycle
+    from teamsight.agents.decisions import Cycle
     from teamsight.agents.events.source import EventSource
     from teamsight.agents.sensing.check import check_sensor
     from teamsight.agents.sensing.sensor import Sensor
@@ -59,7 +59,7 @@ _HOMES = {
     "Times": "teamsight.agents.components.durations",
     "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
     "Weibull": "teamsight.agents.components.durations",
-    "Cycle": "teamsight.agents.decisions.cycle",
+    "Cycle": "teamsight.agents.decisions",
     "World": "teamsight.agents.world",
     "Robot": "teamsight.agents.body",
     "Sensor": "teamsight.agents.sensing.sensor",

@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     from teamsight.world.check import check_arena
     from teamsight.world.checked_interaction import check_interaction
     from teamsight.world.circle import Circle
-    from teamsight.world.contract import Arena, Obstructed
+    from teamsight.world.contract import Arena, Obstacle, Obstructed, Outline
     from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
-    from teamsight.world.obstacles import Obstacle, Outline
     from teamsight.world.polygon import Polygon
     from teamsight.world.sight import Sight
     from teamsight.world.walls import Walls
@@ -31,9 +30,9 @@ _HOMES = {
     "InteractingBodies": "teamsight.world.interaction",
     "Interaction": "teamsight.world.interaction",
     "InteractionState": "teamsight.world.interaction",
-    "Obstacle": "teamsight.world.obstacles",
+    "Obstacle": "teamsight.world.contract",
     "Obstructed": "teamsight.world.contract",
-    "Outline": "teamsight.world.obstacles",
+    "Outline": "teamsight.world.contract",
     "Polygon": "teamsight.world.polygon",
     "Sight": "teamsight.world.sight",
     "Torus": "teamsight.world.arena",

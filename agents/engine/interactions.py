@@ -29,7 +29,7 @@ from teamsight.agents.engine.records import (
 )
 from teamsight.agents.policy_state import layout
 from teamsight.core.kernel import Entry, call, inlined, kernel
-from teamsight.core.kernel.window import move as show
+from teamsight.core.kernel.record import move as show
 from teamsight.core.references import stable_name
 from teamsight.world.interaction import (
     COMPLETED,
@@ -496,7 +496,7 @@ class BoundInteractions:
         first = 0
         if data.interactions:
             # Only worlds with an interaction need it.
-            from teamsight.world.region_of import region_of
+            from teamsight.world.region import region_of
 
             region = region_of(data.arena)
             for one in data.interactions:

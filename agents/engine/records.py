@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.binding import Sensing
+from teamsight.agents.awareness.interface import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
 from teamsight.agents.engine.due import DueArrays
 from teamsight.agents.engine.relays import RelayArrays
@@ -85,7 +85,7 @@ class InteractionArrays(NamedTuple):
         Its kernel, and the record of a call.
     words, turn, moves
         The words of that record; which one holds `turn`; and how those of the noise depend on the tick, see
-        `teamsight.core.kernel.window`.
+        `teamsight.core.kernel.record`.
     in_turn : bool
         Whether it is called after the move of each of its groups.
     key : ndarray, shape (2,), uint64

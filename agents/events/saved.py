@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from teamsight.agents.body import Body
-from teamsight.agents.events.log import EventLog, LoggedEvent
+from teamsight.agents.events.sources import EventLog, LoggedEvent
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.compat import Model
 from teamsight.agents.world_data import WorldData

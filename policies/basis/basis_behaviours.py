@@ -13,7 +13,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import go, turned_by
-from teamsight.policies.columns import column_of
+from teamsight.policies.channels import column_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, PolicyState
 from teamsight.policies.online.online_q import chosen_action, largest

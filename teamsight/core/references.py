@@ -26,6 +26,12 @@ MOVED: dict[str, str] = {
     "teamsight.agents.events.recurring:Recurring": "teamsight.agents.mesa.model:Recurring",
     "teamsight.policies.braitenberg.fixed_priority:FixedPriority":
         "teamsight.policies.braitenberg.vehicle:FixedPriority",
+    "teamsight.agents.decisions.cycle:Cycle": "teamsight.agents.decisions:Cycle",
+    "teamsight.agents.awareness.pairwise:PairwiseAwareness": "teamsight.agents.awareness.degrees:PairwiseAwareness",
+    "teamsight.agents.awareness.nearest:NearestAwareness": "teamsight.agents.awareness.degrees:NearestAwareness",
+    "teamsight.agents.awareness.shared:SharedAwareness": "teamsight.agents.awareness.degrees:SharedAwareness",
+    "teamsight.agents.awareness.none:NoAwareness": "teamsight.agents.awareness.degrees:NoAwareness",
+    "teamsight.agents.awareness.ring:RingAwareness": "teamsight.agents.awareness.degrees:RingAwareness",
 }
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500

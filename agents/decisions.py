@@ -1,22 +1,256 @@
-"""The timetable of a group: when each robot decides next and by which policy, and the actions on their way."""
+"""When the robots of a group decide: their cycle, and the timetable of all."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.decisions.cycle import EVERY_STEP, RANDOM, ROUNDING, Cycle, CycleNumbers, drawn_phases
 from teamsight.agents.fixed import put
-from teamsight.agents.group import Group
 from teamsight.agents.policy_state import state_of_more, take_rows
+from teamsight.core import checks
 from teamsight.policies.interface import Action
-from teamsight.world.noise import Stream, stream_number, uniforms
+from teamsight.world.noise import Stream, key_of, stream_number, uniforms
 
 if TYPE_CHECKING:
+    from teamsight.agents.group import Group
     from teamsight.agents.world_data import WorldData
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+#: A sensing that follows a whole tick by no more than this belongs to it; the clock rounds alike.
+ROUNDING = 1e-9
+
+MOST_TICKS = 1e12
+MOST_DELAY = 10_000
+
+RANDOM: Literal["random"] = "random"
+
+
+class CycleNumbers(NamedTuple):
+    """The cycles of n agents, one element each.
+
+    Attributes
+    ----------
+    period, phase, jitter : ndarray, shape (n,), float64
+        [ticks].
+    is_random : ndarray, shape (n,), bool
+        Whether the phase is drawn; `phase` is 0 then.
+    delay : ndarray, shape (n,), int64
+        [ticks].
+    """
+
+    period: Floats
+    phase: Floats
+    jitter: Floats
+    is_random: npt.NDArray[np.bool_]
+    delay: Integers
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """When robots sense and decide. Between two decisions a robot keeps its last action; before the first it stays.
+
+    A robot senses for the k-th time, k = 0, 1, …, at the time origin + phase + k · period + jitter · u, where u is
+    uniform in [0, 1), drawn for each robot and each k. The origin is the tick at which the cycle was set, or the robot
+    came. Sensing takes effect at the first whole tick that is not before this time, and the action `delay` ticks
+    later. If two times have the same first tick, the robot decides once.
+
+    Parameters
+    ----------
+    period : float or array_like, shape (n,), default 1
+        The time from one sensing to the next, at least 1 [ticks].
+    phase : float, array_like of shape (n,), or "random", default 0
+        The time of the first sensing after the origin, at least 0 [ticks]. "random": uniform in [0, period), drawn for
+        each robot.
+    jitter : float or array_like, shape (n,), default 0
+        The largest time by which a sensing is late, at least 0 and below the period [ticks].
+    delay : int or array_like, shape (n,), default 0
+        Whole ticks from sensing to acting, at least 0.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is no number, outside its limits, or of another shape; or if shapes differ.
+
+    Notes
+    -----
+    Arrays are kept as tuples, so that equal cycles are equal and can be keys.
+    """
+
+    period: float | npt.ArrayLike = 1.0
+    phase: float | npt.ArrayLike = 0.0
+    jitter: float | npt.ArrayLike = 0.0
+    delay: int | npt.ArrayLike = 0
+
+    def __post_init__(self) -> None:
+        period = _values("period", self.period, 1.0, "a robot decides at most once in each step")
+        phase = RANDOM if isinstance(self.phase, str) else _values("phase", self.phase, 0.0, "give a later time")
+        if isinstance(self.phase, str):
+            checks.choice("phase", self.phase, (RANDOM,))
+        jitter = _values("jitter", self.jitter, 0.0, "a sensing can only be late")
+        delay = _delays(self.delay)
+        sizes = {len(one) for one in (period, phase, jitter, delay) if isinstance(one, tuple)}
+        if len(sizes) > 1:
+            raise ValueError(
+                f"Cycle: has values for {' and '.join(map(str, sorted(sizes)))} robots; give one value, or one for each"
+            )
+        late, least = np.broadcast_arrays(np.asarray(jitter), np.asarray(period))
+        if (late >= least).any():
+            at = int(np.argmax(np.ravel(late >= least)))
+            raise ValueError(
+                f"jitter={np.ravel(late)[at]:g}: must be below the period, {np.ravel(least)[at]:g}, so that sensings "
+                "keep their order; give a smaller jitter or a longer period"
+            )
+        for name, value in (("period", period), ("phase", phase), ("jitter", jitter), ("delay", delay)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def size(self) -> int | None:
+        """The number of robots for which it has values; None if they are for any number."""
+        sizes = [len(one) for one in (self.period, self.phase, self.jitter, self.delay) if isinstance(one, tuple)]
+        return sizes[0] if sizes else None
+
+    def numbers(self, size: int) -> CycleNumbers:
+        """Return the cycles of this many agents.
+
+        Raises
+        ------
+        ValueError
+            If it has values for another number of agents.
+        """
+        if self.size not in (None, size):
+            raise ValueError(
+                f"cycle={checks.shown(self)}: has values for {self.size} robots; give one value, or {size}, one for "
+                "each agent"
+            )
+        is_random = self.phase == RANDOM
+        phase: Any = 0.0 if is_random else self.phase
+        period, phase, jitter = (
+            np.array(np.broadcast_to(np.asarray(one, float), size)) for one in (self.period, phase, self.jitter)
+        )
+        delay = np.array(np.broadcast_to(np.asarray(self.delay, np.int64), size))
+        return CycleNumbers(period, phase, jitter, np.full(size, is_random), delay)
+
+    def times(
+        self, duration: float, size: int = 1, *, seed: int = 0, group: int = 0, origin: float = 0.0
+    ) -> list[Floats]:
+        """Return the times at which agents sense: one array for each agent [ticks].
+
+        Parameters
+        ----------
+        duration : float
+            The time from the origin in which they are listed, at least 0 [ticks].
+        size : int
+            The number of agents: the first members of a group.
+        seed, group : int
+            The world's seed and the number of the group in it; phases that are drawn and jitter depend on them.
+        origin : float
+            The tick at which the cycle was set.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a value is no number or outside its limits, or the cycle has values for another number of agents.
+        """
+        length = checks.number("duration", duration, least=0, most=MOST_TICKS)
+        size = checks.count("size", size)
+        first = checks.number("origin", origin, least=0, most=MOST_TICKS)
+        key, stream = key_of(checks.count("seed", seed, least=0)), stream_number(Stream.CYCLE, group)
+        numbers, members = self.numbers(size), np.arange(size)
+        phase = drawn_phases(numbers, key, stream, members)
+        most = int(length / float(numbers.period.min())) + 2
+        late = np.array([uniforms(key, stream, k, members, 1)[0] for k in range(most)])
+        times = (first + phase) + np.arange(most)[:, np.newaxis] * numbers.period + numbers.jitter * late
+        return [column[column < first + length] for column in times.T]
+
+    def __repr__(self) -> str:
+        parts = {"period": self.period, "phase": self.phase, "jitter": self.jitter, "delay": self.delay}
+        usual = {"phase": 0.0, "jitter": 0.0, "delay": 0}
+        # In full: runs with equal texts count as one.
+        shown = [f"{name}={one!r}" for name, one in parts.items() if one != usual.get(name)]
+        return f"Cycle({', '.join(shown)})"
+
+
+CycleLike: TypeAlias = Cycle | float
+
+def cycle_of(value: Any) -> Cycle:
+    """Return the cycle that a user gives: an object, or a number for its period.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is neither, or not a valid period.
+    """
+    if isinstance(value, Cycle):
+        return value
+    if isinstance(value, (type, str, bytes)) or np.ndim(value) != 0:
+        raise TypeError(
+            f"cycle={checks.shown(value)}: must be a period [ticks] or a Cycle, such as Cycle(5, phase='random')"
+        )
+    return Cycle(period=checks.number("cycle", value, least=1))
+
+
+def check_run(value: CycleLike, steps: int) -> None:
+    """Refuse a cycle in which a robot senses once at most in a run of so many steps.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming a cycle that fits; and as for `cycle_of`.
+    """
+    cycle = cycle_of(value)
+    longest = float(np.max(np.asarray(cycle.period)))
+    if longest > max(steps, 1):
+        raise ValueError(
+            f"cycle={longest:g}: is a period longer than the run of {steps:,} steps, in which a robot would decide at "
+            f"most once; give at most {steps:,} ticks, or more steps"
+        )
+    latest = 0.0 if isinstance(cycle.phase, str) else float(np.max(np.asarray(cycle.phase)))
+    if latest > max(steps - 1, 0):
+        raise ValueError(
+            f"phase={latest:g}: is after the last step of the run of {steps:,} steps, so that a robot would never "
+            "decide; give an earlier one, or more steps"
+        )
+
+
+def drawn_phases(numbers: CycleNumbers, key: npt.NDArray[np.uint64], stream: int, member: Integers) -> Floats:
+    """Return the phase of each agent [ticks]: that given, or one drawn for this noise key and member."""
+    if not numbers.is_random.any():
+        return numbers.phase.copy()
+    drawn = numbers.period * uniforms(key, stream, 0, member, 2)[1]
+    return np.where(numbers.is_random, drawn, numbers.phase)
+
+
+def _values(name: str, value: Any, least: float, cure: str) -> float | tuple[float, ...]:
+    """Return a number as a float, and an array as a tuple of floats; all from `least` to `MOST_TICKS`."""
+    if np.ndim(value) == 0:
+        number = checks.number(name, value.item() if isinstance(value, np.ndarray) else value)
+        numbers: tuple[float, ...] = (number,)
+    elif np.ndim(value) == 1:
+        numbers = tuple(checks.number(name, one) for one in np.asarray(value).tolist())
+    else:
+        raise ValueError(f"{name}: has the shape {np.shape(value)}; give one number, or one for each robot")
+    for number in numbers:
+        if not least <= number <= MOST_TICKS:
+            raise ValueError(f"{name}={number:g}: must be at least {least:g} and at most {MOST_TICKS:g} ticks; {cure}")
+    return numbers if np.ndim(value) else numbers[0]
+
+
+def _delays(value: Any) -> int | tuple[int, ...]:
+    cure = "an action cannot be awaited longer"
+    if np.ndim(value) == 0:
+        return checks.count("delay", value, least=0, most=MOST_DELAY, cure=cure)
+    if np.ndim(value) != 1:
+        raise ValueError(f"delay: has the shape {np.shape(value)}; give one number, or one for each robot")
+    return tuple(checks.count("delay", one, least=0, most=MOST_DELAY, cure=cure) for one in np.asarray(value).tolist())
+
+
+#: Robots decide at every step.
+EVERY_STEP = Cycle()
 
 
 @dataclass
@@ -43,8 +277,6 @@ class OtherPolicy:
         return OtherPolicy(self.policy, state_of_more(self.policy, self.state, size, members, members_so_far))
 
 
-Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
 Key = npt.NDArray[np.uint64]
 
 # The arrays that a step changes.
