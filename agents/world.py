@@ -302,7 +302,7 @@ class World(MesaModel):
         return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena}{groups}>"
 
     def _repr_html_(self) -> str | None:
-        from teamsight.agents.world_card import world_html
+        from teamsight.agents.drawing import world_html
 
         return shown(lambda: world_html(type(self).__name__, self._data, self._engine))
 

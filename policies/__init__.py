@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.stationary import Stationary
     from teamsight.policies.handmade.surround_prey import SurroundPrey
     from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyArrays, PolicyState, turned
-    from teamsight.policies.lazy.lazy_q import LazyQ
+    from teamsight.policies.lazy.lazy_q import LazyQ, PessimisticLazyQ
     from teamsight.policies.lazy.lazy_regression import LazyRegression
-    from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
     from teamsight.policies.online.lattice_walk import LatticeWalk
     from teamsight.policies.online.modular_q import ModularQ
@@ -71,7 +70,7 @@ _HOMES = {
     "PCmommt": "teamsight.policies.handmade.p_cmommt",
     "Percept": "teamsight.policies.interface",
     "PerceptOfOne": "teamsight.policies.percept_of_one",
-    "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
+    "PessimisticLazyQ": "teamsight.policies.lazy.lazy_q",
     "Policy": "teamsight.policies.interface",
     "RandomWalk": "teamsight.policies.handmade.random_walk",
     "SeekCharger": "teamsight.policies.handmade.seek_charger",

@@ -39,10 +39,9 @@ if TYPE_CHECKING:
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
     from teamsight.world.checked_interaction import check_interaction
-    from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
     from teamsight.world.interaction import Interaction
-    from teamsight.world.polygon import Polygon
+    from teamsight.world.shapes import Circle, Polygon
 
 _HOMES = {
     "Body": "teamsight.agents.body",
@@ -67,10 +66,10 @@ _HOMES = {
     "Disc": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",
-    "Circle": "teamsight.world.circle",
+    "Circle": "teamsight.world.shapes",
     "Obstructed": "teamsight.world.contract",
     "Interaction": "teamsight.world.interaction",
-    "Polygon": "teamsight.world.polygon",
+    "Polygon": "teamsight.world.shapes",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
     "check_interaction": "teamsight.world.checked_interaction",

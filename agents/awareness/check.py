@@ -26,7 +26,7 @@ from teamsight.agents.awareness.interface import (
 from teamsight.core.kernel import Entry, specialise
 from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
 from teamsight.core.neighbour_list import NeighbourList, filled, no_neighbours
-from teamsight.policies.guarded_decision import PERCEPT_AXES
+from teamsight.policies.check import PERCEPT_AXES
 from teamsight.policies.interface import Floats, Integers
 from teamsight.world.proximity.shapes import farthest_of
 

@@ -16,7 +16,7 @@ from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
 from teamsight.world.motion import Move
 from teamsight.world.proximity.search import Searching
-from teamsight.world.region import Region
+from teamsight.world.shapes import Region
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -19,9 +19,8 @@ from matplotlib.path import Path
 from matplotlib.transforms import Affine2D
 
 from teamsight.core.checks import shown
-from teamsight.view.frame import ACTIVE, OBSERVED, PRESENT, Frame
 from teamsight.view.page import Track
-from teamsight.view.scene import Scene
+from teamsight.view.scene import ACTIVE, OBSERVED, PRESENT, Frame, Scene
 
 Floats = npt.NDArray[np.float64]
 
