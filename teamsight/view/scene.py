@@ -1,4 +1,4 @@
-"""The scene: what does not change from frame to frame."""
+"""Scenes and frames: what does not change in a recording, and what does."""
 
 from __future__ import annotations
 
