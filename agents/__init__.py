@@ -14,14 +14,14 @@ if __name__ != "teamsight.agents":
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
     from teamsight.agents.events.timeline import AgentLeftError
-    from teamsight.agents.visualisation import draw_arena, make_world_component, portrayal
+    from teamsight.agents.mesa.visualisation import draw_arena, make_world_component, portrayal
 
 _HOMES = {
     "AgentLeftError": "teamsight.agents.events.timeline",
     "check_awareness": "teamsight.agents.awareness.check",
-    "draw_arena": "teamsight.agents.visualisation",
-    "make_world_component": "teamsight.agents.visualisation",
-    "portrayal": "teamsight.agents.visualisation",
+    "draw_arena": "teamsight.agents.mesa.visualisation",
+    "make_world_component": "teamsight.agents.mesa.visualisation",
+    "portrayal": "teamsight.agents.mesa.visualisation",
 }
 
 __all__ = ["AgentLeftError", "check_awareness", "draw_arena", "make_world_component", "portrayal"]

@@ -9,26 +9,71 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, overload
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import mesa_bases
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES, channel_of
 from teamsight.agents.columns import unwritable
-from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
+from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.fixed import Kept, refusing
 from teamsight.agents.given import Points, PolicyLike
 from teamsight.agents.group import Got
-from teamsight.agents.places import checked_headings
+from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.interrupts import deferred
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import PerceptOfOne, Rule, percept_of_one
+from teamsight.world.arena import Arena
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]
+
+
+def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """Check positions; return them as an array of this shape. One position of shape (2,) may stand for all.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the shape is wrong, a number is not finite, or a position lies outside.
+    """
+    try:
+        position = np.array(value, float)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"position={checks.shown(value)}: must be numbers of shape {shape}") from None
+    if position.shape not in (shape, (2,)):
+        raise ValueError(f"position: has the shape {position.shape}; it must be {shape}")
+    inside = arena.contains(position) & np.isfinite(position).all(axis=-1)
+    if not inside.all():
+        wrong = position[~inside][0] if position.ndim == 2 else position
+        raise ValueError(f"position={tuple(wrong.tolist())}: must be two finite numbers inside {arena}")
+    return np.array(np.broadcast_to(position, shape))
+
+
+def checked_headings(value: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
+    """Check directions; return them as unit vectors of this shape. One direction of shape (2,) may stand for all.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the shape is wrong, a number is not finite, or both numbers of a direction are 0.
+    """
+    cure = "must be two finite numbers, not both 0"
+    try:
+        vectors = np.asarray(value, float)
+    except (TypeError, ValueError, OverflowError):
+        raise TypeError(f"heading={checks.shown(value)}: {cure}") from None
+    if vectors.shape not in (shape, (2,)):
+        each = f"; or {shape[0]} of them, one for each agent" if len(shape) == 2 else ""
+        raise ValueError(f"heading={checks.shown(value)}: {cure}{each}")
+    lengths = np.hypot(vectors[..., 0], vectors[..., 1])
+    wrong = ~(np.isfinite(lengths) & (lengths > 0))
+    if wrong.any():
+        shown = vectors[wrong][0].tolist() if vectors.ndim == 2 else value
+        raise ValueError(f"heading={checks.shown(shown)}: {cure}")
+    return np.array(np.broadcast_to(vectors / lengths[..., np.newaxis], shape))
 
 
 class Ability:
@@ -146,7 +191,7 @@ class Active:
 
 
 @refusing(identity="the world gives it; take another name for an attribute of your own")
-class Body(mesa_bases.Agent):
+class Body(mesa_compat.Agent):
     """An agent in a world: a mesa agent that has a place and moves. `World.add` and `Group.add` make agents.
 
     A new role is a subclass, or a group of these with a name. A subclass may override `decide`, to replace the policy

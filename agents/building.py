@@ -16,12 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.awareness import Awareness
-from teamsight.agents.body import Body
-from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, cycle_of
-from teamsight.agents.decisions.timetable import give_timetable
+from teamsight.agents.body import Body, checked_headings, checked_positions
+from teamsight.agents.decisions import EVERY_STEP, Cycle, cycle_of, give_timetable
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
-from teamsight.agents.places import checked_headings, checked_positions
 from teamsight.agents.policy_state import columns_of_state, state_of_more
 from teamsight.agents.resolve import check_needs
 from teamsight.core import checks

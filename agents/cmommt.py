@@ -13,7 +13,7 @@ from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.body import Robot, Target
 from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
-from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
+from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape, SeedLike

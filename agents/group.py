@@ -10,11 +10,10 @@ from weakref import WeakValueDictionary
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.binding import Perception
-from teamsight.agents.awareness.interface import Awareness
+from teamsight.agents.awareness.interface import Awareness, Perception
 from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors, note_of_inactive
 from teamsight.agents.columns import Column, Columns, new_column, readonly
-from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle, CycleLike
+from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.fixed import Kept, put, refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, Rows
@@ -23,8 +22,7 @@ from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.core.table import Field, Table
-from teamsight.policies.channels import OWN_FIELDS, channels_of
-from teamsight.policies.columns import columns_of
+from teamsight.policies.channels import OWN_FIELDS, channels_of, columns_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule
@@ -34,7 +32,7 @@ from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.placement import Founders
 
 if TYPE_CHECKING:
-    from teamsight.agents.decisions.timetable import Timetable
+    from teamsight.agents.decisions import Timetable
     from teamsight.agents.engine.due import DueArrays
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.host import WorldHost

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import mesa_compat
-from teamsight.agents.body import Body
+from teamsight.agents.body import Body, checked_positions
 from teamsight.agents.building import (
     MOST_AGENTS,
     OWN_OF_GROUP,
@@ -23,13 +22,12 @@ from teamsight.agents.building import (
     turn_columns,
 )
 from teamsight.agents.channel import TEAMMATES, changed, channel_of
-from teamsight.agents.decisions.cycle import EVERY_STEP, cycle_of
-from teamsight.agents.decisions.timetable import give_timetable
+from teamsight.agents.decisions import EVERY_STEP, cycle_of, give_timetable
 from teamsight.agents.engine.python_policies import Deliberation
 from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, team_of
-from teamsight.agents.mesa_bases import Agent
-from teamsight.agents.places import checked_positions
+from teamsight.agents.mesa import compat as mesa_compat
+from teamsight.agents.mesa.compat import Agent
 from teamsight.agents.policy_state import first_state, put_rows, take_rows
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.core import checks
@@ -41,11 +39,11 @@ if TYPE_CHECKING:
         Plan,
     )
     from teamsight.agents.channel import Channel
-    from teamsight.agents.decisions.cycle import CycleNumbers
+    from teamsight.agents.decisions import CycleNumbers
     from teamsight.agents.engine.engine import Engine
-    from teamsight.agents.mesa_bases import Model
+    from teamsight.agents.mesa.compat import Model
+    from teamsight.agents.mesa.space import WorldSpace
     from teamsight.agents.sensing.sensor import Sensor
-    from teamsight.agents.space import WorldSpace
     from teamsight.agents.world_data import WorldData
     from teamsight.policies.percept_of_one import PerceptOfOne
 
@@ -211,7 +209,7 @@ class WorldHost:
     @cached_property
     def space(self) -> WorldSpace:
         """The space of the world for mesa, made when it is first used."""
-        from teamsight.agents.space import WorldSpace
+        from teamsight.agents.mesa.space import WorldSpace
 
         return WorldSpace(self._model, self._data)
 

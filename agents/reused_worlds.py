@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents import mesa_compat
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS
-from teamsight.agents.decisions.cycle import EVERY_STEP, Cycle
+from teamsight.agents.decisions import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
+from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.presets import PRESETS
 from teamsight.agents.world import World
 from teamsight.core import checks

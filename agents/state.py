@@ -11,19 +11,17 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import mesa_compat
 from teamsight.agents.body import Body
-from teamsight.agents.decisions.cycle import EVERY_STEP
-from teamsight.agents.decisions.timetable import give_timetable
+from teamsight.agents.decisions import EVERY_STEP, give_timetable
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.engine.interactions import InteractionSaved, check_interactions
 from teamsight.agents.events.saved import SavedEvents, check_events, restore_events, save_events
 from teamsight.agents.fixed import put
 from teamsight.agents.host import note_conditions
-from teamsight.agents.mesa_bases import Agent
-from teamsight.agents.mesa_compat import Generators
+from teamsight.agents.mesa import compat as mesa_compat
+from teamsight.agents.mesa.collector import HistoryCollector, collecting_once
+from teamsight.agents.mesa.compat import Agent, Generators
 from teamsight.agents.policy_state import IN_TABLE, columns_of_state, first_state_of_members, layout
-from teamsight.agents.recording.collector import HistoryCollector, collecting_once
 from teamsight.agents.recording.history import History
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
@@ -38,7 +36,7 @@ if TYPE_CHECKING:
     from teamsight.agents.engine.engine import Engine
     from teamsight.agents.given import SeedLike
     from teamsight.agents.group import Group
-    from teamsight.agents.mesa_bases import Model
+    from teamsight.agents.mesa.compat import Model
     from teamsight.agents.recording.recording import Recording
     from teamsight.agents.world_data import FirstStates, WorldData
     from teamsight.world.arena import Arena

@@ -9,13 +9,13 @@ from time import monotonic
 
 import mesa
 
-from teamsight.agents import mesa_compat
 from teamsight.agents.body import Body
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.events.timeline import CONDITION, OWN_STEP
 from teamsight.agents.group import Group
-from teamsight.agents.recording.collector import HistoryCollector, Rows
+from teamsight.agents.mesa import compat as mesa_compat
+from teamsight.agents.mesa.collector import HistoryCollector, Rows
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks

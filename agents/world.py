@@ -4,37 +4,24 @@ from __future__ import annotations
 
 import math
 import os
-import random
-from collections.abc import Callable, Mapping
-from functools import cached_property
+from collections.abc import Mapping
 from inspect import Parameter
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 
-import mesa
 import numpy as np
 import pandas as pd
 
-from teamsight.agents import mesa_bases, mesa_compat
 from teamsight.agents.body import Body
-from teamsight.agents.building import (
-    MOST_AGENTS,
-    OWN_OF_WORLD,
-    Places,
-    Plan,
-    check_class,
-    check_keywords,
-    divided,
-    team_given,
-)
+from teamsight.agents.building import MOST_AGENTS, OWN_OF_WORLD, Places, Plan, check_class, divided, team_given
 from teamsight.agents.channel import note_of_inactive
-from teamsight.agents.decisions.cycle import EVERY_STEP, CycleLike, cycle_of
+from teamsight.agents.decisions import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.fixed import refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape, SeedLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
-from teamsight.agents.recording.collector import collecting_once
+from teamsight.agents.mesa.model import MesaModel
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.sensing.sensor import Sensor
@@ -46,55 +33,19 @@ from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
-from teamsight.world.clock import Clock, check_does_not_yield
 from teamsight.world.interaction import Interaction
 from teamsight.world.proximity.shapes import shape_given
 
 if TYPE_CHECKING:
-    from teamsight.agents.events.recurring import Recurring, Schedule
-    from teamsight.agents.recording.world_replay import WorldReplay
-    from teamsight.agents.space import WorldSpace
-    from teamsight.agents.world_data import FirstStates
-    from teamsight.world.clock import Planned
-    from teamsight.world.placement import Starts
-
-
-if TYPE_CHECKING:
-    from teamsight.agents.body import Body
     from teamsight.agents.events.contact_log import ContactLog
     from teamsight.agents.events.observation_counts import ObservationCounts
     from teamsight.agents.events.source import EventSource
     from teamsight.agents.events.until import Until
-    from teamsight.agents.group import Group
+    from teamsight.agents.recording.world_replay import WorldReplay
+    from teamsight.agents.world_data import FirstStates
+    from teamsight.world.placement import Starts
 
-    S = TypeVar("S", bound=EventSource)
-else:
-    S = TypeVar("S")
-
-
-# mesa's default priority; 1 is high and 10 is low.
-_DEFAULT = 5
-
-
-def clock_priority(priority: Any) -> float:
-    """Return the priority on the clock: mesa's default is SimPy's, high ones come before and low ones after.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is not a finite number.
-    """
-    number = checks.number("priority", getattr(priority, "value", priority))
-    # Between 0 and 2 for all numbers, in the same order; SimPy's own urgent events, at 0, come first.
-    return 1 + math.atan(number - _DEFAULT) * 2 / math.pi
-
-
-def _check_callable(method: str, function: Any) -> None:
-    if not callable(function):
-        raise TypeError(f"{method}({checks.shown(function)}): must be callable, such as a function or world.rain")
-    check_does_not_yield(function)
-
-
+S = TypeVar("S", bound="EventSource")
 A = TypeVar("A", bound=Body)
 Rule = TypeVar("Rule", bound=Interaction)
 _NONE: Any = Parameter.empty
@@ -126,15 +77,6 @@ class SettingOfGroups:
         model.__dict__[self._name] = value
 
 
-class _Named(mesa_bases.Model):
-    """Refuses unknown arguments. Beside ``__init__``, Python would take the signature of the class from ``__new__``."""
-
-    def __new__(cls, *arguments: Any, **named: Any) -> Self:
-        # Before Python's own error, which suggests nothing.
-        check_keywords(cls, named)
-        return super().__new__(cls)
-
-
 @refusing(
     contacts="log_contacts(group) fills it",
     events="it is what happened; world.log(…) adds to it, and reset() empties it",
@@ -152,7 +94,7 @@ class _Named(mesa_bases.Model):
     mean_neighbours="it is measured; reset() starts again",
     max_neighbours="it is measured; reset() starts again",
 )
-class World(_Named):
+class World(MesaModel):
     """A mesa model of groups of agents in an arena.
 
     Parameters
@@ -187,8 +129,6 @@ class World(_Named):
     An operation that fails changes nothing.
     """
 
-    clock: Clock
-
     # Without a default for the arena, Python's own error would come first, which names no cure. With this one the
     # signature says that it has none.
     def __init__(self, arena: Arena = _NONE, *, rng: SeedLike = None, seed: SeedLike = None) -> None:
@@ -199,10 +139,7 @@ class World(_Named):
             shown = checks.shown(arena)
             raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
         self._data = data = WorldData(arena, checks.seed(rng, seed))
-        super().__init__(rng=data.seed)
-        self.random = random.Random(data.seed)
-        self.agents.random = self.random
-        mesa_compat.take_over_step(self)
+        super().__init__(data.seed)
         self.clock = data.timeline.clock
         self._engine = Engine(data)
         self.recording = Recording(data, self._engine)
@@ -210,7 +147,6 @@ class World(_Named):
         self._stepper = Stepper(self, data, self._engine, self.recording, type(self).step is not World.step)
         self._states = StateKeeper(self, data, self._engine, self.recording)
 
-    rng = mesa_compat.LazyGenerator()
     policy = SettingOfGroups()
     awareness = SettingOfGroups()
     speed = SettingOfGroups()
@@ -218,15 +154,6 @@ class World(_Named):
     cycle = SettingOfGroups()
     sensing_range = SettingOfGroups()
     awareness_range = SettingOfGroups()
-
-    def __init_subclass__(cls, **named: Any) -> None:
-        super().__init_subclass__(**named)
-        cls.__signature__ = mesa_compat.signature_for_batches(cls)  # type: ignore[attr-defined]
-
-    @cached_property
-    def space(self) -> WorldSpace:
-        """The agents' places under the names of mesa's spaces; mesa's visualisation reads it. You may set your own."""
-        return self._host.space
 
     def add(
         self,
@@ -375,7 +302,7 @@ class World(_Named):
         return f"<{type(self).__name__}: tick {data.timeline.tick:,}, seed {data.seed}, {data.arena}{groups}>"
 
     def _repr_html_(self) -> str | None:
-        from teamsight.agents.world_card import world_html
+        from teamsight.agents.drawing import world_html
 
         return shown(lambda: world_html(type(self).__name__, self._data, self._engine))
 
@@ -383,7 +310,6 @@ class World(_Named):
         raise TypeError("a World holds a clock and compiled records, which cannot be copied; use state() and restore()")
 
     _states: StateKeeper
-    _host: WorldHost
 
     def step(self) -> None:
         """Make one step, unless an event before it stops the model."""
@@ -465,23 +391,6 @@ class World(_Named):
             cure = f"{checks.suggestion(name, settings)}a group has {', '.join(settings)}"
             raise TypeError(f"adjust(): {name}={checks.shown(value)}: unknown; {cure}")
         self._host.adjust(group, **settings)
-
-    def register_agent(self, agent: mesa_bases.Agent) -> None:
-        """Take an agent into the model and give it its `unique_id`; mesa calls this when an agent is made."""
-        mesa_compat.number(self, agent)
-        super().register_agent(agent)
-
-    def run_for(self, duration: int) -> None:
-        """Make this many steps; mesa's name for `run`."""
-        self.run(duration)
-
-    def run_until(self, end_time: int) -> None:
-        """Make steps until `tick` is `end_time`."""
-        self.run(checks.count("end_time", end_time, least=self.tick, cure="reset() goes back") - self.tick)
-
-    def _advance_time(self, until: float) -> None:
-        """Make steps until a time; mesa's simulators call this."""
-        self.run(int(until) - self.tick)
 
     def record(
         self,
@@ -596,9 +505,6 @@ class World(_Named):
         for watcher in list(self._data.watchers):
             watcher.close()
 
-    recording: Recording
-    _data: WorldData
-    _engine: Engine
     _stepper: Stepper
 
     # Type checkers would take every attribute to exist.
@@ -681,22 +587,6 @@ class World(_Named):
     def interactions(self) -> tuple[Interaction, ...]:
         """What happens between bodies in each step, in this order, as it is now; `World.interact` adds to it."""
         return tuple(placed.interaction for placed in self._data.interactions)
-
-    @property
-    def datacollector(self) -> mesa.DataCollector:
-        """mesa's data collector, a `HistoryCollector` by default. It collects when it is set and after every step.
-
-        There is one row a tick: ``world.datacollector.collect(world)`` replaces that of the present one.
-        """
-        return self.recording.collector
-
-    @datacollector.setter
-    def datacollector(self, collector: mesa.DataCollector) -> None:
-        if not callable(getattr(collector, "collect", None)):
-            raise TypeError(f"datacollector={checks.shown(collector)}: must be a mesa.DataCollector")
-        self._engine.prepare()
-        collecting_once(collector, self._data.timeline).collect(self)
-        self.recording.collector = collector
 
     def attach(self, source: S, group: Group[Any] | None = None) -> S:
         """Let an event source plan events in this world, from now on; see `EventSource`.
@@ -837,81 +727,3 @@ class World(_Named):
 
             log = with_contacts(log, self.sources, self.agents)
         return log.frame()
-
-    def schedule_event(
-        self,
-        function: Callable[[], Any],
-        *,
-        at: float | None = None,
-        after: float | None = None,
-        priority: int = _DEFAULT,
-    ) -> Planned:
-        """Call a function once; mesa's name for ``clock.at``.
-
-        Parameters
-        ----------
-        function : callable
-            Called without arguments.
-        at, after : float, optional
-            The time of the call, or the time from now until it [ticks]; one of them.
-        priority : int
-            Of simultaneous events, that with the lowest number comes first: a `mesa.time.Priority`, or any number.
-
-        Returns
-        -------
-        Planned
-            The planned call; its method `cancel` takes it back.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If the time has passed or is not a finite number, both or none of `at` and `after` are given, or the
-            function cannot be called.
-        """
-        if (at is None) == (after is None):
-            raise ValueError(f"schedule_event(at={at}, after={after}): give one of at and after, as in after=10")
-        _check_callable("schedule_event", function)
-        time = checks.number("at", at) if after is None else self._mesa_time + checks.number("after", after, least=0)
-        planned: Planned = self.clock.plan(time, function, priority=clock_priority(priority))
-        self._data.timeline.events_end_steps = True
-        return planned
-
-    def schedule_recurring(
-        self, function: Callable[[], Any], schedule: float | Schedule, priority: int = _DEFAULT
-    ) -> Recurring:
-        """Call a function again and again.
-
-        A reset begins it again, and a state holds it: it goes on in this world, and in one that was built in the same
-        way.
-
-        Parameters
-        ----------
-        function : callable
-            Called without arguments.
-        schedule : mesa.time.Schedule or float
-            When; a number is the interval [ticks].
-        priority : int
-            As for `schedule_event`.
-
-        Returns
-        -------
-        Recurring
-            Its methods `stop`, `pause` and `resume` are those of mesa's.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If the interval is below 1e-6, the start has passed, or the function cannot be called.
-        """
-        from teamsight.agents.events.recurring import Recurring
-
-        _check_callable("schedule_recurring", function)
-        recurring = self.attach(Recurring(function, schedule, clock_priority(priority)))
-        self._data.timeline.events_end_steps = True
-        return recurring
-
-    @property
-    def _mesa_time(self) -> float:
-        """The time from which mesa counts: that of the present event, or the number of counted steps."""
-        timeline = self._data.timeline
-        return float(self.clock.now if timeline.is_in_event else self.steps)

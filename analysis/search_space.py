@@ -9,8 +9,8 @@ from itertools import product
 import pandas as pd
 
 from teamsight.agents.awareness import AWARENESS, RingAwareness
+from teamsight.agents.awareness.degrees import SIGMA
 from teamsight.agents.awareness.interface import OWN_SECTORS
-from teamsight.agents.awareness.pairwise import SIGMA
 from teamsight.core import checks
 
 #: The degrees of the paper, in the order of Fig. 1.

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from teamsight.policies.actions import go
     from teamsight.policies.basis.basis_behaviours import BasisBehaviours
     from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
-    from teamsight.policies.braitenberg.fixed_priority import FixedPriority
+    from teamsight.policies.braitenberg.vehicle import FixedPriority
+    from teamsight.policies.channels import column_of
     from teamsight.policies.check import check_policy
-    from teamsight.policies.columns import column_of
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager.linear import LinearQ
     from teamsight.policies.eager.tabular import TabularQ
@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from teamsight.policies.handmade.stationary import Stationary
     from teamsight.policies.handmade.surround_prey import SurroundPrey
     from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyArrays, PolicyState, turned
-    from teamsight.policies.lazy.lazy_q import LazyQ
+    from teamsight.policies.lazy.lazy_q import LazyQ, PessimisticLazyQ
     from teamsight.policies.lazy.lazy_regression import LazyRegression
-    from teamsight.policies.lazy.pessimistic_lazy_q import PessimisticLazyQ
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
     from teamsight.policies.online.lattice_walk import LatticeWalk
     from teamsight.policies.online.modular_q import ModularQ
@@ -54,7 +53,7 @@ _HOMES = {
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
-    "FixedPriority": "teamsight.policies.braitenberg.fixed_priority",
+    "FixedPriority": "teamsight.policies.braitenberg.vehicle",
     "FollowFree": "teamsight.policies.handmade.follow_free",
     "Floats": "teamsight.policies.interface",
     "LazyQ": "teamsight.policies.lazy.lazy_q",
@@ -71,7 +70,7 @@ _HOMES = {
     "PCmommt": "teamsight.policies.handmade.p_cmommt",
     "Percept": "teamsight.policies.interface",
     "PerceptOfOne": "teamsight.policies.percept_of_one",
-    "PessimisticLazyQ": "teamsight.policies.lazy.pessimistic_lazy_q",
+    "PessimisticLazyQ": "teamsight.policies.lazy.lazy_q",
     "Policy": "teamsight.policies.interface",
     "RandomWalk": "teamsight.policies.handmade.random_walk",
     "SeekCharger": "teamsight.policies.handmade.seek_charger",
@@ -81,7 +80,7 @@ _HOMES = {
     "SurroundPrey": "teamsight.policies.handmade.surround_prey",
     "TabularQ": "teamsight.policies.eager.tabular",
     "check_policy": "teamsight.policies.check",
-    "column_of": "teamsight.policies.columns",
+    "column_of": "teamsight.policies.channels",
     "go": "teamsight.policies.actions",
     "turn_to": "teamsight.policies.percept_of_one",
     "turned": "teamsight.policies.interface",

@@ -11,8 +11,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, specialise
 from teamsight.core.parameters import parameters_of
-from teamsight.policies.channels import channels_type, selected
-from teamsight.policies.columns import columns_type, selected_columns
+from teamsight.policies.channels import channels_type, columns_type, selected, selected_columns
 from teamsight.policies.interface import Action, Floats, Integers, Percept, Policy, PolicyArrays, PolicyState
 
 

@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import Filled, NeighbourList
-from teamsight.policies.channels import NO_CHANNELS, Channels
-from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
+from teamsight.policies.channels import NO_CHANNELS, NO_COLUMNS, Channels, PerceivedColumns
 
 #: A need for the identities of teammates, which every degree of awareness meets that shows all of them.
 IDENTITIES = "identities"

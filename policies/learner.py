@@ -1,4 +1,4 @@
-"""The base of policies that learn from the transitions of a lazy memory."""
+"""The bases of policies that learn from the transitions of a lazy memory: learners, and those that learn beforehand."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.card import card, shown
 from teamsight.core.kernel import inlined
+from teamsight.policies.actions import ActionGrid
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Percept, Policy
 from teamsight.policies.memory import LazyMemory
@@ -140,3 +141,36 @@ def components(memory: LazyMemory, inputs: int | None) -> int:
             f"use {memory.own} (collective) or all {memory.inputs} (cooperative)"
         )
     return width
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EagerLearner(Learner):
+    """A learner whose values are computed beforehand, so that decisions need no transitions.
+
+    Parameters
+    ----------
+    memory, reward, inputs
+        As for `Learner`.
+    discount : float, default 0.7
+        Discount factor γ, in [0, 1].
+    actions : ActionGrid
+        The actions to choose from.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a constant is outside its limits, or the reward does not return a finite number for each transition.
+    """
+
+    discount: float = 0.7
+    actions: ActionGrid = ActionGrid()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.number("discount", self.discount, least=0, most=1)
+        if not isinstance(self.actions, ActionGrid):
+            raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(rotations, distances)")
+
+    @property
+    def learned(self) -> npt.NDArray[np.float32]:
+        return self.table

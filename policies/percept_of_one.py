@@ -1,4 +1,4 @@
-"""The percept of one robot, for policies that are functions of a single robot."""
+"""The percept of one robot, for policies that are functions of a single robot, and that of some robots."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
-from teamsight.policies.channels import NO_CHANNELS, Channels, channels_of
-from teamsight.policies.columns import NO_COLUMNS, PerceivedColumns
+from teamsight.policies.channels import NO_CHANNELS, NO_COLUMNS, Channels, PerceivedColumns, channels_of
 from teamsight.policies.interface import Floats, Integers, Percept
 
 
@@ -154,3 +153,26 @@ def _neighbour_list_of_one(name: str, seen: NeighboursOfOne) -> NeighbourList:
         shapes = f"{identity.shape}, {offset.shape} and {distance.shape}"
         raise ValueError(f"percept.{name}: identity, offset and distance are {shapes}; they must be (k,), (k, 2), (k,)")
     return NeighbourList(np.array([0, k]), identity, offset, distance)
+
+
+def percept_of_rows(percept: Percept, rows: Integers) -> Percept:
+    """Return the percept of some robots, given by their rows, as copies."""
+    channels: Any = percept.channels
+    percept = percept.completed()
+    return Percept(
+        percept.heading[rows], percept.moved[rows], percept.speed[rows], percept.sensing_range[rows],
+        percept.awareness_range[rows], neighbours_of_rows(percept.targets, rows),
+        neighbours_of_rows(percept.teammates, rows), neighbours_of_rows(percept.relayed, rows),
+        percept.situation[rows],
+        channels_of(channels._fields, (neighbours_of_rows(seen, rows) for seen in channels)),
+        percept.time, percept.reward[rows], percept.ended[rows], percept.identity[rows],
+        percept.columns,
+    )  # fmt: skip
+
+
+def neighbours_of_rows(seen: NeighbourList, rows: Integers) -> NeighbourList:
+    """Return the neighbours of some observers, given by their rows, as copies."""
+    degree = seen.start[rows + 1] - seen.start[rows]
+    start = np.append(0, np.cumsum(degree))
+    entries = np.repeat(seen.start[rows] - start[:-1], degree) + np.arange(start[-1])
+    return NeighbourList(start, seen.identity[entries], seen.offset[entries], seen.distance[entries])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull
     from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
-    from teamsight.agents.decisions.cycle import Cycle
+    from teamsight.agents.decisions import Cycle
     from teamsight.agents.events.source import EventSource
     from teamsight.agents.sensing.check import check_sensor
     from teamsight.agents.sensing.sensor import Sensor
@@ -39,10 +39,9 @@ if TYPE_CHECKING:
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
     from teamsight.world.checked_interaction import check_interaction
-    from teamsight.world.circle import Circle
     from teamsight.world.contract import Obstructed
     from teamsight.world.interaction import Interaction
-    from teamsight.world.polygon import Polygon
+    from teamsight.world.shapes import Circle, Polygon
 
 _HOMES = {
     "Body": "teamsight.agents.body",
@@ -59,7 +58,7 @@ _HOMES = {
     "Times": "teamsight.agents.components.durations",
     "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
     "Weibull": "teamsight.agents.components.durations",
-    "Cycle": "teamsight.agents.decisions.cycle",
+    "Cycle": "teamsight.agents.decisions",
     "World": "teamsight.agents.world",
     "Robot": "teamsight.agents.body",
     "Sensor": "teamsight.agents.sensing.sensor",
@@ -67,10 +66,10 @@ _HOMES = {
     "Disc": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",
-    "Circle": "teamsight.world.circle",
+    "Circle": "teamsight.world.shapes",
     "Obstructed": "teamsight.world.contract",
     "Interaction": "teamsight.world.interaction",
-    "Polygon": "teamsight.world.polygon",
+    "Polygon": "teamsight.world.shapes",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
     "check_interaction": "teamsight.world.checked_interaction",

@@ -15,26 +15,24 @@ if TYPE_CHECKING:
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
     from teamsight.world.checked_interaction import check_interaction
-    from teamsight.world.circle import Circle
-    from teamsight.world.contract import Arena, Obstructed
+    from teamsight.world.contract import Arena, Obstacle, Obstructed, Outline
     from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
-    from teamsight.world.obstacles import Obstacle, Outline
-    from teamsight.world.polygon import Polygon
+    from teamsight.world.shapes import Circle, Polygon
     from teamsight.world.sight import Sight
     from teamsight.world.walls import Walls
 
 _HOMES = {
     "Arena": "teamsight.world.contract",
     "Box": "teamsight.world.arena",
-    "Circle": "teamsight.world.circle",
+    "Circle": "teamsight.world.shapes",
     "Disc": "teamsight.world.arena",
     "InteractingBodies": "teamsight.world.interaction",
     "Interaction": "teamsight.world.interaction",
     "InteractionState": "teamsight.world.interaction",
-    "Obstacle": "teamsight.world.obstacles",
+    "Obstacle": "teamsight.world.contract",
     "Obstructed": "teamsight.world.contract",
-    "Outline": "teamsight.world.obstacles",
-    "Polygon": "teamsight.world.polygon",
+    "Outline": "teamsight.world.contract",
+    "Polygon": "teamsight.world.shapes",
     "Sight": "teamsight.world.sight",
     "Torus": "teamsight.world.arena",
     "Walls": "teamsight.world.walls",

@@ -8,30 +8,33 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
+    from teamsight.agents.awareness.degrees import (
+        NearestAwareness,
+        NoAwareness,
+        PairwiseAwareness,
+        RingAwareness,
+        SharedAwareness,
+        show,
+        teammate_heading,
+    )
     from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, Scene, Width, situate_targets
-    from teamsight.agents.awareness.nearest import NearestAwareness
-    from teamsight.agents.awareness.none import NoAwareness
-    from teamsight.agents.awareness.pairwise import PairwiseAwareness
     from teamsight.agents.awareness.registry import AWARENESS
-    from teamsight.agents.awareness.ring import RingAwareness
-    from teamsight.agents.awareness.shared import SharedAwareness
-    from teamsight.agents.awareness.team import show, teammate_heading
 
 _HOMES = {
     "AWARENESS": "teamsight.agents.awareness.registry",
     "Awareness": "teamsight.agents.awareness.interface",
-    "NearestAwareness": "teamsight.agents.awareness.nearest",
-    "NoAwareness": "teamsight.agents.awareness.none",
+    "NearestAwareness": "teamsight.agents.awareness.degrees",
+    "NoAwareness": "teamsight.agents.awareness.degrees",
     "OWN_SECTORS": "teamsight.agents.awareness.interface",
-    "PairwiseAwareness": "teamsight.agents.awareness.pairwise",
-    "RingAwareness": "teamsight.agents.awareness.ring",
+    "PairwiseAwareness": "teamsight.agents.awareness.degrees",
+    "RingAwareness": "teamsight.agents.awareness.degrees",
     "Scene": "teamsight.agents.awareness.interface",
-    "SharedAwareness": "teamsight.agents.awareness.shared",
+    "SharedAwareness": "teamsight.agents.awareness.degrees",
     "Width": "teamsight.agents.awareness.interface",
     "check_awareness": "teamsight.agents.awareness.check",
-    "show": "teamsight.agents.awareness.team",
+    "show": "teamsight.agents.awareness.degrees",
     "situate_targets": "teamsight.agents.awareness.interface",
-    "teammate_heading": "teamsight.agents.awareness.team",
+    "teammate_heading": "teamsight.agents.awareness.degrees",
 }
 
 __all__ = [

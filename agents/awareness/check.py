@@ -10,12 +10,23 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_at, perceive_entry, situate_at, situate_entry
-from teamsight.agents.awareness.interface import TEAM_GROUP, Awareness, Scene, TeamGroup, check_width
+from teamsight.agents.awareness.interface import (
+    SENSING,
+    TEAM_GROUP,
+    Awareness,
+    Scene,
+    Sensing,
+    TeamGroup,
+    check_width,
+    perceive_at,
+    perceive_entry,
+    situate_at,
+    situate_entry,
+)
 from teamsight.core.kernel import Entry, specialise
 from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
 from teamsight.core.neighbour_list import NeighbourList, filled, no_neighbours
-from teamsight.policies.guarded_decision import PERCEPT_AXES
+from teamsight.policies.check import PERCEPT_AXES
 from teamsight.policies.interface import Floats, Integers
 from teamsight.world.proximity.shapes import farthest_of
 

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 #: The degrees of awareness by name, in the order of figures and tables.
 AWARENESS: Registry[type[Awareness]] = Registry(
     {
-        "none": "teamsight.agents.awareness.none:NoAwareness",
-        "ring": "teamsight.agents.awareness.ring:RingAwareness",
-        "nearest": "teamsight.agents.awareness.nearest:NearestAwareness",
-        "pairwise": "teamsight.agents.awareness.pairwise:PairwiseAwareness",
-        "shared": "teamsight.agents.awareness.shared:SharedAwareness",
+        "none": "teamsight.agents.awareness.degrees:NoAwareness",
+        "ring": "teamsight.agents.awareness.degrees:RingAwareness",
+        "nearest": "teamsight.agents.awareness.degrees:NearestAwareness",
+        "pairwise": "teamsight.agents.awareness.degrees:PairwiseAwareness",
+        "shared": "teamsight.agents.awareness.degrees:SharedAwareness",
     },
     group="teamsight.awareness",
 )

@@ -15,8 +15,15 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.binding import SENSING, Sensing, perceive_entry, situate_entry
-from teamsight.agents.awareness.interface import TEAM_GROUP, Scene, TeamGroup
+from teamsight.agents.awareness.interface import (
+    SENSING,
+    TEAM_GROUP,
+    Scene,
+    Sensing,
+    TeamGroup,
+    perceive_entry,
+    situate_entry,
+)
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine.due import bind_due, follow_due
 from teamsight.agents.engine.interactions import MOVE_AND_INTERACT, BoundInteractions

@@ -8,8 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.sensing.binding import DETECTING, Detecting, sense_entry
-from teamsight.agents.sensing.interface import View
+from teamsight.agents.sensing.interface import DETECTING, Detecting, View, sense_entry
 from teamsight.agents.sensing.sensor import Sensor, put
 from teamsight.core.kernel import Entry, Packed, Record, call, kernel
 from teamsight.core.neighbour_list import NeighbourList, neighbour_room

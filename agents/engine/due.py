@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.binding import SENSING, Sensing
-from teamsight.agents.decisions.cycle import ROUNDING
+from teamsight.agents.awareness.interface import SENSING, Sensing
+from teamsight.agents.decisions import ROUNDING
 from teamsight.core.kernel import Entry, Packed, Record, call, inlined, kernel
-from teamsight.core.kernel.window import Window, entry_moves, move, show_rows, window
+from teamsight.core.kernel.record import Window, entry_moves, move, show_rows, window
 from teamsight.policies.compiled import Decision
 from teamsight.policies.interface import Action, Policy
 from teamsight.policies.registry import label

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.awareness.binding import perceive_entry, situate_entry
+from teamsight.agents.awareness.interface import perceive_entry, situate_entry
 from teamsight.agents.channel import TEAMMATES, leave
-from teamsight.agents.decisions.timetable import give_timetables, is_every_step
+from teamsight.agents.decisions import give_timetables, is_every_step
 from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding
 from teamsight.agents.engine.interactions import (
     BAD_HEADING,
@@ -40,7 +40,7 @@ from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Trail
 from teamsight.agents.recording.transitions import TransitionLogs
 from teamsight.agents.resolve import check_channels, check_fit
-from teamsight.agents.sensing.binding import sense_entry
+from teamsight.agents.sensing.interface import sense_entry
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred

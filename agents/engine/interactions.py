@@ -29,7 +29,7 @@ from teamsight.agents.engine.records import (
 )
 from teamsight.agents.policy_state import layout
 from teamsight.core.kernel import Entry, call, inlined, kernel
-from teamsight.core.kernel.window import move as show
+from teamsight.core.kernel.record import move as show
 from teamsight.core.references import stable_name
 from teamsight.world.interaction import (
     COMPLETED,
@@ -43,7 +43,7 @@ from teamsight.world.interaction import (
 )
 from teamsight.world.motion import move_at
 from teamsight.world.noise import LANES, TICKS_A_BLOCK, Stream, fill_block, key_within, stream_number
-from teamsight.world.region import is_in_region
+from teamsight.world.shapes import is_in_region
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
         Interaction,
         Kinds,
     )
-    from teamsight.world.region import Region
+    from teamsight.world.shapes import Region
 
 #: What a kernel has left wrong: a position outside the arena, a heading that is no unit vector, a speed below 0 or not
 #: finite, a reward that is not finite, a score that is not finite; or it has raised an exception.
@@ -469,7 +469,7 @@ class BoundInteractions:
         first = 0
         if data.interactions:
             # Only worlds with an interaction need it.
-            from teamsight.world.region_of import region_of
+            from teamsight.world.shapes import region_of
 
             region = region_of(data.arena)
             for one in data.interactions:

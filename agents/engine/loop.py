@@ -32,8 +32,7 @@ from teamsight.agents.recording.transitions import record_after, record_before
 from teamsight.core.kernel import Entry, array_at, call, inlined, kernel, plain
 from teamsight.world.motion import is_action, move_at
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
-from teamsight.world.proximity.edges import append, is_near, limit_of, shortest
-from teamsight.world.proximity.search import search, searching_at
+from teamsight.world.proximity.search import append, is_near, limit_of, search, searching_at, shortest
 
 
 @kernel

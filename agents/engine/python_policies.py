@@ -15,10 +15,9 @@ import numpy.typing as npt
 from teamsight.agents.columns import readonly
 from teamsight.agents.group import Group
 from teamsight.agents.policy_state import put_rows, take_rows
-from teamsight.policies.answers import check_action, check_answer
+from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
-from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one
-from teamsight.policies.percept_rows import percept_of_rows
+from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one, percept_of_rows
 from teamsight.world.noise import Stream, generator, stream_number, uniforms
 
 Key = npt.NDArray[np.uint64]

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.binding import Sensing
+from teamsight.agents.awareness.interface import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
 from teamsight.agents.engine.due import DueArrays
 from teamsight.agents.engine.relays import RelayArrays
@@ -16,7 +16,7 @@ from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
 from teamsight.world.motion import Move
 from teamsight.world.proximity.search import Searching
-from teamsight.world.region import Region
+from teamsight.world.shapes import Region
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -85,7 +85,7 @@ class InteractionArrays(NamedTuple):
         Its kernel, and the record of a call.
     words, turn, moves
         The words of that record; which one holds `turn`; and how those of the noise depend on the tick, see
-        `teamsight.core.kernel.window`.
+        `teamsight.core.kernel.record`.
     in_turn : bool
         Whether it is called after the move of each of its groups.
     key : ndarray, shape (2,), uint64

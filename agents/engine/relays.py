@@ -12,7 +12,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.detection import Integers, ReadingArrays, Readings
 from teamsight.core.kernel import Entry, Record, kernel
 from teamsight.core.neighbour_list import NeighbourList, neighbour_room
-from teamsight.world.proximity.edges import append
+from teamsight.world.proximity.search import append
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from teamsight.core.kernel import Entry, Packed, Record, array_at
 from teamsight.world.noise import LANES
-from teamsight.world.proximity.pairs import FAR_AWAY
+from teamsight.world.proximity.search import FAR_AWAY
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.relation import Relation

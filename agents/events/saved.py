@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from teamsight.agents import mesa_compat
 from teamsight.agents.body import Body
-from teamsight.agents.events.log import EventLog, LoggedEvent
-from teamsight.agents.mesa_bases import Model
+from teamsight.agents.events.sources import EventLog, LoggedEvent
+from teamsight.agents.mesa import compat as mesa_compat
+from teamsight.agents.mesa.compat import Model
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.world.clock import Planned, callbacks_of

@@ -15,19 +15,35 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES
+from teamsight.agents.drawing import COLOURS, obstacles, walls
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.group import Group
-from teamsight.agents.outline import COLOURS, obstacles, walls
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core.checks import shown
 from teamsight.core.kernel import Entry, Packed, Record, equal_eight, inlined, put_eight_bytes, put_eight_parts
 from teamsight.core.version import __version__
 from teamsight.policies.registry import label
-from teamsight.view.frame import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, PRESENT, TURN, Frame, Links
-from teamsight.view.scene import MOST_SLOTS, Fact, Line, LinkList, Point, Scene, SceneGroup, Slot
+from teamsight.view.scene import (
+    ACTIVE,
+    MOST_OFFSET,
+    MOST_PART,
+    MOST_SLOTS,
+    OBSERVED,
+    PRESENT,
+    TURN,
+    Fact,
+    Frame,
+    Line,
+    LinkList,
+    Links,
+    Point,
+    Scene,
+    SceneGroup,
+    Slot,
+)
 from teamsight.world.arena import Arena
 from teamsight.world.contract import shortest
 from teamsight.world.proximity.shapes import farthest_of

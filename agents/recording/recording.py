@@ -10,7 +10,7 @@ import pandas as pd
 
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.group import Group
-from teamsight.agents.recording.collector import HistoryCollector
+from teamsight.agents.mesa.collector import HistoryCollector
 from teamsight.agents.recording.history import trajectory_frame
 from teamsight.agents.recording.transitions import Transitions, joined
 from teamsight.agents.world_data import WorldData

@@ -7,8 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents.sensing.binding import DETECTING, Detecting, sense_at, sense_entry
-from teamsight.agents.sensing.interface import Detector, Floats, Integers, View, salt_of
+from teamsight.agents.sensing.interface import (
+    DETECTING,
+    Detecting,
+    Detector,
+    Floats,
+    Integers,
+    View,
+    salt_of,
+    sense_at,
+    sense_entry,
+)
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.kernel import Entry, specialise
 from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded

@@ -10,8 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.sensing.binding import detect
-from teamsight.agents.sensing.interface import Floats, Integers, View, Words, salt_of
+from teamsight.agents.sensing.interface import Floats, Integers, View, Words, detect, salt_of
 from teamsight.core import checks
 from teamsight.core.angles import direction
 from teamsight.core.kernel import bits_of, float_of, inlined, kernel, scratch

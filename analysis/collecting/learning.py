@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.policies.basis.correct import CLEAR_ROWS, CORRECT, share_correct
+from teamsight.policies.basis.basis_behaviours import CLEAR_ROWS, CORRECT, share_correct
 from teamsight.tasks.collecting.task import delivered, slept_at_home
 from teamsight.tasks.collecting.world import PuckCollecting
 

@@ -16,7 +16,7 @@ from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, half_width, paired
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS, ACmommt
-from teamsight.policies.handmade.idle import BEHAVIOURS
+from teamsight.policies.handmade.forces import BEHAVIOURS
 
 #: Options of A-CMOMMT of which all combinations are screened, and their values.
 RULES: Mapping[str, tuple[str, ...]] = {

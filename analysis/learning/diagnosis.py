@@ -30,7 +30,7 @@ from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means
 from teamsight.core import checks
-from teamsight.policies.eager.state_grid import TooManyStatesError
+from teamsight.policies.eager.tabular import TooManyStatesError
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.lazy_q import LazyQ
 from teamsight.policies.memory import LazyMemory

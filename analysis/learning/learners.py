@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.core import checks
-from teamsight.policies.lazy.action_values import MOST_MATCHES, check_constants, next_matches
-from teamsight.policies.lazy.learner import LazyLearner
+from teamsight.policies.lazy.learner import MOST_MATCHES, LazyLearner, check_constants, next_matches
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import Reward
 

@@ -16,7 +16,7 @@ LEARNERS: Mapping[str, type[Learner]] = Registry(
     {
         "regression": "teamsight.policies.lazy.lazy_regression:LazyRegression",
         "lazy": "teamsight.policies.lazy.lazy_q:LazyQ",
-        "pessimistic": "teamsight.policies.lazy.pessimistic_lazy_q:PessimisticLazyQ",
+        "pessimistic": "teamsight.policies.lazy.lazy_q:PessimisticLazyQ",
         "sheppard": "teamsight.policies.lazy.sheppard_lazy_q:SheppardLazyQ",
         "tabular": "teamsight.policies.eager.tabular:TabularQ",
         "linear": "teamsight.policies.eager.linear:LinearQ",

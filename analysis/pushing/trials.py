@@ -9,7 +9,7 @@ import numpy as np
 
 from teamsight.analysis.runs.task_runs import task_seed
 from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
-from teamsight.policies.braitenberg.recovery import BEHAVIOUR, CUES
+from teamsight.policies.braitenberg.vehicle import BEHAVIOUR, LAST_CUES
 from teamsight.tasks.pushing.task import TASK, completion_time
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def examples_of(root: int, replicates: Iterable[int], robots: Iterable[int]) -> 
             for _ in range(_STEPS):
                 world.step()
                 kept = world.robots.policy_state.ints[:, 0]
-                found.append(kept[kept[:, BEHAVIOUR] >= 0][:, [CUES, BEHAVIOUR]].T)
+                found.append(kept[kept[:, BEHAVIOUR] >= 0][:, [LAST_CUES, BEHAVIOUR]].T)
             world.close()
     return np.concatenate(found, axis=1)
 

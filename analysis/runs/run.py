@@ -125,7 +125,7 @@ class Run:
     def check(self) -> None:
         """Refuse a cycle with which robots of a `CMOMMT` would not decide in so few steps; see `check_run`."""
         if self.model is None and "cycle" in self.parameters:
-            from teamsight.agents.decisions.cycle import check_run
+            from teamsight.agents.decisions import check_run
 
             check_run(self.parameters["cycle"], self.steps)
 

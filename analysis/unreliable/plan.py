@@ -20,7 +20,7 @@ from teamsight.tasks.task import Task
 
 if TYPE_CHECKING:
     from teamsight.agents.components import Failures
-    from teamsight.agents.decisions.cycle import Cycle
+    from teamsight.agents.decisions import Cycle
     from teamsight.agents.world import World
 
 #: Shares of the time in which a robot works, MTTF / (MTTF + MTTR).

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from teamsight.policies.actions import ActionGrid
 from teamsight.policies.eager.linear import LinearQ
-from teamsight.policies.eager.state_grid import StateGrid
-from teamsight.policies.eager.tabular import TabularQ
+from teamsight.policies.eager.tabular import StateGrid, TabularQ
 
 __all__ = ["ActionGrid", "LinearQ", "StateGrid", "TabularQ"]

@@ -8,7 +8,7 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-#: Features of a robot's whole situation; see `teamsight.policies.evolved.senses`.
+#: Features of a robot's whole situation; see `teamsight.policies.evolved.policy`.
 CONTEXT = 7
 #: Further features of a target, and of a teammate.
 TARGET_FEATURES, TEAMMATE_FEATURES = 8, 2

@@ -1,9 +1,10 @@
-"""The evolved policy, and the file format of its constants."""
+"""The evolved policy: its senses, its rule, and the file format of its constants."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,12 +15,337 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.angles import direction
+from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.evolved.layout import BLOCKS, SIZE, parts
-from teamsight.policies.evolved.rule import decide
-from teamsight.policies.evolved.senses import FIELDS, ROWS, TRACKS
-from teamsight.policies.handmade.target_tracks import no_target_tracks
+from teamsight.policies.evolved import layout as at
+from teamsight.policies.evolved.layout import BLOCKS, CONTEXT, OWN_OFFSET, OWN_SLOPE, SIZE, parts
+from teamsight.policies.handmade.target_tracks import (
+    AGE,
+    RELAYED,
+    STEP_X,
+    STEP_Y,
+    X,
+    Y,
+    no_target_tracks,
+    update_target_tracks,
+)
 from teamsight.policies.interface import PolicyState
+
+TRACKS = 16
+STATE, FEATURES = TRACKS, TRACKS + 1
+ROWS, FIELDS = TRACKS + 2, 16
+
+# They follow the fields of the target track.
+DISTANCE, RIVAL_DISTANCE, RIVAL_LOAD, RIVALS, COMPANY, OWN = range(4, 10)
+# Fields of the row for the robot itself.
+FRESH_X, FRESH_Y, OLD_X, OLD_Y, MET_X, MET_Y, LEFT, RIGHT, BOTTOM, TOP, SEEN_LATELY, TEAMMATES_LATELY, IDLE = range(13)
+# The context: the first inputs of each network.
+SEEN, MINE, TEAMMATES, OFTEN_SEEN, OFTEN_TEAMMATES, IDLENESS, EXTENT = range(7)
+
+#: Distance from a target beyond which a teammate does not count as a rival.
+NO_RIVAL = 1.5
+
+_FRESH, _OLD, _MET, _LATELY = 0.9, 0.985, 0.95, 0.03
+
+
+@inlined
+def few(count: float) -> float:
+    """Return a count mapped to [0, 1): 0 for none, 1/2 for two."""
+    return count / (count + 2.0)
+
+
+@inlined
+def is_seen(ints: Any, slot: int) -> bool:
+    """Return whether the robot itself sees the target of a track now."""
+    return bool(ints[slot, AGE] == 0) & bool(ints[slot, RELAYED] == 0)
+
+
+@inlined
+def write_targets(i: int, count: int, percept: Any, state: Any, constants: Any) -> tuple[int, float]:
+    """Write the features of each track; return how many targets are seen, and how many of them are its own."""
+    floats = state.floats[i]
+    per_reach = 1.0 / percept.sensing_range[i]
+    seen = 0
+    mine = 0.0
+    for slot in range(count):
+        x = floats[slot, X] * per_reach
+        y = floats[slot, Y] * per_reach
+        distance = math.sqrt(x * x + y * y)
+        floats[slot, DISTANCE] = distance
+        _write_rivals(i, slot, x, y, percept, floats, state.ints[i], count)
+        lead = floats[slot, RIVAL_DISTANCE] - distance
+        edge = lead * constants[OWN_SLOPE] + constants[OWN_OFFSET]
+        own = 0.5 + 0.5 * edge / (1.0 + abs(edge))
+        floats[slot, OWN] = own
+        if is_seen(state.ints[i], slot):
+            seen += 1
+            mine += own
+    for slot in range(count):
+        floats[slot, COMPANY] = _company(slot, count, floats, per_reach)
+    return seen, mine
+
+
+@inlined
+def _write_rivals(i: int, slot: int, x: float, y: float, percept: Any, floats: Any, ints: Any, count: int) -> None:
+    """Write the distance and load of the teammate nearest to a target, and the number of teammates in range."""
+    teammates = percept.teammates
+    per_reach = 1.0 / percept.sensing_range[i]
+    nearest = NO_RIVAL
+    rival = -1
+    rivals = 0
+    for k in range(teammates.start[i], teammates.start[i + 1]):
+        way_x = x - teammates.offset[k, 0] * per_reach
+        way_y = y - teammates.offset[k, 1] * per_reach
+        distance = math.sqrt(way_x * way_x + way_y * way_y)
+        rivals += distance < 1.0
+        if distance < nearest:
+            nearest = distance
+            rival = k
+    floats[slot, RIVAL_DISTANCE] = nearest
+    floats[slot, RIVALS] = rivals
+    floats[slot, RIVAL_LOAD] = load(rival, percept, floats, ints, count, per_reach) if rival >= 0 else 0.0
+
+
+@inlined
+def load(teammate: int, percept: Any, floats: Any, ints: Any, count: int, per_reach: float) -> float:
+    """Return how many of the targets in the robot's sight are in range of a teammate."""
+    x = percept.teammates.offset[teammate, 0]
+    y = percept.teammates.offset[teammate, 1]
+    found = 0
+    for slot in range(count):
+        way_x = (floats[slot, X] - x) * per_reach
+        way_y = (floats[slot, Y] - y) * per_reach
+        found += is_seen(ints, slot) & (way_x * way_x + way_y * way_y < 1.0)
+    return float(found)
+
+
+@inlined
+def _company(slot: int, count: int, floats: Any, per_reach: float) -> float:
+    """Return how many of its other targets the robot could keep in range together with this one."""
+    company = 0.0
+    for other in range(count):
+        if other != slot:
+            way_x = (floats[slot, X] - floats[other, X]) * per_reach
+            way_y = (floats[slot, Y] - floats[other, Y]) * per_reach
+            company += floats[other, OWN] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
+    return company
+
+
+@inlined
+def update_self(i: int, seen: int, percept: Any, floats: Any) -> None:
+    """Update the row for the robot: its trail, teammates met, the known ground, and what it saw recently."""
+    state = floats[STATE]
+    per_reach = 1.0 / percept.sensing_range[i]
+    moved_x = percept.moved[i, 0] * per_reach
+    moved_y = percept.moved[i, 1] * per_reach
+    teammates = percept.teammates.start[i + 1] - percept.teammates.start[i]
+    state[IDLE] = 0.0 if seen > 0 else state[IDLE] + 1.0
+    state[SEEN_LATELY] += _LATELY * (few(seen) - state[SEEN_LATELY])
+    state[TEAMMATES_LATELY] += _LATELY * (few(teammates) - state[TEAMMATES_LATELY])
+    state[FRESH_X] = _FRESH * (state[FRESH_X] - moved_x)
+    state[FRESH_Y] = _FRESH * (state[FRESH_Y] - moved_y)
+    state[OLD_X] = _OLD * (state[OLD_X] - moved_x)
+    state[OLD_Y] = _OLD * (state[OLD_Y] - moved_y)
+    state[LEFT] = min(state[LEFT] - moved_x, 0.0)
+    state[RIGHT] = max(state[RIGHT] - moved_x, 0.0)
+    state[BOTTOM] = min(state[BOTTOM] - moved_y, 0.0)
+    state[TOP] = max(state[TOP] - moved_y, 0.0)
+    _extend_ground(state, percept.targets, percept.targets.start[i], percept.targets.start[i + 1], per_reach)
+    _extend_ground(state, percept.teammates, percept.teammates.start[i], percept.teammates.start[i + 1], per_reach)
+    _update_met(i, percept, state)
+
+
+@inlined
+def _extend_ground(state: Any, seen: Any, first: int, last: int, per_reach: float) -> None:
+    """Extend the known ground to all visible bodies."""
+    for k in range(first, last):
+        x = seen.offset[k, 0] * per_reach
+        y = seen.offset[k, 1] * per_reach
+        state[LEFT] = min(state[LEFT], x)
+        state[RIGHT] = max(state[RIGHT], x)
+        state[BOTTOM] = min(state[BOTTOM], y)
+        state[TOP] = max(state[TOP], y)
+
+
+@inlined
+def _update_met(i: int, percept: Any, state: Any) -> None:
+    """Update the average direction away from teammates."""
+    teammates = percept.teammates
+    x = 0.0
+    y = 0.0
+    for k in range(teammates.start[i], teammates.start[i + 1]):
+        share = 1.0 / max(teammates.distance[k], 1e-9) - 1.0 / percept.awareness_range[i]
+        x -= share * teammates.offset[k, 0]
+        y -= share * teammates.offset[k, 1]
+    state[MET_X] = _MET * state[MET_X] + (1.0 - _MET) * x
+    state[MET_Y] = _MET * state[MET_Y] + (1.0 - _MET) * y
+
+
+@inlined
+def put_context(seen: int, mine: float, teammates: int, floats: Any) -> None:
+    """Write the features of the whole situation, each between 0 and about 1."""
+    state = floats[STATE]
+    context = floats[FEATURES]
+    extent = 0.5 * max(state[RIGHT] - state[LEFT], state[TOP] - state[BOTTOM])
+    context[SEEN] = few(seen)
+    context[MINE] = few(mine)
+    context[TEAMMATES] = few(teammates)
+    context[OFTEN_SEEN] = state[SEEN_LATELY]
+    context[OFTEN_TEAMMATES] = state[TEAMMATES_LATELY]
+    context[IDLENESS] = state[IDLE] / (state[IDLE] + 20.0)
+    context[EXTENT] = extent / (extent + 3.0)
+
+
+@inlined
+def put_target(slot: int, floats: Any, ints: Any, per_reach: float) -> None:
+    """Write the features of a target track."""
+    features = floats[FEATURES]
+    distance = floats[slot, DISTANCE]
+    lead = floats[slot, RIVAL_DISTANCE] - distance
+    away = (floats[slot, X] * floats[slot, STEP_X] + floats[slot, Y] * floats[slot, STEP_Y]) * per_reach * per_reach
+    age = float(ints[slot, AGE])
+    features[CONTEXT] = 2.0 * distance - 1.0
+    features[CONTEXT + 1] = floats[slot, RIVAL_DISTANCE] / 0.75 - 1.0
+    features[CONTEXT + 2] = min(max(3.0 * lead, -1.5), 1.5)
+    features[CONTEXT + 3] = few(floats[slot, RIVALS])
+    features[CONTEXT + 4] = few(floats[slot, COMPANY])
+    features[CONTEXT + 5] = 10.0 * away / max(distance, 1e-9)
+    features[CONTEXT + 6] = age / (age + 5.0)
+    features[CONTEXT + 7] = few(floats[slot, RIVAL_LOAD])
+
+
+_FARTHEST = 1.6
+_OLDEST = 30.0
+
+
+@inlined
+def _law(constants: Any, first: int, knots: int, distance: float) -> float:
+    """Return a force that is linear between knots a fifth of the range apart, and constant beyond the last."""
+    place = min(max(5.0 * distance, 0.0), knots - 1.0)
+    knot = min(int(place), knots - 2)
+    share = place - knot
+    force: float = constants[first + knot] * (1.0 - share) + constants[first + knot + 1] * share
+    return force
+
+
+@inlined
+def _sum(constants: Any, first: int, features: Any, count: int) -> float:
+    total: float = constants[first]
+    for j in range(count):
+        total += constants[first + 1 + j] * features[j]
+    return total
+
+
+@inlined
+def _neuron(constants: Any, first: int, features: Any, count: int) -> float:
+    total = _sum(constants, first, features, count)
+    return total / (1.0 + abs(total))
+
+
+@inlined
+def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
+    """Return the sum of the forces of all target tracks."""
+    constants = arrays.parameters
+    floats = arrays.state.floats[i]
+    ints = arrays.state.ints[i]
+    per_reach = 1.0 / percept.sensing_range[i]
+    force_x = 0.0
+    force_y = 0.0
+    for slot in range(count):
+        put_target(slot, floats, ints, per_reach)
+        pull = constants[at.TARGET_OUT]
+        along = constants[at.TARGET_OUT + 1 + at.TARGET_NEURONS]
+        for j in range(at.TARGET_NEURONS):
+            first = at.TARGET_HIDDEN + j * (1 + at.TARGET_INPUTS)
+            neuron = _neuron(constants, first, floats[FEATURES], at.TARGET_INPUTS)
+            pull += neuron * constants[at.TARGET_OUT + 1 + j]
+            along += neuron * constants[at.TARGET_OUT + 2 + at.TARGET_NEURONS + j]
+        pull += _law(constants, at.TARGET_LAW, at.TARGET_KNOTS, floats[slot, DISTANCE]) * floats[slot, OWN]
+        exists = math.exp(-ints[slot, AGE] * constants[at.DECAY] * constants[at.DECAY])
+        step_x = floats[slot, STEP_X] * per_reach
+        step_y = floats[slot, STEP_Y] * per_reach
+        way_x = floats[slot, X] * per_reach + constants[at.LEAD] * step_x
+        way_y = floats[slot, Y] * per_reach + constants[at.LEAD] * step_y
+        pull /= max(math.sqrt(way_x * way_x + way_y * way_y), 1e-9)
+        force_x += exists * (pull * way_x + 10.0 * along * step_x)
+        force_y += exists * (pull * way_y + 10.0 * along * step_y)
+    return force_x, force_y
+
+
+@inlined
+def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
+    """Return the sum of the forces of all perceived teammates."""
+    constants = arrays.parameters
+    teammates = percept.teammates
+    floats = arrays.state.floats[i]
+    features = floats[FEATURES]
+    per_reach = 1.0 / percept.sensing_range[i]
+    force_x = 0.0
+    force_y = 0.0
+    for k in range(teammates.start[i], teammates.start[i + 1]):
+        distance = teammates.distance[k] / percept.awareness_range[i]
+        features[at.CONTEXT] = 2.0 * distance - 1.0
+        features[at.CONTEXT + 1] = few(load(k, percept, floats, arrays.state.ints[i], count, per_reach))
+        force = constants[at.TEAMMATE_OUT] + _law(constants, at.TEAMMATE_LAW, at.TEAMMATE_KNOTS, distance)
+        for j in range(at.TEAMMATE_NEURONS):
+            first = at.TEAMMATE_HIDDEN + j * (1 + at.TEAMMATE_INPUTS)
+            force += _neuron(constants, first, features, at.TEAMMATE_INPUTS) * constants[at.TEAMMATE_OUT + 1 + j]
+        force /= max(teammates.distance[k], 1e-9)
+        force_x += force * teammates.offset[k, 0]
+        force_y += force * teammates.offset[k, 1]
+    return force_x, force_y
+
+
+@inlined
+def _drive(i: int, percept: Any, arrays: Any) -> tuple[float, float]:
+    """Return the forces from memory: forward, off the trail, off teammates met, to the middle of the ground."""
+    constants = arrays.parameters
+    floats = arrays.state.floats[i]
+    state = floats[STATE]
+    context = floats[FEATURES]
+    forward = _sum(constants, at.DRIVE, context, at.CONTEXT)
+    fresh = _sum(constants, at.DRIVE + 1 + at.CONTEXT, context, at.CONTEXT)
+    old = 0.2 * _sum(constants, at.DRIVE + 2 * (1 + at.CONTEXT), context, at.CONTEXT)
+    met = 3.0 * _sum(constants, at.DRIVE + 3 * (1 + at.CONTEXT), context, at.CONTEXT)
+    middle = _sum(constants, at.DRIVE + 4 * (1 + at.CONTEXT), context, at.CONTEXT)
+    middle_x = 0.5 * (state[LEFT] + state[RIGHT])
+    middle_y = 0.5 * (state[BOTTOM] + state[TOP])
+    middle /= 1.0 + math.sqrt(middle_x * middle_x + middle_y * middle_y)
+    force_x = forward * percept.heading[i, 0] + fresh * state[FRESH_X] + old * state[OLD_X]
+    force_y = forward * percept.heading[i, 1] + fresh * state[FRESH_Y] + old * state[OLD_Y]
+    return (
+        force_x + met * state[MET_X] + middle * middle_x,
+        force_y + met * state[MET_Y] + middle * middle_y,
+    )
+
+
+@inlined
+def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    """Write the action of each robot: along the sum of its forces, with a speed proportional to its strength."""
+    constants = arrays.parameters
+    teammates = percept.teammates.start
+    for i in range(percept.heading.shape[0]):
+        floats = arrays.state.floats[i]
+        count = update_target_tracks(i, percept, arrays.state, _FARTHEST * percept.sensing_range[i], _OLDEST)
+        seen, mine = write_targets(i, count, percept, arrays.state, constants)
+        update_self(i, seen, percept, floats)
+        put_context(seen, mine, teammates[i + 1] - teammates[i], floats)
+        x, y = _pull(i, count, percept, arrays)
+        push_x, push_y = _push(i, count, percept, arrays)
+        drive_x, drive_y = _drive(i, percept, arrays)
+        x += push_x + drive_x
+        y += push_y + drive_y
+        if noise[1, i] < constants[at.TURN] * constants[at.TURN] * (1.0 - floats[FEATURES, MINE]):
+            turn_x, turn_y = direction(noise[0, i])
+            x += turn_x
+            y += turn_y
+        length = math.sqrt(x * x + y * y)
+        shrink = 1.0 / max(length, 1e-9)
+        action.heading[i, 0] = x * shrink if length > 1e-9 else 0.0
+        action.heading[i, 1] = y * shrink if length > 1e-9 else 0.0
+        action.distance[i] = min(length * abs(constants[at.GAIN]), 1.0) * percept.speed[i]
+
 
 SCHEMA = 1
 

@@ -12,14 +12,17 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import (
+    BEHAVIOURS,
+    TURN_PROBABILITY,
     attract,
     attraction_corners,
     check_ascending,
+    check_idle,
+    idle_step,
     repel,
     repulsion_corners,
     rivals,
 )
-from teamsight.policies.handmade.idle import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
 from teamsight.policies.handmade.target_tracks import (
     AGE,
     IDENTITY,

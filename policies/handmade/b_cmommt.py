@@ -11,8 +11,16 @@ import numpy as np
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.handmade.forces import check_ascending, repel, repulsion_corners, rivals
-from teamsight.policies.handmade.idle import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
+from teamsight.policies.handmade.forces import (
+    BEHAVIOURS,
+    TURN_PROBABILITY,
+    check_ascending,
+    check_idle,
+    idle_step,
+    repel,
+    repulsion_corners,
+    rivals,
+)
 from teamsight.policies.interface import Integers, PolicyState
 
 WEIGHTS = {"nearest": 0.0, "shared": 1.0, "none": 2.0}

@@ -8,7 +8,7 @@ from typing import Any
 
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.handmade.idle import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
+from teamsight.policies.handmade.forces import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
 
 
 @inlined

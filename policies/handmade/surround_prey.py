@@ -9,8 +9,8 @@ import numpy as np
 
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.online.cells import closest
-from teamsight.policies.online.lattice import lattice_move
+from teamsight.policies.online.lattice_walk import lattice_move
+from teamsight.policies.online.prey_q import closest
 
 # A distance [cells] counts more than any place. Places relative to the prey are within this many cells, more than
 # twice the largest side of a grid.

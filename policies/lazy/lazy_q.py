@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from teamsight.core.kernel import inlined, scratch
-from teamsight.policies.actions import act
+from teamsight.policies.actions import ActionGrid, act
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy.action_values import MOST_MATCHES
-from teamsight.policies.lazy.learner import K, LazyLearner, find_matches, first_own
+from teamsight.policies.lazy.learner import MOST_MATCHES, K, LazyLearner, find_matches, first_own
 from teamsight.policies.learner import refuse
 from teamsight.policies.memory import LazyMemory
 
@@ -79,3 +78,78 @@ def lazy_collective() -> LazyQ:
 def lazy_cooperative() -> LazyQ:
     """Return `LazyQ` on the shipped exploration with all 32 inputs, for ``RingAwareness(16)``."""
     return LazyQ(shipped())
+
+
+_MOST_ACTIONS = 256
+
+
+@inlined
+def _best_worst(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    parameters = arrays.parameters
+    k = int(parameters[K])
+    grid = first_own(parameters)
+    actions = int(parameters[grid])
+    values = grid + 1 + 2 * actions
+    nearest_action = values + arrays.table.shape[1]
+    index = scratch(MOST_MATCHES, np.int64)
+    distance = scratch(MOST_MATCHES, np.float32)
+    worst = scratch(_MOST_ACTIONS, np.float64)
+    for i in range(percept.heading.shape[0]):
+        if not find_matches(percept.situation[i], arrays, k, index, distance):
+            refuse(i, percept, action)
+            continue
+        for one in range(actions):
+            worst[one] = np.inf
+        for match in range(k):
+            one = int(parameters[nearest_action + index[match]])
+            worst[one] = min(worst[one], parameters[values + index[match]])
+        best = int(parameters[nearest_action + index[0]])
+        for match in range(1, k):
+            one = int(parameters[nearest_action + index[match]])
+            if worst[one] > worst[best]:
+                best = one
+        chosen = grid + 1 + 2 * best
+        act(parameters[chosen], parameters[chosen + 1], i, percept, action)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PessimisticLazyQ(LazyLearner):
+    """Do the action of a grid whose lowest value among the matching transitions is highest.
+
+    Each transition counts for the action of the grid that is nearest to its own. Actions without a match are not
+    considered. Of equal actions the one of the nearer transition is used.
+
+    Parameters
+    ----------
+    memory, reward, inputs, discount, k, sweeps
+        As for `LazyLearner`; `k` is 30 by default.
+    actions : ActionGrid
+        The actions to choose from, at most 256. By default 8 rotations, each with the whole or half the speed.
+
+    Notes
+    -----
+    *Source:* C. F. Touzet, "Distributed lazy Q-learning for cooperative mobile robots" (2004), quoted from memory: for
+    each action the minimum value over the matching situations, and the action with the largest minimum. *Departs:* its
+    grid and number of matches are unknown to us. Values are those of `LazyQ`.
+    """
+
+    k: int = 30
+    # A recorded distance halfway between both counts for the whole speed, which is listed first.
+    actions: ActionGrid = ActionGrid(8, (1.0, 0.5))  # noqa: RUF009 (frozen)
+
+    title = "pessimistic lazy Q-learning"
+    kernel = _best_worst
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.actions, ActionGrid):
+            raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(rotations, distances)")
+        if len(self.actions) > _MOST_ACTIONS:
+            raise ValueError(f"actions={self.actions}: has {len(self.actions)} actions; at most {_MOST_ACTIONS} fit")
+        super().__post_init__()
+
+    @property
+    def parameters(self) -> Floats:
+        kept, grid = self.search_table.kept, self.actions
+        nearest_action = grid.index(self.memory.action[kept])
+        actions = [[len(grid)], grid.actions.ravel()]
+        return np.concatenate([super().parameters, *actions, self.values[kept], nearest_action])

@@ -12,8 +12,7 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import act
 from teamsight.policies.interface import Floats, PolicyState
-from teamsight.policies.lazy.action_values import action_values
-from teamsight.policies.lazy.learner import LazyLearner
+from teamsight.policies.lazy.learner import LazyLearner, action_values
 from teamsight.policies.learner import Learner, is_situation, refuse
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import tabulate

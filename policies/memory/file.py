@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from teamsight.core import checks, files
-from teamsight.policies.memory.order import Table
+from teamsight.policies.memory.transitions import Table
 
 FORMAT, SCHEMA = "teamsight lazy memory", "1"
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -15,10 +16,76 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.card import card, shown
-from teamsight.policies.memory import batch, combine, file
-from teamsight.policies.memory.about import check_about, from_json, json_of
-from teamsight.policies.memory.order import Table
-from teamsight.policies.memory.transitions import ACTION, check_layout, check_table, queries_of, table_of
+from teamsight.policies.memory import file
+from teamsight.policies.memory.nearest import nearest_columns
+from teamsight.policies.memory.transitions import (
+    ACTION,
+    Table,
+    check_layout,
+    check_table,
+    queries_of,
+    sort_transitions,
+    table_of,
+)
+
+
+def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
+    """Raise an error if the description of a memory is invalid; for its parts see `LazyMemory`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a part has a wrong type or is outside its limits.
+    """
+    checks.count("own", own)
+    checks.count("added", added, least=0)
+    if not all(isinstance(name, str) for name in facts):
+        raise TypeError(f"facts={checks.shown(facts)}: the name of a fact must be a string")
+    if any(one >= other for one, other in itertools.pairwise(facts)):
+        raise ValueError(f"facts={checks.shown(facts)}: must be distinct and in alphabetical order")
+    try:
+        "".join(facts).encode()
+    except UnicodeEncodeError:
+        raise ValueError(f"facts={checks.shown(facts)}: must be strings that UTF-8 can encode") from None
+    if not isinstance(settings, Mapping):
+        raise TypeError(f"settings={checks.shown(settings)}: must be a mapping")
+
+
+def from_json(about: Mapping[str, Any]) -> tuple[int, int, tuple[str, ...], dict[str, Any]]:
+    """Return own, added, facts and settings from the metadata of a file.
+
+    Raises
+    ------
+    KeyError
+        If one is missing.
+    ValueError
+        If there are others, or one has a wrong type.
+    """
+    names = ("own", "added", "facts", "settings")
+    own, added, facts, settings = (about[name] for name in names)
+    if others := sorted(set(about) - set(names)):
+        raise ValueError(f"there are unknown entries, {checks.shown(others)}")
+    if type(own) is not int or type(added) is not int:
+        raise ValueError(f"own={checks.shown(own)}, added={checks.shown(added)}: must be whole numbers")
+    if not isinstance(facts, list):
+        raise ValueError(f"facts={checks.shown(facts)}: must be a list of strings")
+    return own, added, tuple(facts), settings
+
+
+def json_of(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a copy of settings as JSON holds them.
+
+    Raises
+    ------
+    ValueError
+        If JSON cannot hold them.
+    """
+    try:
+        text = json.dumps(dict(settings), ensure_ascii=False, allow_nan=False)
+        text.encode()
+        return dict(json.loads(text))
+    except (TypeError, ValueError, RecursionError) as error:
+        raise ValueError(f"settings: cannot be written as JSON ({error}); give numbers, strings and lists") from None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -242,9 +309,9 @@ class LazyMemory:
         for other in others:
             if not isinstance(other, LazyMemory):
                 raise TypeError(f"merge: {checks.shown(other)} is not a LazyMemory; give merge(*memories)")
-            combine.check_layouts(self, other)
-        table = combine.merged_table([self.table, *(one.table for one in others)])
-        settings = combine.merged_settings([self.settings, *(one.settings for one in others)])
+            check_layouts(self, other)
+        table = merged_table([self.table, *(one.table for one in others)])
+        settings = merged_settings([self.settings, *(one.settings for one in others)])
         return LazyMemory(table, self.own, self.added, self.facts, settings)
 
     def sample(self, count: int, seed: int) -> LazyMemory:
@@ -263,7 +330,7 @@ class LazyMemory:
             If there are fewer.
         """
         count, seed = checks.count("count", count), checks.count("seed", seed, least=0, most=2**128 - 1)
-        table = combine.sampled_table(self.table, count, seed)
+        table = sampled_table(self.table, count, seed)
         settings = {**self.settings, "sample": {"count": count, "seed": seed, "of": self.digest}}
         return LazyMemory(table, self.own, self.added, self.facts, settings)
 
@@ -296,4 +363,60 @@ class LazyMemory:
         count = checks.count("k", k)
         if count > len(self):
             raise ValueError(f"k={k}: the memory has {len(self)} transitions; give a smaller k, or explore longer")
-        return batch.nearest(self.table, queries_of(queries, p, self.inputs), count)
+        return nearest_columns(self.table, queries_of(queries, p, self.inputs), count)
+
+
+def check_layouts(one: LazyMemory, other: LazyMemory) -> None:
+    """Raise an error if two memories cannot be merged.
+
+    Raises
+    ------
+    ValueError
+        If they have different degrees of awareness, or different facts.
+    """
+    layouts = [(m.settings.get("awareness"), m.settings.get("degree"), m.own, m.added) for m in (one, other)]
+    if layouts[0] != layouts[1]:
+        first, second = (f"{awareness} with {own} + {added} inputs" for awareness, _, own, added in layouts)
+        raise ValueError(
+            f"merge: a memory of {first} and one of {second}; explore both under the same degree of awareness"
+        )
+    if one.facts != other.facts:
+        raise ValueError(f"merge: facts {one.facts} and {other.facts}; explore both with the same facts recorded")
+
+
+def merged_table(tables: Sequence[Table]) -> Table:
+    """Return all columns of tables with the same rows, in canonical order."""
+    table = np.concatenate(tables, axis=1)
+    sort_transitions(table)
+    return table
+
+
+def merged_settings(all_settings: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the settings that all have in common and, under "merged", each different one."""
+    each: list[dict[str, Any]] = []
+    for settings in all_settings:
+        merged = settings.get("merged")
+        parts = merged if isinstance(merged, list) and "sample" not in settings else [dict(settings)]
+        each += [one for one in parts if one not in each]
+    if len(each) == 1:
+        return each[0]
+    common = {name: value for name, value in each[0].items() if all(name in one and one[name] == value for one in each)}
+    return {**common, "merged": each}
+
+
+def sampled_table(table: Table, count: int, seed: int) -> Table:
+    """Return `count` columns of a table, drawn without replacement, in their order.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer.
+    """
+    size = table.shape[1]
+    if count > size:
+        raise ValueError(f"count={count}: the memory has {size} transitions; give a smaller count, or explore longer")
+    # Raw words of the generator are the same in all versions of NumPy, unlike numbers derived from them.
+    lots = np.random.Philox(key=seed).random_raw(size)
+    # Sorted, so that the canonical order is kept.
+    chosen = np.sort(np.argsort(lots, kind="stable")[:count])
+    return np.take(table, chosen, axis=1)

@@ -12,10 +12,9 @@ from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
-from teamsight.policies.online.boltzmann import chosen_action, largest
-from teamsight.policies.online.cells import at_rank, cell, cells, closest
-from teamsight.policies.online.lattice import MOVES, lattice_move
-from teamsight.policies.online.prey_q import MOST_DEPTH
+from teamsight.policies.online.lattice_walk import MOVES, lattice_move
+from teamsight.policies.online.online_q import chosen_action, largest
+from teamsight.policies.online.prey_q import MOST_DEPTH, at_rank, cell, cells, closest
 
 _RATE, _DISCOUNT, _TEMPERATURE, _VALUES_ENDS, _DEPTH, _TABLES, _ROWS, _BY_DISTANCE = range(8)
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import go
-from teamsight.policies.columns import column_of
+from teamsight.policies.channels import column_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 from teamsight.policies.schemas.vectors import avoid_obstacles, avoid_teammates, home_offset, persistent_noise

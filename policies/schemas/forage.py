@@ -8,7 +8,7 @@ from typing import Any
 
 from teamsight.core import checks
 from teamsight.core.kernel import inlined
-from teamsight.policies.columns import column_of
+from teamsight.policies.channels import column_of
 from teamsight.policies.schemas.automaton import ACQUIRE, FOLLOW, WANDER, WORK, Schemas, drive, followed
 from teamsight.policies.schemas.vectors import home_offset
 

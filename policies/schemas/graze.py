@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teamsight.core.kernel import inlined
-from teamsight.policies.columns import column_of
+from teamsight.policies.channels import column_of
 from teamsight.policies.schemas.automaton import FOLLOW, WANDER, WORK, Schemas, drive, followed
 
 

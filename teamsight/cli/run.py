@@ -47,7 +47,7 @@ class RunSettings(WorldSettings):
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""
-        from teamsight.agents.decisions.cycle import check_run
+        from teamsight.agents.decisions import check_run
 
         limits.check_sectors(self)
         task_options.check(self, (*_OF_CMOMMT, *_FAILING, "evenness") if self.task else ())

@@ -23,6 +23,18 @@ MOVED: dict[str, str] = {
         "teamsight.agents.components.failures:SensorDropouts",
     "teamsight.agents.components.charging_places:ChargingPlaces":
         "teamsight.agents.components.batteries:ChargingPlaces",
+    "teamsight.agents.events.recurring:Recurring": "teamsight.agents.mesa.model:Recurring",
+    "teamsight.policies.braitenberg.fixed_priority:FixedPriority":
+        "teamsight.policies.braitenberg.vehicle:FixedPriority",
+    "teamsight.agents.decisions.cycle:Cycle": "teamsight.agents.decisions:Cycle",
+    "teamsight.agents.awareness.pairwise:PairwiseAwareness": "teamsight.agents.awareness.degrees:PairwiseAwareness",
+    "teamsight.agents.awareness.nearest:NearestAwareness": "teamsight.agents.awareness.degrees:NearestAwareness",
+    "teamsight.agents.awareness.shared:SharedAwareness": "teamsight.agents.awareness.degrees:SharedAwareness",
+    "teamsight.agents.awareness.none:NoAwareness": "teamsight.agents.awareness.degrees:NoAwareness",
+    "teamsight.agents.awareness.ring:RingAwareness": "teamsight.agents.awareness.degrees:RingAwareness",
+    "teamsight.world.polygon:Polygon": "teamsight.world.shapes:Polygon",
+    "teamsight.world.circle:Circle": "teamsight.world.shapes:Circle",
+    "teamsight.policies.lazy.pessimistic_lazy_q:PessimisticLazyQ": "teamsight.policies.lazy.lazy_q:PessimisticLazyQ",
 }
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from teamsight.agents.awareness.binding import Sensing, perceive_entry, sensing_at, situate_entry
-from teamsight.agents.awareness.interface import check_width
-from teamsight.agents.awareness.team import next_nearest
+from teamsight.agents.awareness.degrees import next_nearest
+from teamsight.agents.awareness.interface import Sensing, check_width, perceive_entry, sensing_at, situate_entry
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.kernel import Entry, kernel

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.outline import obstacles, walls
+from teamsight.agents.drawing import obstacles, walls
 from teamsight.world.contract import Arena
 
 Floats = npt.NDArray[np.float64]

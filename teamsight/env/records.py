@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.binding import Sensing
+from teamsight.agents.awareness.interface import Sensing
 from teamsight.agents.engine.records import GroupArrays, RelationArrays, WorldArrays
 from teamsight.core.kernel import Entry, Packed, Record
 

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents import mesa_compat
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.loop import RUN
 from teamsight.agents.group import Group
-from teamsight.agents.recording.collector import HistoryCollector, Rows
+from teamsight.agents.mesa import compat as mesa_compat
+from teamsight.agents.mesa.collector import HistoryCollector, Rows
 from teamsight.agents.recording.history import targets_of
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.world import World

@@ -8,7 +8,7 @@ from typing import Any
 
 from teamsight.agents.awareness.registry import AWARENESS
 from teamsight.agents.cmommt import CMOMMT
-from teamsight.agents.decisions.cycle import Cycle
+from teamsight.agents.decisions import Cycle
 from teamsight.live.controls import Control
 from teamsight.live.signature_controls import controls_of, value_of, with_given
 from teamsight.policies.registry import POLICIES

@@ -7,8 +7,7 @@ from dataclasses import replace
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
 from teamsight.agents.world import World
-from teamsight.view.frame import MOST_LINKS, Frame
-from teamsight.view.scene import MOST_SLOTS, Scene
+from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene
 
 # Ticks between frames that are recorded unasked: none is.
 _NEVER = 2**62

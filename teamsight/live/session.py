@@ -19,9 +19,8 @@ from teamsight.live.protocol import Message
 from teamsight.live.running import Running
 from teamsight.live.track import LiveTrack
 from teamsight.live.worlds import Worlds
-from teamsight.view.frame import Frame
 from teamsight.view.page import page
-from teamsight.view.scene import Scene
+from teamsight.view.scene import Frame, Scene
 
 SEED = "seed"
 

@@ -15,9 +15,8 @@ from teamsight.live.event_rows import event_rows
 from teamsight.live.kept import Kept
 from teamsight.live.observer import Observer
 from teamsight.live.signature_controls import model_name, seed_name, value_of
-from teamsight.view.frame import Frame
 from teamsight.view.packing import from_raw, raw
-from teamsight.view.scene import Scene
+from teamsight.view.scene import Frame, Scene
 
 _DEGREE = ("awareness", "delta")
 

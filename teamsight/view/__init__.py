@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from teamsight.view.frame import Frame, Links
     from teamsight.view.replay import RecordedTrack, Replay
-    from teamsight.view.scene import LinkList, Scene, SceneGroup, Slot
+    from teamsight.view.scene import Frame, LinkList, Links, Scene, SceneGroup, Slot
 
 _HOMES = {
-    "Frame": "teamsight.view.frame",
+    "Frame": "teamsight.view.scene",
     "LinkList": "teamsight.view.scene",
-    "Links": "teamsight.view.frame",
+    "Links": "teamsight.view.scene",
     "RecordedTrack": "teamsight.view.replay",
     "Replay": "teamsight.view.replay",
     "Scene": "teamsight.view.scene",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Sequence
@@ -18,12 +19,33 @@ from matplotlib.path import Path
 from matplotlib.transforms import Affine2D
 
 from teamsight.core.checks import shown
-from teamsight.view.frame import ACTIVE, OBSERVED, PRESENT, Frame
 from teamsight.view.page import Track
-from teamsight.view.scene import Scene
-from teamsight.view.squares import square_outline
+from teamsight.view.scene import ACTIVE, OBSERVED, PRESENT, Frame, Scene
 
 Floats = npt.NDArray[np.float64]
+
+_RIGHT = 0.5 * math.pi
+
+
+def square_outline(reach: float, angle: float, field_of_view: float) -> Floats:
+    """Return the corners of a square range around the origin, or of the part in view, shape (corners, 2) [length].
+
+    Parameters
+    ----------
+    reach : float
+        Half the side, which is along the axes [length].
+    angle, field_of_view : float
+        The heading and the angle around it that is in view [rad].
+    """
+    if field_of_view >= 2 * math.pi - 1e-9:
+        return reach * np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
+    first, last = angle - 0.5 * field_of_view, angle + 0.5 * field_of_view
+    # Corners are at odd eighths of a turn.
+    number = np.arange(math.floor(first / _RIGHT - 0.5) + 1, math.ceil(last / _RIGHT - 0.5))
+    turns = np.array([first, *(number + 0.5) * _RIGHT, last])
+    ways = np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+    return np.concatenate([np.zeros((1, 2)), reach * ways / np.abs(ways).max(axis=1, keepdims=True)])
+
 
 _DPI = 100
 _INK, _PALE, _GREY = "#1b1f24", "#d0d7de", "#8c959f"

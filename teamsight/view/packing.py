@@ -14,8 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.view.frame import Frame, Links, Words
-from teamsight.view.scene import Scene
+from teamsight.view.scene import Frame, Links, Scene, Words
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
 

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from teamsight.core.version import __version__
-from teamsight.view.frame import Frame
 from teamsight.view.packing import pack, unpack
-from teamsight.view.scene import Scene
+from teamsight.view.scene import Frame, Scene
 
 #: How a page begins; by this it is known as teamsight's.
 MARK = "<!doctype html>\n<!-- written by teamsight"

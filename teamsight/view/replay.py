@@ -12,9 +12,8 @@ from typing import Self
 from teamsight.core.checks import shown
 from teamsight.core.files import open_regular
 from teamsight.view.files import check_replaceable, write
-from teamsight.view.frame import Frame
 from teamsight.view.page import Track, page, tracks_in
-from teamsight.view.scene import Scene
+from teamsight.view.scene import Frame, Scene
 
 #: The files that a replay can be saved as, by the endings of their names.
 ENDINGS = (".html", ".gif", ".mp4", ".png")

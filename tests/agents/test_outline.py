@@ -9,7 +9,7 @@ import pytest
 
 from teamsight import Box, Circle, Disc, Polygon, Torus, World
 from teamsight.agents import draw_arena
-from teamsight.agents.outline import obstacles, walls
+from teamsight.agents.drawing import obstacles, walls
 
 
 class Ring(Disc):

@@ -180,7 +180,7 @@ def test_recordings_know_the_shape_and_draw_it() -> None:
 def test_the_part_of_a_square_in_view(angle: float) -> None:
     from matplotlib.path import Path
 
-    from teamsight.view.squares import square_outline
+    from teamsight.view.drawing import square_outline
 
     rng = np.random.default_rng(3)
     for heading in rng.uniform(-7, 7, 20):

@@ -22,7 +22,7 @@ from teamsight.agents.components import (
     UnreliableAwareness,
     Weibull,
 )
-from teamsight.agents.decisions.cycle import Cycle
+from teamsight.agents.decisions import Cycle
 from teamsight.agents.recording.explore import explore
 from teamsight.policies import (
     ACmommt,

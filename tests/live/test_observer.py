@@ -11,8 +11,8 @@ from teamsight import CMOMMT, Box, Robot, Target, Torus, World
 from teamsight.agents.components.failures import Failures
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.live.observer import Observer
-from teamsight.view.frame import Frame
 from teamsight.view.packing import raw
+from teamsight.view.scene import Frame
 
 
 def failing() -> World:

@@ -12,9 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from teamsight.view.frame import Frame, Links
 from teamsight.view.packing import from_raw, pack, raw, unpack
-from teamsight.view.scene import LinkList, Scene, SceneGroup, Slot
+from teamsight.view.scene import Frame, LinkList, Links, Scene, SceneGroup, Slot
 
 WORD, OFFSET = st.integers(0, 65_535), st.integers(-32_768, 32_767)
 

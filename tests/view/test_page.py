@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from teamsight.view import page as pages
-from teamsight.view.frame import Frame
 from teamsight.view.page import asset, page, tracks_in
-from teamsight.view.scene import Scene, SceneGroup, Slot
+from teamsight.view.scene import Frame, Scene, SceneGroup, Slot
 
 HOSTILE = "</script><script>alert(1)</script><!-- \u2028 & \" ' ü"
 

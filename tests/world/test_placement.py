@@ -10,10 +10,9 @@ from scipy import stats
 
 from teamsight.world import placement
 from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.circle import Circle
 from teamsight.world.free_places import is_free
-from teamsight.world.polygon import Polygon
 from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.shapes import Circle, Polygon
 
 ARENAS: list[Arena] = [
     Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Cylinder(10.0, 8.0), Ellipse(6.0, 4.5), Hall(12.0, 7.0, 0.2),

@@ -10,8 +10,7 @@ import pytest
 
 from teamsight import Box, Circle, Disc, Polygon, Torus
 from teamsight.core.kernel import Entry, Record
-from teamsight.world.region import Region, is_in_region
-from teamsight.world.region_of import region_of
+from teamsight.world.shapes import Region, is_in_region, region_of
 
 L_SHAPE = Polygon([(0, 0), (4, 0), (4, 1), (1, 1), (1, 4), (0, 4)])
 ARENAS = [

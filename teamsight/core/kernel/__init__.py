@@ -10,7 +10,6 @@ Entries are cached on disk under a digest of all their code; see `teamsight.core
 
 from __future__ import annotations
 
-from teamsight.core.kernel.decorators import inlined, kernel, plain
 from teamsight.core.kernel.entry import Entry, specialise
 from teamsight.core.kernel.intrinsics import (
     array_at,
@@ -27,6 +26,7 @@ from teamsight.core.kernel.intrinsics import (
     put_eight_parts,
     scratch,
 )
+from teamsight.core.kernel.parts import inlined, kernel, plain
 from teamsight.core.kernel.record import Packed, Record
 
 __all__ = [

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable
 from functools import cached_property
 from inspect import signature
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.core.codegen import JITCodeLibrary, RuntimeLinker
@@ -125,3 +125,21 @@ def _last_name(mangled: str) -> str:
         end = met.end() + int(met[0])
         name, rest = rest[met.end() : end], rest[end:]
     return name
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def kernel(function: F) -> F:
+    """Mark a function as a kernel: compiled with the first entry that uses it, never at import."""
+    return cast(F, Part(function, options=FLAGS))
+
+
+def inlined(function: F) -> F:
+    """Mark a small kernel that is always compiled into its caller, so that loops around it can use SIMD lanes."""
+    return cast(F, Part(function, options=dict(FLAGS, forceinline=True)))
+
+
+def plain(function: F) -> F:
+    """Return the Python function behind a kernel."""
+    return cast(F, getattr(function, "py_func", function))

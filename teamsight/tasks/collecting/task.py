@@ -8,8 +8,7 @@ from typing import Any
 
 from teamsight.agents.awareness import Awareness, PairwiseAwareness
 from teamsight.agents.world import World
-from teamsight.policies.basis.basis_behaviours import BasisBehaviours
-from teamsight.policies.basis.correct import share_correct
+from teamsight.policies.basis.basis_behaviours import BasisBehaviours, share_correct
 from teamsight.tasks.collecting.world import PuckCollecting
 from teamsight.tasks.objective import Objective
 from teamsight.tasks.task import Task

@@ -9,8 +9,8 @@ import numpy as np
 
 from teamsight.core import checks
 from teamsight.world.arena import Box
-from teamsight.world.circle import Circle
 from teamsight.world.contract import Arena
+from teamsight.world.shapes import Circle
 
 #: x, y and radius of a round obstacle, from the middle of the area [length].
 Round = tuple[float, float, float]

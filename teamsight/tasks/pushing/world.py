@@ -12,7 +12,7 @@ from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world import World
 from teamsight.core import checks
-from teamsight.policies.braitenberg.fixed_priority import FixedPriority
+from teamsight.policies.braitenberg.vehicle import FixedPriority
 from teamsight.policies.registry import POLICIES
 from teamsight.tasks.pushing.box_law import Pushing
 from teamsight.world.arena import Box as Walls

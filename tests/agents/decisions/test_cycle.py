@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Box, Cycle, Robot, World, run_many
-from teamsight.agents.decisions.cycle import EVERY_STEP, check_run, cycle_of
+from teamsight.agents.decisions import EVERY_STEP, check_run, cycle_of
 from teamsight.world.noise import Stream, key_of, stream_number, uniforms
 
 

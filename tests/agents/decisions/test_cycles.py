@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Box, Cycle, Robot, Target, Torus, World
-from teamsight.agents.decisions.timetable import new_timetable, put_timetable
+from teamsight.agents.decisions import new_timetable, put_timetable
 from teamsight.policies import ACmommt, Policy, RandomWalk
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept

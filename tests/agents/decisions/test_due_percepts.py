@@ -16,7 +16,7 @@ from teamsight.core.kernel import inlined
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies import CompiledPolicy, Policy, check_policy
 from teamsight.policies.interface import Action, Percept
-from teamsight.policies.percept_rows import percept_of_rows
+from teamsight.policies.percept_of_one import percept_of_rows
 
 DEGREES = ("none", "ring", "nearest", "pairwise", "shared")
 

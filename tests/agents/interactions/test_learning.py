@@ -13,7 +13,7 @@ from teamsight.agents.recording.explore import explore
 from teamsight.agents.recording.transitions import FACTS
 from teamsight.env import Facts, parallel_env, vector_env
 from teamsight.policies.rewards import interaction_reward, rewards_of
-from teamsight.view.frame import MOST_PART
+from teamsight.view.scene import MOST_PART
 
 
 @pytest.mark.parametrize("steps", [1, 60])

@@ -12,8 +12,8 @@ import pytest
 from teamsight import Robot, Torus, World
 from teamsight.core.kernel import kernel
 from teamsight.policies import Action, CompiledPolicy, Policy, PolicyState
+from teamsight.policies.channels import column_of
 from teamsight.policies.check import check_policy
-from teamsight.policies.columns import column_of
 from tests.interactions import fingerprint, hunt
 
 

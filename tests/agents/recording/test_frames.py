@@ -27,8 +27,7 @@ from teamsight import (
     UnreliableAwareness,
     World,
 )
-from teamsight.view.frame import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, PRESENT, TURN, Frame
-from teamsight.view.scene import Scene
+from teamsight.view.scene import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, PRESENT, TURN, Frame, Scene
 
 ARENAS = {
     "disc": lambda: Disc(2.5),

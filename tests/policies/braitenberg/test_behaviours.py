@@ -13,10 +13,8 @@ from hypothesis import strategies as st
 from teamsight import Robot
 from teamsight.agents.awareness import NearestAwareness
 from teamsight.policies.braitenberg import FixedPriority
-from teamsight.policies.braitenberg.behaviours import BEHAVIOURS, FOLLOW, SLOW
-from teamsight.policies.braitenberg.cues import CUES
-from teamsight.policies.braitenberg.recovery import BEHAVIOUR, RECOVERIES
-from teamsight.policies.braitenberg.recovery import CUES as AT_CUES
+from teamsight.policies.braitenberg.vehicle import BEHAVIOUR, BEHAVIOURS, CUES, FOLLOW, RECOVERIES, SLOW
+from teamsight.policies.braitenberg.vehicle import LAST_CUES as AT_CUES
 from teamsight.policies.check import check_policy
 from teamsight.tasks.pushing.world import BoxPushing
 from tests.interactions import fingerprint

@@ -13,13 +13,9 @@ from hypothesis import strategies as st
 
 from teamsight.core.kernel import plain
 from teamsight.policies.braitenberg import AdaptiveNetwork, FixedPriority
-from teamsight.policies.braitenberg.behaviours import BEHAVIOURS
-from teamsight.policies.braitenberg.cues import CUES
-from teamsight.policies.braitenberg.fixed_priority import by_priority
-from teamsight.policies.braitenberg.logic_training import train_trees
-from teamsight.policies.braitenberg.logic_trees import most_votes
-from teamsight.policies.braitenberg.recovery import BEHAVIOUR
-from teamsight.policies.braitenberg.recovery import CUES as AT_CUES
+from teamsight.policies.braitenberg.adaptive_network import most_votes, train_trees
+from teamsight.policies.braitenberg.vehicle import BEHAVIOUR, BEHAVIOURS, CUES, by_priority
+from teamsight.policies.braitenberg.vehicle import LAST_CUES as AT_CUES
 from teamsight.policies.check import check_policy
 from teamsight.tasks.pushing.world import BoxPushing
 from tests.interactions import fingerprint

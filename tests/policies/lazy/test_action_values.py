@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from naive import learners as naive_learners
 
-from teamsight.policies.lazy.action_values import action_values, next_matches
+from teamsight.policies.lazy.learner import action_values, next_matches
 from teamsight.policies.memory import LazyMemory
 
 pytestmark = pytest.mark.short

@@ -16,8 +16,7 @@ from naive import regression as naive
 
 from teamsight.policies import LazyRegression, check_policy
 from teamsight.policies.check import sample_percept
-from teamsight.policies.lazy.lazy_regression import POINTS
-from teamsight.policies.lazy.local_slopes import local_slopes, significant
+from teamsight.policies.lazy.lazy_regression import POINTS, local_slopes, significant
 from teamsight.policies.lazy.readings import KINDS
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import keep_reward, own_reward

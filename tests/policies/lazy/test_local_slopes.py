@@ -10,7 +10,7 @@ import statsmodels.api as sm
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.policies.lazy.local_slopes import Slopes, local_slopes, significant
+from teamsight.policies.lazy.lazy_regression import Slopes, local_slopes, significant
 
 pytestmark = pytest.mark.short
 

@@ -13,7 +13,7 @@ from naive import learners as naive_learners
 
 from teamsight.policies import SheppardLazyQ, check_policy
 from teamsight.policies.check import sample_percept
-from teamsight.policies.lazy.action_values import action_values
+from teamsight.policies.lazy.learner import action_values
 from teamsight.policies.lazy.sheppard_lazy_q import MOST_CHANGE, MOST_SEEN
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import GainReward, own_reward, tabulate, team_reward

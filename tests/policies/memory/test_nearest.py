@@ -13,8 +13,7 @@ from naive import lazy as naive_lazy
 
 from teamsight.core.kernel import Entry, Record
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.memory.block import BLOCK, LANES
-from teamsight.policies.memory.nearest import SearchTable, k_nearest, search_table
+from teamsight.policies.memory.nearest import BLOCK, LANES, SearchTable, k_nearest, search_table
 
 
 class Ask(NamedTuple):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.policies.memory.order import Table, canonical_order, is_ordered, sort_transitions
+from teamsight.policies.memory.transitions import Table, canonical_order, is_ordered, sort_transitions
 
 
 def table_of(transitions: int, rows: int, values: int, rng: np.random.Generator) -> Table:

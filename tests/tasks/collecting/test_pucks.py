@@ -12,7 +12,7 @@ from naive import collecting as naive
 
 from teamsight import TASKS, Box, check_interaction, check_task
 from teamsight.policies.basis import BasisBehaviours
-from teamsight.policies.basis.correct import share_correct
+from teamsight.policies.basis.basis_behaviours import share_correct
 from teamsight.tasks.collecting.pucks import Collecting
 from teamsight.tasks.collecting.task import LEARNING, learned
 from teamsight.tasks.collecting.world import PuckCollecting

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight.core.kernel import Entry, Packed, Record
-from teamsight.core.kernel.window import Window, entry_moves, move, show_rows, window
+from teamsight.core.kernel.record import Window, entry_moves, move, show_rows, window
 from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room
 
 Floats = npt.NDArray[np.float64]

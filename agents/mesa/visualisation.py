@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.outline import COLOURS, circle, obstacles, square, walls
+from teamsight.agents.drawing import COLOURS, circle, obstacles, square, walls
 from teamsight.core import checks
 
 if TYPE_CHECKING:

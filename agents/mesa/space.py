@@ -22,7 +22,7 @@ Floats = npt.NDArray[np.float64]
 Found = tuple[list[Body], Floats]
 
 
-# mesa has no types for mypy, which would let every attribute pass; see `mesa_bases`.
+# mesa has no types for mypy, which would let every attribute pass; see `compat`.
 MYPY = False
 if MYPY:
 

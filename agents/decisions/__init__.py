@@ -1,1 +1,0 @@
-"""When and by which policy the robots of a group decide."""
