@@ -300,7 +300,7 @@ def nonsense(chance: random.Random) -> str | bytes:
         return chance.randbytes(chance.randrange(40))
     if kind == 1:
         return "".join(chr(chance.randrange(1, 0xD7FF)) for _ in range(chance.randrange(60)))
-    values: list[Any] = [None, True, -1, 0, 3, 1e308, "x", "policy", "os:system", [], {}, "a" * 300, [[]], 10**30, "\0", 2.5]
+    values: list[Any] = [None, True, -1, 0, 3, 1e308, "x", "policy", "os:system", [], {}, "a" * 300, [[]], 10**30, "\0", "\ud800", 2.5]
     if kind == 2:
         return json.dumps(chance.choice(values))
     names = ["type", "name", "value", "track", "frame", "on", "extra", "__class__"]
