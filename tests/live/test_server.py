@@ -10,6 +10,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import live_models
@@ -18,7 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from teamsight import CMOMMT, Disc, World
-from teamsight.live import LivePage, watch
+from teamsight.live import LivePage, running, watch
 from teamsight.live.client import MOST_WRONG
 from teamsight.live.protocol import KINDS, MOST_BYTES
 
@@ -211,6 +212,18 @@ def test_a_model_that_has_failed_runs_after_what_mends_it(
         assert until(socket, "state", lambda one: one["every"] == 2)["failed"]
         go_on.set()
         until(socket, "state", lambda one: one["running"] and one["made"] > 10)
+
+
+def test_a_clock_may_stand_still_between_two_reports(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of Windows does so for 16 ms."""
+    page = live(running=True)
+    with opened(page) as socket:
+        until(socket, "state", lambda one: one["made"] > 0)
+        now = time.monotonic()
+        monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: now))
+        ask(socket, "reset")
+        ask(socket, "every", value=2)
+        assert until(socket, "state", lambda one: one["every"] == 2)["running"]
 
 
 def test_a_pause_acts_at_once(live: Callable[..., LivePage], hold: Callable[[LivePage], threading.Event]) -> None:
