@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any, NamedTuple
 
 from teamsight.core.kernel.report import listening
@@ -54,8 +54,10 @@ class Builder:
     ----------
     job : Job or None
         The present job.
-    waiting : list of Message
-        Messages that wait until it is done.
+    is_busy : bool
+        Whether there is one, or what it has built, and what has waited for it, is being carried out.
+    waiting : dict of Message
+        Messages that wait until it is done; see `keep`.
     said : str
         Which kernel is being compiled; empty if none is.
     """
@@ -63,35 +65,28 @@ class Builder:
     def __init__(self, worlds: Worlds, wake: Callable[[], None]) -> None:
         self._worlds, self._wake = worlds, wake
         self.job: Job | None = None
-        self.waiting: list[Message] = []
+        self.is_busy = False
+        self.waiting: dict[Hashable, Message] = {}
         self.said = ""
         self._outcome: list[LiveTrack] | BaseException | None = None
 
     def start(self, job: Job) -> None:
         """Begin a job; there must be none."""
-        self.job = job
+        self.job, self.is_busy = job, True
         threading.Thread(target=self._build, args=(job,), name="teamsight builder", daemon=True).start()
-
-    def wait(self, message: Message) -> None:
-        """Let a message wait, in place of one that sets the same thing."""
-        key = message.type, message.fields.get("name"), message.fields.get("track")
-        if message.type == "set":
-            same = (other for other in self.waiting if (other.type, *map(other.fields.get, ("name", "track"))) == key)
-            self.waiting = [other for other in self.waiting if other is not next(same, None)]
-        self.waiting.append(message)
 
     def take(self) -> tuple[Job, list[LiveTrack] | BaseException, list[Message]] | None:
         """Return the job, its worlds or why there are none, and the messages that have waited; None if it goes on."""
-        job, outcome, waiting = self.job, self._outcome, self.waiting
+        job, outcome, waiting = self.job, self._outcome, list(self.waiting.values())
         if job is None or outcome is None:
             return None
-        self.job, self._outcome, self.waiting = None, None, []
+        self.job, self._outcome, self.waiting = None, None, {}
         return job, outcome, waiting
 
     @property
     def wanted(self) -> list[Message]:
         """The settings that pages have asked for, and that do not hold yet."""
-        messages = [self.job.message, *self.waiting] if self.job else []
+        messages = [self.job.message, *self.waiting.values()] if self.job else []
         return [one for one in messages if one is not None and one.type == "set"]
 
     def _build(self, job: Job) -> None:

@@ -11,6 +11,23 @@ from teamsight.live.protocol import Message
 MOST_WAITING = 64
 
 
+def keep(waiting: dict[Hashable, Message], message: Message) -> None:
+    """Let a message wait after others. It replaces one of the same: a slider sends more values than can be used.
+
+    Raises
+    ------
+    ValueError
+        If too many wait.
+    """
+    kind, fields = message
+    # Each step counts: three are three.
+    key = object() if kind == "step" else (kind, fields["name"], fields["track"]) if kind == "set" else kind
+    if key not in waiting and len(waiting) >= MOST_WAITING:
+        raise ValueError(f"{kind}: {MOST_WAITING} messages wait already; try again when they are done")
+    waiting.pop(key, None)
+    waiting[key] = message
+
+
 class Commands:
     """Messages, put by connections and taken by the thread of the worlds."""
 
@@ -18,26 +35,16 @@ class Commands:
         self._news = threading.Condition()
         self._waiting: dict[Hashable, Message] = {}
         self._is_woken = False
-        self._count = self._taken = 0
+        self._taken = 0
 
     def __len__(self) -> int:
         """The number of messages that wait or are being carried out."""
         return len(self._waiting) + self._taken
 
     def put(self, message: Message) -> None:
-        """Let a message wait. It replaces one that sets the same thing: a slider sends more values than can be used.
-
-        Raises
-        ------
-        ValueError
-            If too many wait.
-        """
+        """Let a message wait, as `keep` does."""
         with self._news:
-            key = self._key(message)
-            if key not in self._waiting and len(self._waiting) >= MOST_WAITING:
-                raise ValueError(f"{message.type}: {MOST_WAITING} messages wait already; try again when they are done")
-            self._waiting.pop(key, None)
-            self._waiting[key] = message
+            keep(self._waiting, message)
             self._news.notify()
 
     def take(self, patience: float | None) -> list[Message]:
@@ -65,12 +72,3 @@ class Commands:
         with self._news:
             self._is_woken = True
             self._news.notify()
-
-    def _key(self, message: Message) -> Hashable:
-        if message.type == "set":
-            return message.type, message.fields["name"], message.fields["track"]
-        if message.type in ("rate", "every", "compare"):
-            return message.type
-        # Each of the others counts: three steps are three.
-        self._count += 1
-        return self._count

@@ -110,7 +110,7 @@ def _refuse(text: str) -> Any:
 
 def text(kind: str, **fields: Any) -> str:
     """Return a message of the server; numbers that are not finite become null."""
-    return json.dumps({"type": kind, **_finite(fields)}, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return json.dumps({"type": kind, **_finite(fields)}, separators=(",", ":"), allow_nan=False)
 
 
 def _finite(value: Any) -> Any:

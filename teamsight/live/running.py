@@ -99,7 +99,8 @@ class Running:
     def _report(self) -> None:
         """Show the state."""
         now, made = time.monotonic(), self.worlds.made
-        measured = (made - self._reported_steps) / (now - self._reported) if self._is_running else 0.0
+        passed = now - self._reported
+        measured = (made - self._reported_steps) / passed if self._is_running and passed else 0.0
         self._reported, self._reported_steps = now, made
         job = self._builder.job
         is_building, worlds = job is not None and job.replaces, job.settings if job else self.worlds.tracks

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from teamsight.core import checks
 from teamsight.core.references import failure
 from teamsight.live.builder import Job
+from teamsight.live.commands import keep
 from teamsight.live.controls import Control
 from teamsight.live.protocol import Message
 from teamsight.live.running import Running
@@ -100,7 +101,7 @@ class Session(Running):
 
     def busy(self) -> bool:
         """Return whether messages wait or are being carried out, or worlds are being built."""
-        return bool(self._commands) or self._builder.job is not None
+        return bool(self._commands) or self._builder.is_busy
 
     def history(self) -> list[str | bytes]:
         """Return messages by which a new page learns what was so far; for other threads, while the worlds go on."""
@@ -158,10 +159,11 @@ class Session(Running):
         self.begun.set()
         for message in waiting:
             self._carry_out(message)
+        self._builder.is_busy = self._builder.job is not None
 
     def _carry_out(self, message: Message) -> None:
         if self._must_wait(message):
-            self._builder.wait(message)
+            self._attempt(lambda: keep(self._builder.waiting, message))
             self._show_controls()
         else:
             self._attempt(lambda: getattr(self, f"_on_{message.type}")(**message.fields))
@@ -169,8 +171,13 @@ class Session(Running):
     def _must_wait(self, message: Message) -> bool:
         """Whether a message needs worlds that are being built, or a job of its own."""
         job, control = self._builder.job, self._controls.get(message.fields.get("name", ""))
-        if job is None or message.type not in ("set", "reset", "compare"):
-            return not self.worlds.tracks and job is not None
+        if job is None or not self.worlds.tracks:
+            return job is not None
+        if message.type in ("pause", "rate", "every"):
+            return False
+        if message.type in ("run", "step"):
+            # Worlds that are about to go would take the steps with them.
+            return job.replaces or bool(self._builder.waiting)
         return job.replaces or control is None or not control.live or control.kind == "choice"
 
     def _attempt(self, act: Callable[[], None]) -> None:
@@ -196,6 +203,8 @@ class Session(Running):
         self._is_running, self._note, self._is_failed = True, "", False
 
     def _on_pause(self) -> None:
+        # It acts at once, so a run that waits would come after it.
+        self._builder.waiting.pop("run", None)
         was_between, self._left = bool(self._left), 0
         self._pause()
         if was_between:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from itertools import pairwise
+from typing import Any
 
 import pytest
 
 from teamsight.live.board import Board, Frames, Scenes
 from teamsight.live.client import MOST_UNDER_WAY, Client
-from teamsight.live.commands import MOST_WAITING, Commands
+from teamsight.live.commands import MOST_WAITING, Commands, keep
 from teamsight.live.kept import MOST_BYTES, MOST_FRAMES, Kept
 from teamsight.live.pacing import Pacer
 from teamsight.live.protocol import Message
@@ -66,6 +67,14 @@ def test_of_messages_that_set_the_same_the_last_one_counts() -> None:
     assert [(one.type, one.fields.get("value")) for one in commands.take(0.0)] == [("set", 2), ("step", None), ("step", None), ("set", 3)]
     assert commands.take(0.0) == []
     assert len(commands) == 4
+
+
+def test_each_message_is_replaced_wherever_it_waits() -> None:
+    waiting: dict[Any, Message] = {}
+    kinds = "run step set reset pause step reset run"
+    for message in [Message(kind, {"name": "a", "track": 1} if kind == "set" else {}) for kind in f"{kinds} {kinds}".split()]:
+        keep(waiting, message)
+    assert " ".join(one.type for one in waiting.values()) == "step step step set pause step reset run"
 
 
 def test_only_so_many_messages_wait() -> None:

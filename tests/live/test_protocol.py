@@ -77,6 +77,12 @@ def test_messages_of_the_server_are_json(fields: dict[str, Any]) -> None:
     assert json.loads(protocol.text("state", **fields), parse_constant=refuse)["type"] == "state"
 
 
+def test_half_a_character_can_be_sent() -> None:
+    # JSON of a page can hold one, and a socket sends UTF-8.
+    sent = protocol.text("controls", value=json.loads('"\\ud800"')).encode()
+    assert json.loads(sent) == {"type": "controls", "value": "\ud800"}
+
+
 def test_frames_have_a_head() -> None:
     data = protocol.frame_message(1, 2**32 + 5, b"block")
     assert struct.unpack("<BBHI", data[:8]) == (1, 1, 0, 5)

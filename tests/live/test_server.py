@@ -10,6 +10,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import live_models
@@ -18,7 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from teamsight import CMOMMT, Disc, World
-from teamsight.live import LivePage, watch
+from teamsight.live import LivePage, running, watch
 from teamsight.live.client import MOST_WRONG
 from teamsight.live.protocol import KINDS, MOST_BYTES
 
@@ -67,6 +68,14 @@ def until(socket: ClientConnection, kind: str, test: Callable[[dict[str, Any]], 
         message: dict[str, Any] = json.loads(data)
         if message["type"] == kind and test(message):
             return message
+
+
+def rest(page: LivePage) -> None:
+    """Wait until all messages are carried out."""
+    end = time.monotonic() + _PATIENCE
+    while page.session.busy():
+        assert time.monotonic() < end
+        time.sleep(0.01)
 
 
 def ask(socket: ClientConnection, kind: str, **fields: Any) -> None:
@@ -144,6 +153,91 @@ def test_sets_steps_and_saves(live: Callable[..., LivePage]) -> None:
     assert type(page.session.worlds.tracks[0].world.robots.policy).__name__ == "Centroid"
 
 
+@pytest.fixture
+def hold(monkeypatch: pytest.MonkeyPatch) -> Callable[[LivePage], threading.Event]:
+    """Let the worlds of a page that are asked for from now on wait until the event is set."""
+
+    def hold(page: LivePage) -> threading.Event:
+        build, go_on = page.session.worlds.build, threading.Event()
+
+        def slowly(*asked: Any) -> Any:
+            assert go_on.wait(_PATIENCE)
+            return build(*asked)
+
+        monkeypatch.setattr(page.session.worlds, "build", slowly)
+        return go_on
+
+    return hold
+
+
+@pytest.mark.parametrize(
+    ("asked", "steps", "runs"),
+    [("step step", 2, False), ("run pause step", 1, False), ("run pause", 0, False), ("reset step reset step", 1, False), ("step run", 2, True)],
+)
+def test_steps_are_those_of_the_world_that_was_asked_for_before(
+    live: Callable[..., LivePage], hold: Callable[[LivePage], threading.Event], asked: str, steps: int, runs: bool
+) -> None:
+    """Else a reset under way took them away."""
+    page = live()
+    with opened(page) as socket:
+        ask(socket, "step")
+        until(socket, "state", lambda one: one["made"] == 1)
+        go_on = hold(page)
+        ask(socket, "reset")
+        until(socket, "state", lambda one: one["busy"] == "Building …")
+        for kind in asked.split():
+            ask(socket, kind)
+        # When this one is answered, those before have been read.
+        ask(socket, "every", value=2)
+        state = until(socket, "state", lambda one: one["every"] == 2)
+        assert (state["made"], state["running"], state["busy"]) == (1, False, "Building …")
+        ask(socket, "every", value=1)
+        until(socket, "state", lambda one: one["every"] == 1)
+        go_on.set()
+        rest(page)
+        until(socket, "state", lambda one: one["running"] == runs and one["made"] >= steps)
+        assert runs or page.session.worlds.tracks[0].world.tick == steps
+
+
+def test_a_model_that_has_failed_runs_after_what_mends_it(
+    live: Callable[..., LivePage], hold: Callable[[LivePage], threading.Event]
+) -> None:
+    page = live(live_models.Failing, running=True, rate=None)
+    with opened(page) as socket:
+        until(socket, "state", lambda one: one["failed"])
+        go_on = hold(page)
+        ask(socket, "set", name="breaks_at", value=1000, track=None)
+        ask(socket, "run")
+        ask(socket, "every", value=2)
+        assert until(socket, "state", lambda one: one["every"] == 2)["failed"]
+        go_on.set()
+        until(socket, "state", lambda one: one["running"] and one["made"] > 10)
+
+
+def test_a_clock_may_stand_still_between_two_reports(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of Windows does so for 16 ms."""
+    page = live(running=True)
+    with opened(page) as socket:
+        until(socket, "state", lambda one: one["made"] > 0)
+        now = time.monotonic()
+        monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: now))
+        ask(socket, "reset")
+        ask(socket, "every", value=2)
+        assert until(socket, "state", lambda one: one["every"] == 2)["running"]
+
+
+def test_a_pause_acts_at_once(live: Callable[..., LivePage], hold: Callable[[LivePage], threading.Event]) -> None:
+    page = live(running=True)
+    with opened(page) as socket:
+        until(socket, "state", lambda one: one["made"] > 0)
+        go_on = hold(page)
+        ask(socket, "reset")
+        ask(socket, "pause")
+        assert until(socket, "state", lambda one: not one["running"])["busy"] == "Building …"
+        go_on.set()
+        until(socket, "state", lambda one: not one["running"] and one["made"] == 0)
+
+
 def test_a_page_that_saves_is_answered_meanwhile(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
     page = live()
     made, go_on = page.session.recording, threading.Event()
@@ -188,12 +282,17 @@ def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> Non
             assert not reader.is_alive()
     assert closed > 10_000 // (20 * MOST_WRONG)
     assert page.session.is_alive()
+    # So many steps may wait for the first world that others are refused meanwhile.
+    rest(page)
     with opened(page) as socket:
         ask(socket, "reset")
         ask(socket, "pause")
         until(socket, "state", lambda one: not one["running"])
         ask(socket, "step")
         until(socket, "state", lambda one: not one["running"] and one["made"] > 0)
+    # That state may be of the world before.
+    rest(page)
+    assert page.session.worlds.made > 0
 
 
 def read_all(socket: ClientConnection) -> None:
@@ -214,7 +313,7 @@ def nonsense(chance: random.Random) -> str | bytes:
         return chance.randbytes(chance.randrange(40))
     if kind == 1:
         return "".join(chr(chance.randrange(1, 0xD7FF)) for _ in range(chance.randrange(60)))
-    values: list[Any] = [None, True, -1, 0, 3, 1e308, "x", "policy", "os:system", [], {}, "a" * 300, [[]], 10**30, "\0", 2.5]
+    values: list[Any] = [None, True, -1, 0, 3, 1e308, "x", "policy", "os:system", [], {}, "a" * 300, [[]], 10**30, "\0", "\ud800", 2.5]
     if kind == 2:
         return json.dumps(chance.choice(values))
     names = ["type", "name", "value", "track", "frame", "on", "extra", "__class__"]
