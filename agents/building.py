@@ -26,7 +26,7 @@ from teamsight.core import checks
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import ABILITIES
-from teamsight.world.motion import limit_of_turn
+from teamsight.world.motion import is_watched, limit_of_turn
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.placement import PLACEMENTS, Founders, starts
 
@@ -43,6 +43,9 @@ A = TypeVar("A", bound=Body)
 
 MOST_AGENTS = 10_000_000
 """The largest size of a group; larger ones would not fit in memory."""
+
+# So many agents are placed in one call when the first of them comes.
+_AHEAD = 64
 
 _METHODS = frozenset(name for name, value in vars(Body).items() if inspect.isfunction(value))
 
@@ -356,7 +359,7 @@ def newcomers(
     founders = founders_of(
         data.arena, group.number, first, count, Places(*(given[name] for name in Places._fields)), abilities
     )
-    start = starts(data.arena, [founders], data.key[np.newaxis])
+    position, heading = _start_of(data, group, founders)
     member = np.arange(first, first + count)
     own = group.columns.of_new(count, columns)
     cycle = _cycle_of_new(group, given.get("cycle"))
@@ -367,8 +370,7 @@ def newcomers(
         for policy, state in zip(group.policies, group.states, strict=True)
     ]
     bodies = {
-        "identity": -1, "member": member, "position": start.position[0], "heading": start.heading[0], **abilities,
-        **numbers, **own,
+        "identity": -1, "member": member, "position": position, "heading": heading, **abilities, **numbers, **own,
     }  # fmt: skip
     for index, state in enumerate(states):
         if group.is_in_table(index):
@@ -394,6 +396,26 @@ def join(data: WorldData, group: Group, new: Newcomers) -> bool:
         has_more = group.timetable.begin(np.arange(size, size + new.size), data.key, data.timeline.tick)
         is_moved = is_moved or has_more or had is None
     return is_moved
+
+
+def _start_of(data: WorldData, group: Group, founders: Founders) -> tuple[Floats, Floats]:
+    """Return the positions and headings of new agents.
+
+    Those that are drawn, by a rule for each alone, are drawn ahead for all who come soon.
+    """
+    first, last = founders.first, founders.first + founders.size
+    is_drawn = isinstance(founders.placement, str) and founders.placement == "uniform" and founders.heading is None
+    # The user's own arena may refuse places of agents who never come.
+    if not is_drawn or is_watched(data.arena):
+        start = starts(data.arena, [founders], data.key[np.newaxis])
+        return start.position[0], start.heading[0]
+    drawn = data.arena, data.key.tobytes()
+    ahead = group.drawn_ahead
+    if ahead is None or ahead[0] != drawn or not ahead[1] <= first <= last <= ahead[1] + len(ahead[2].position[0]):
+        more = founders._replace(size=max(founders.size, _AHEAD))
+        group.drawn_ahead = ahead = drawn, first, starts(data.arena, [more], data.key[np.newaxis])
+    rows = slice(first - ahead[1], last - ahead[1])
+    return ahead[2].position[0, rows], ahead[2].heading[0, rows]
 
 
 def forget_members(group: Group, size: int) -> None:

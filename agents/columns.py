@@ -168,7 +168,7 @@ class Columns(MutableMapping[str, Column]):
         TypeError, ValueError
             If a column has no fill and no value is given, or the value does not fit.
         """
-        elements = {}
+        elements: dict[str, Array] = {}
         for name in self:
             field = self._bodies.fields[column_of(name)]
             if name not in given and not field.has_fill:

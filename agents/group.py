@@ -29,7 +29,7 @@ from teamsight.policies.percept_of_one import Rule
 from teamsight.world.bodies import BODIES
 from teamsight.world.motion import limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
-from teamsight.world.placement import Founders
+from teamsight.world.placement import Founders, Starts
 
 if TYPE_CHECKING:
     from teamsight.agents.decisions import Timetable
@@ -163,6 +163,8 @@ class Group(Generic[A]):
         back to it; and `arrived_at`, the tick at which it came.
     founders : list of Founders
         The rules by which the members are placed at the start of a run.
+    drawn_ahead : tuple or None
+        For which arena and key the places of members from which number on were drawn, and these `Starts`.
     departed : mapping of int to Body
         Agents that have left, by member, as long as somebody refers to them; restoring a state brings them back.
     readings : dict of str to Readings
@@ -217,6 +219,7 @@ class Group(Generic[A]):
         self._due: DueArrays | None = None
         self.decides_alone = self.is_growing = self.has_conditions = False
         self.founders: list[Founders] = []
+        self.drawn_ahead: tuple[tuple[Any, bytes], int, Starts] | None = None
         self.departed: WeakValueDictionary[int, A] = WeakValueDictionary()
         self.channels: dict[str, Channel] = {}
         if team is not None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -224,16 +225,28 @@ class WorldHost:
     def add(self, agent_class: type[A], size: int, plan: Plan, each: list[dict[str, Any]]) -> Group[A]:
         """Add a group; see `World.add`. `each` has the arguments of each agent's ``__init__``."""
         group = make_group(self._data, agent_class, size, plan, self)
+        if agent_class.__init__ is Body.__init__:
+            with deferred():
+                self._data.groups.append(group)
+                self._make_plain_agents(group, size)
+                self._engine.is_bound = False
+        else:
+            with self._undoing():
+                self._data.groups.append(group)
+                self._make_agents(group, each)
+                self._engine.is_bound = False
+        self._data.sources.joined(group._agents)
+        return group
+
+    @contextmanager
+    def _undoing(self) -> Iterator[None]:
+        """Undo what was done if it fails: agents whose ``__init__`` is the user's may do anything."""
         undo = Undo(self._model, self._data, self._engine)
         try:
-            self._data.groups.append(group)
-            self._make_agents(group, each)
-            self._engine.is_bound = False
+            yield
         except BaseException:
             undo.undo()
             raise
-        self._data.sources.joined(group._agents)
-        return group
 
     def extend(self, group: Group, count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[Any]:
         """Add agents to a group; see `Group.add`."""
@@ -250,25 +263,18 @@ class WorldHost:
                 self._make_plain_agents(group, count)
                 self._engine.resize(group, is_moved=is_moved)
         else:
-            undo = Undo(self._model, data, self._engine)
-            try:
+            with self._undoing():
                 with deferred():
                     join(data, group, new)
                     self._engine.resize(group, is_moved=True)
                 self._make_agents(group, own.each)
                 self._engine.is_bound = False
-            except BaseException:
-                undo.undo()
-                raise
         data.sources.joined(group._agents[size:])
         return group._agents[size:]
 
     def _make_agents(self, group: Group[A], each: list[dict[str, Any]]) -> None:
         """Make the agents of the last rows of a group, each with its arguments."""
         timeline, made, model = self._data.timeline, group.agent_class, self._model
-        if made.__init__ is Body.__init__:
-            self._make_plain_agents(group, len(each))
-            return
         group.is_growing = True
         with timeline.calling(timeline.inside or f"{made.__name__}.__init__"):
             for row, arguments in enumerate(each, len(group) - len(each)):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from functools import partial
 from itertools import accumulate
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -254,7 +254,7 @@ class Binding:
         ]
         self._number_bodies()
         # Listed when they are first needed.
-        self._sizes: Sizes | None = None
+        self._sizes: Sizes | Literal[False] | None = None
         self._relays = relays_of(groups, data.moment)
         self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
@@ -274,10 +274,10 @@ class Binding:
             self._group_records,
             self._relation_records,
             self._log_records,
-            stretch.buffer.array,
+            stretch.steps.whole("found"),
             stretch.present,
             trail.every if trail else 0,
-            trail.buffer.array if trail else np.zeros((0, bodies, 2)),
+            trail.kept.whole("position") if trail else np.zeros((0, bodies, 2)),
             np.zeros((rows if is_undoable else 0, 6)),
             list(self._relays.values()),
             HIDE if any(relation.is_conditional for relation in relations) else None,
@@ -286,7 +286,7 @@ class Binding:
             MOVE_AND_INTERACT if data.interactions else None,
             self._interactions.records,
             self._interactions.partakers,
-            stretch.scores.array,
+            stretch.steps.whole("scores"),
             self._interactions.copies,
             SHOW_COLUMNS if self._columns else None,
             self._columns,
@@ -378,25 +378,26 @@ class Binding:
 
     def follow(self, group: Group) -> bool:
         """Follow agents who have come to a group or left it, binding nothing again; return whether that was done."""
-        if not self._can_follow(group):
+        if not self._is_open or group.bodies.room != self._rooms[self._data.groups.index(group)]:
             return False
         if self._sizes is None:
-            self._sizes = self._made_sizes()
+            self._sizes = self._made_sizes() if self._can_follow() else False
+        if not self._sizes or not all(relation.has_wide_cells for relation in self._relations):
+            return False
         self._sizes.follow()
         first = [0, *accumulate(map(len, self._data.groups))]
         self._first_body = {group.number: number for group, number in zip(self._data.groups, first, strict=False)}
         return True
 
-    def _can_follow(self, group: Group) -> bool:
+    def _can_follow(self) -> bool:
         """Whether `follow` knows all that must change with the number of agents of a group."""
-        data, number = self._data, self._data.groups.index(group)
-        if not self._is_open or group.bodies.room != self._rooms[number] or self.world.value.every:
-            return False
+        data = self._data
         if self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena):
             return False
-        if any(one.inputs or one.has_decided for one in data.groups):
+        if self.world.value.every or any(group.inputs or group.has_decided for group in data.groups):
             return False
-        return all(relation.can_follow() for relation in self._relations)
+        # A sensor keeps what it has measured, or has a range of its own.
+        return not any(relation.detection or relation.has_own_range for relation in self._relations)
 
     def _made_sizes(self) -> Sizes:
         """List the words that depend on the sizes of groups, and let records tell what they hold then."""
@@ -452,7 +453,8 @@ class Binding:
             situate_entry(group.awareness),
             SENSING.pack(group.perception.record.value._replace(situation=log.now)),
             log.now, log.row,
-            log.situation.array, log.action.array, log.next_situation.array, log.facts.array,
+            log.steps.whole("situation"), log.steps.whole("action"), log.steps.whole("next_situation"),
+            log.steps.whole("facts"),
             log.kept_start, log.kept_identity, log.before, log.after,
             group.bodies.last_rewards if log.has_rewards else np.zeros((0, 2)),
         )  # fmt: skip
@@ -500,16 +502,14 @@ class Binding:
 
     def record_into(self, stretch: Stretch, trail: Trail | None) -> None:
         """Make the loop write into the present buffers of the history and of the positions."""
-        world = self.world.value
-        self.progress["row"] = stretch.buffer.rows
-        if world.history is not stretch.buffer.array:
-            self.world.update(history=stretch.buffer.array)
-        if world.scores is not stretch.scores.array:
-            self.world.update(scores=stretch.scores.array)
+        self.progress["row"] = len(stretch.steps)
+        now = {"history": stretch.steps.whole("found"), "scores": stretch.steps.whole("scores")}
         if trail:
-            self.progress["trail_row"] = trail.buffer.rows
-            if world.trail is not trail.buffer.array:
-                self.world.update(trail=trail.buffer.array)
+            self.progress["trail_row"] = len(trail.kept)
+            now["trail"] = trail.kept.whole("position")
+        world = self.world.value
+        if any(getattr(world, name) is not array for name, array in now.items()):
+            self.world.update(**now)
 
     def rewind(self) -> None:
         """Begin again at tick 0 with the arrays as they are now."""

@@ -529,7 +529,7 @@ class Engine:
         trail = self.trails[-1] if self._every else None
         self.stretch.make_room(steps)
         if trail:
-            trail.buffer.make_room(steps // self._every + 1)
+            trail.kept.make_room(steps // self._every + 1, most_spare=None)
         self._binding.record_into(self.stretch, trail)
         if self.transitions.make_room(steps):
             self._binding.rebind_logs()
@@ -592,8 +592,8 @@ class Engine:
         self._data.time[0] = progress["tick"]
         # 1 only if there was no room for neighbours; the next call completes the step.
         self._phase = int(progress["phase"])
-        buffer = self.stretch.buffer
-        self._is_recorded = self._is_recorded or int(progress["row"]) > buffer.rows
-        buffer.rows = self.stretch.scores.rows = int(progress["row"])
+        steps = self.stretch.steps
+        self._is_recorded = self._is_recorded or int(progress["row"]) > len(steps)
+        steps.count(int(progress["row"]))
         if self._every:
-            self.trails[-1].buffer.rows = int(progress["trail_row"])
+            self.trails[-1].kept.count(int(progress["trail_row"]))

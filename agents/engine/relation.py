@@ -121,14 +121,9 @@ class Relation:
             self.observers.bodies.active[:size], channel.works[:size], reach[:size], self._reach_now[:size]
         )
 
-    def can_follow(self) -> bool:
-        """Whether records can follow agents who come and leave.
-
-        They cannot with a sensor that keeps what it has measured or has a range of its own, or where somebody has a
-        longer range than cells are wide.
-        """
-        if self.detection is not None or self.has_own_range:
-            return False
+    @property
+    def has_wide_cells(self) -> bool:
+        """Whether nobody, of those who have come since, has a longer range than cells are wide."""
         return not self._search.has_cells or float(self.observers.reach(self.name).max(initial=0.0)) <= self._longest
 
     def follow(self, sizes: Sizes, record: Packed[RelationArrays], rows: npt.NDArray[np.int64]) -> None:

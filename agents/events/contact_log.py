@@ -16,6 +16,7 @@ from teamsight.agents.events.source import EventSource
 from teamsight.agents.events.sources import EventLog, LoggedEvent
 from teamsight.agents.group import Group
 from teamsight.core.kernel import Entry, Packed, Record, kernel
+from teamsight.core.table import Field, Table
 
 Integers = npt.NDArray[np.int64]
 
@@ -217,7 +218,7 @@ class ContactLog(EventSource):
     @property
     def rows(self) -> Integers:
         """What was logged so far, shape (k, 4), with the columns `COLUMNS`: a view that the next steps may change."""
-        return self._watcher.rows[: self._watcher.length[0]]
+        return self._watcher.logged()
 
     @property
     def contacts(self) -> Contacts:
@@ -239,7 +240,8 @@ class ContactWatcher(Watcher):
     def begin(self, tick: int) -> None:
         """Begin to log at a tick; no contacts have been seen."""
         self.since = tick
-        self.rows, self.length = np.zeros((_FEWEST, len(COLUMNS)), np.int64), np.zeros(1, np.int64)
+        self._log = Table([Field("contact", np.int64, (len(COLUMNS),))], room=_FEWEST)
+        self.length = np.zeros(1, np.int64)
         self._set_seen(np.zeros((0, 2), np.int64))
         self._engine.rewatch()
 
@@ -281,8 +283,13 @@ class ContactWatcher(Watcher):
         self._make_room(len(seen) + len(self._index))
         self.record = CONTACTS.pack(ContactArrays(
             bound.moment, packed, in_range, self._observers, self._observed, self._start, self._index, self._gone,
-            self._gone_length, self.rows, self.length,
+            self._gone_length, self._log.whole("contact"), self.length,
         ))  # fmt: skip
+
+    def logged(self) -> Integers:
+        """Return the logged rows, shape (k, 4)."""
+        self._log.count(int(self.length[0]))
+        return self._log.contact
 
     def happened(self) -> None:
         """Make room for more rows."""
@@ -290,20 +297,19 @@ class ContactWatcher(Watcher):
         self._engine.rewatch()
 
     def _make_room(self, more: int) -> None:
-        need = int(self.length[0]) + more
-        if need > len(self.rows):
-            longer = np.zeros((2 * need, len(COLUMNS)), np.int64)
-            longer[: self.length[0]] = self.rows[: self.length[0]]
-            self.rows = longer
+        self._log.count(int(self.length[0]))
+        self._log.make_room(more, most_spare=None)
 
     def save(self) -> tuple[int, Integers, Integers]:
         """Return what `load` needs."""
-        return self.since, self.rows[: self.length[0]].copy(), self.seen()
+        return self.since, self.logged().copy(), self.seen()
 
     def load(self, data: tuple[int, Integers, Integers]) -> None:
         """Go back to what `save` returned."""
         self.since, rows, seen = data
-        self.rows, self.length = rows.copy(), np.full(1, len(rows))
+        self._log.cut(0)
+        self._log.append(len(rows), {"contact": rows})
+        self.length = np.full(1, len(rows))
         self._set_seen(seen.copy())
         self._engine.rewatch()
 

@@ -14,7 +14,7 @@ from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.records import CONDITIONAL_COLUMNS, HISTORY_COLUMNS
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.group import Group
-from teamsight.core.buffer import Buffer
+from teamsight.core.table import Field, Table
 
 Integers = npt.NDArray[np.int64]
 
@@ -123,15 +123,14 @@ class Stretch:
     ----------
     targets, robots : int
         The numbers of agents that can be observed, and that have teammates, inactive ones included, at its begin.
-    buffer, scores : Buffer
-        The rows: what relations have found, and the scores of interactions.
+    steps : Table
+        A row for each step: what relations have `found`, and the `scores` of interactions.
     score_names : tuple of str
         The names of these scores.
     """
 
     def __init__(self, relations: list[Relation], scores: tuple[str, ...] = (), *, is_open: bool = False) -> None:
         self.score_names = scores
-        self.scores = Buffer((len(scores),), np.float64, _FIRST_ROWS)
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
         self._teams = [relations[r].observers.team for r in self._teammates]
         self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
@@ -141,7 +140,7 @@ class Stretch:
         # How many are active is recorded only where it can change.
         self._is_conditional = is_open or any(relation.is_conditional for relation in relations)
         shape = (len(relations), CONDITIONAL_COLUMNS if self._is_conditional else HISTORY_COLUMNS)
-        self.buffer = Buffer(shape, np.int64, _FIRST_ROWS)
+        self.steps = Table([Field("found", np.int64, shape), Field("scores", shape=(len(scores),))], room=_FIRST_ROWS)
         # The same numbers for the positions before the first step.
         self.present = np.zeros(shape, np.int64)
         self._sums, self._summed = Sums(), 0
@@ -151,21 +150,18 @@ class Stretch:
         other = object.__new__(Stretch)
         other.__dict__.update(self.__dict__)
         # As much room as here, because the next run is often as long.
-        room = min(len(self.buffer.array), _MOST_FIRST_ROWS)
-        other.buffer = Buffer(self.buffer.array.shape[1:], np.int64, room)
-        other.scores = Buffer(self.scores.array.shape[1:], np.float64, room)
+        other.steps = Table(self.steps.fields.values(), room=min(self.steps.room, _MOST_FIRST_ROWS))
         other._sums, other._summed = Sums(), 0
         return other
 
     def make_room(self, steps: int) -> None:
         """Make room for this many more steps."""
-        self.buffer.make_room(steps)
-        self.scores.make_room(steps)
+        self.steps.make_room(steps, most_spare=None)
 
     @property
     def rows(self) -> int:
         """The number of recorded steps."""
-        return self.buffer.rows
+        return len(self.steps)
 
     def sums(self, last: int | None = None) -> Sums:
         """Return the sums of the rows before `last`; by default of all.
@@ -174,9 +170,9 @@ class Stretch:
         """
         last = self.rows if last is None else last
         if last < self._summed:
-            return self._sums_of(self.buffer.array[:last])
+            return self._sums_of(self.steps.found[:last])
         if last > self._summed:
-            new = self._sums_of(self.buffer.array[self._summed : last])
+            new = self._sums_of(self.steps.found[self._summed : last])
             self._sums, self._summed = self._sums.plus(new), last
         return self._sums
 
@@ -207,16 +203,16 @@ class Stretch:
     def largest_of(self, team: str | None, first: int) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on."""
         own = [r for r, name in zip(self._teammates, self._teams, strict=True) if team in (None, name)]
-        return int(self.buffer.written[first:, own, _LARGEST].max(initial=0))
+        return int(self.steps.found[first:, own, _LARGEST].max(initial=0))
 
     def largest_by_group(self, first: int) -> dict[tuple[str, str], int]:
         """Return the largest degree in each group that is on a team, by (group, team), in the rows from `first` on."""
-        largest = self.buffer.written[first:, self._teammates, _LARGEST].max(axis=0, initial=0)
+        largest = self.steps.found[first:, self._teammates, _LARGEST].max(axis=0, initial=0)
         return dict(zip(self._groups, largest.tolist(), strict=True))
 
     def reading(self, name: str, is_recorded: bool) -> float:
         """Return `observed` or `mean_degree` of the last row, or of the present before it is recorded."""
-        row = self.buffer.array[self.rows - 1] if is_recorded else self.present
+        row = self.steps.found[-1] if is_recorded else self.present
         # Number by number: for one row that takes a fifth of the time of `columns`, and every run begins with it.
         if name == "observed":
             relations, counted, active, size = self._targets, _OBSERVED, _ACTIVE_OBSERVED, self.targets
@@ -229,8 +225,8 @@ class Stretch:
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
         rows = slice(first, self.rows if last is None else last)
-        scores = dict(zip(self.score_names, self.scores.array[rows].T, strict=True))
-        return self._columns(self.buffer.array[rows]) | scores
+        scores = dict(zip(self.score_names, self.steps.scores[rows].T, strict=True))
+        return self._columns(self.steps.found[rows]) | scores
 
     def _columns(self, rows: Integers) -> dict[str, npt.NDArray[Any]]:
         values = (
@@ -242,7 +238,7 @@ class Stretch:
 
     def running(self, before: Sums, first: int, last: int) -> dict[str, npt.NDArray[Any]]:
         """Return the measures of a run after each row from `first` to before `last`, and all `before`."""
-        rows = self.buffer.array[first:last]
+        rows = self.steps.found[first:last]
         degrees = rows[:, self._teammates, _LARGEST].max(axis=1, initial=before.largest)
         return {
             "observed_fraction": running_means(before.observed, self._targets_of(rows), self._observed_of(rows)),
@@ -264,8 +260,8 @@ class History:
         """Begin a new stretch, with scores of these names, and return it; agents come and leave in an open one."""
         if self._stretches:
             last = self._stretches[-1]
-            last.buffer.array = last.buffer.written.copy()
-            last.scores.array = last.scores.written.copy()
+            # Without the room for more.
+            last.steps = last.steps.copy()
             if last.rows == 0:
                 self._stretches.pop()
         self._stretches.append(Stretch(relations, scores, is_open=is_open))
@@ -348,25 +344,33 @@ def _divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64
 
 
 class Trail:
-    """The positions of all agents, recorded at regular intervals as long as the groups do not change."""
+    """The positions of all agents, recorded at regular intervals as long as the groups do not change.
+
+    Attributes
+    ----------
+    every : int
+        Ticks from one recording to the next.
+    kept : Table
+        A row for each recording: the `position` of all agents.
+    """
 
     def __init__(self, groups: list[Group], every: int, tick: int) -> None:
         self._names = np.repeat([group.name for group in groups], [len(group) for group in groups])
         self._identity = np.concatenate([group.bodies.identity for group in groups]) if groups else np.zeros(0, int)
         self._first = tick // every + 1
         self.every = every
-        self.buffer = Buffer((len(self._identity), 2))
+        self.kept = Table([Field("position", shape=(len(self._identity), 2), unit="length")], room=_FIRST_ROWS)
 
     def frame(self) -> pd.DataFrame:
         """Return time, group, identity, x, y."""
-        size = len(self._identity)
-        times = self.every * (self._first + np.arange(self.buffer.rows))
-        kept = self.buffer.written.reshape(-1, 2)
+        size, rows = len(self._identity), len(self.kept)
+        times = self.every * (self._first + np.arange(rows))
+        kept = self.kept.position.reshape(-1, 2)
         return pd.DataFrame(
             {
                 "time": np.repeat(times, size),
-                "group": np.tile(self._names, self.buffer.rows),
-                "identity": np.tile(self._identity, self.buffer.rows),
+                "group": np.tile(self._names, rows),
+                "identity": np.tile(self._identity, rows),
                 "x": kept[:, 0],
                 "y": kept[:, 1],
             }
@@ -375,5 +379,5 @@ class Trail:
 
 def trajectory_frame(trails: list[Trail]) -> pd.DataFrame:
     """Return the rows of all trails."""
-    parts = [trail.frame() for trail in trails if trail.buffer.rows] or [Trail([], 1, 0).frame()]
+    parts = [trail.frame() for trail in trails if len(trail.kept)] or [Trail([], 1, 0).frame()]
     return pd.concat(parts, ignore_index=True)

@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.records import group_at, log_at, relation_at
 from teamsight.agents.group import Group, team_of
-from teamsight.core.buffer import Buffer
 from teamsight.core.kernel import call, kernel
+from teamsight.core.table import Field, Table
 from teamsight.world.motion import move_at, turn
 
 #: What is recorded of the targets after a step, robot by robot.
@@ -23,6 +23,7 @@ FACTS = (
 REWARD_FACTS = ("reward", "ended")
 
 _OWN_FACTS, _ALL_FACTS = 6, 9
+_FIRST_ROWS = 16
 _HALF_TURN = np.float32(math.pi)
 
 
@@ -185,8 +186,8 @@ class TransitionLog:
         Whether the facts include rewards, because the group takes part in an interaction.
     own, added : int
         The inputs of a robot's own sensors, and those added for teammates.
-    situation, action, next_situation, facts : Buffer
-        One row for each step.
+    steps : Table
+        A row for each step: `situation`, `action`, `next_situation` and `facts` of all robots.
     row : ndarray, shape (1,), int64
         The number of recorded steps; compiled code increases it.
     now, kept_start, kept_identity, before, after : ndarray
@@ -197,9 +198,10 @@ class TransitionLog:
         self.group, self.awareness, self.has_rewards = group, group.awareness, has_rewards
         size, width = len(group), group.awareness.width(max(team_size, 1))
         self.own, self.added = width
-        self.situation, self.action, self.next_situation, self.facts = self._buffers = [
-            Buffer((size, columns), np.float32) for columns in (sum(width), 2, sum(width), len(self.names))
-        ]
+        widths = {"situation": sum(width), "action": 2, "next_situation": sum(width), "facts": len(self.names)}
+        self.steps = Table(
+            (Field(name, np.float32, (size, columns)) for name, columns in widths.items()), room=_FIRST_ROWS
+        )
         self.row = np.zeros(1, np.int64)
         self.now = np.zeros((size, sum(width)), np.float32)
         self.kept_start, self.kept_identity = np.zeros(size + 1, np.int64), np.zeros(0, np.int64)
@@ -217,10 +219,8 @@ class TransitionLog:
 
     def make_room(self, steps: int) -> bool:
         """Make room for this many more steps; return whether arrays were replaced."""
-        for buffer in self._buffers:
-            buffer.rows = self.rows
-        moved = [buffer.make_room(steps) for buffer in self._buffers]
-        return any(moved)
+        self.steps.count(self.rows)
+        return self.steps.make_room(steps, most_spare=None)
 
     def make_room_to_compare(self, neighbours: int, bodies: int) -> None:
         """Enlarge the work space, with its content."""
@@ -231,8 +231,9 @@ class TransitionLog:
 
     def transitions(self) -> Transitions:
         """Return the transitions of the steps so far; none of robots while they were inactive."""
+        self.steps.count(self.rows)
         situation, action, after, facts = (
-            buffer.array[: self.rows].reshape(-1, buffer.array.shape[-1]) for buffer in self._buffers
+            self.steps[name].reshape(-1, self.steps[name].shape[-1]) for name in self.steps.fields
         )
         # Compiled code marks the rows of inactive robots.
         is_there = ~np.isnan(facts[:, 0])

@@ -57,12 +57,14 @@ class Table:
         The columns.
     rows : int
         The number of rows, which begin with the fills.
+    room : int
+        The number of rows for which there is room, if more.
     """
 
-    def __init__(self, fields: Iterable[Field] = (), rows: int = 0) -> None:
+    def __init__(self, fields: Iterable[Field] = (), rows: int = 0, *, room: int = 0) -> None:
         self._fields: dict[str, Field] = {}
         self._arrays: dict[str, Array] = {}
-        self._rows = self._room = rows
+        self._rows, self._room = rows, max(rows, room)
         for field in fields:
             self.declare(field)
 
@@ -125,14 +127,14 @@ class Table:
         self._resize(last)
         return is_moved
 
-    def make_room(self, count: int, *, spare: bool = True) -> bool:
-        """Make room for this many more rows, and some to `spare`; return whether columns were moved."""
+    def make_room(self, count: int, *, most_spare: int | None = _MOST_SPARE_BYTES) -> bool:
+        """Make room for this many more rows, and some to spare, of so many bytes; return whether columns moved."""
         rows = self._rows + count
         if rows <= self._room:
             return False
-        if spare:
-            size = sum(array.dtype.itemsize * int(np.prod(array.shape[1:])) for array in self._arrays.values())
-            rows += min(max(rows, _SPARE), _MOST_SPARE_BYTES // max(size, 1))
+        size = sum(array.dtype.itemsize * int(np.prod(array.shape[1:])) for array in self._arrays.values())
+        spare = max(rows, _SPARE)
+        rows += spare if most_spare is None else min(spare, most_spare // max(size, 1))
         for name, array in self._arrays.items():
             longer = np.zeros((rows, *array.shape[1:]), array.dtype)
             longer[: self._rows] = array[: self._rows]
@@ -155,6 +157,10 @@ class Table:
         for array in self._arrays.values():
             array[row:last] = array[row + 1 : last + 1]
         self._resize(last)
+
+    def count(self, rows: int) -> None:
+        """Have so many rows, since compiled code has written them into the room."""
+        self._resize(rows)
 
     def cut(self, rows: int) -> None:
         """Leave out all rows from this one on."""
@@ -186,7 +192,7 @@ class Table:
         """Be as another table: its rows and its columns, and no others. Columns stay where they are if they fit."""
         self.drop(*(name for name in list(self._fields) if name not in other))
         self._rows = min(self._rows, len(other))
-        self.make_room(len(other) - self._rows, spare=False)
+        self.make_room(len(other) - self._rows, most_spare=0)
         self._resize(len(other))
         self.write(other)
 
@@ -211,6 +217,8 @@ class Table:
 
     def _resize(self, rows: int) -> None:
         """Have so many rows; views of columns are made anew when they are used."""
+        if rows > self._room:
+            raise ValueError(f"rows={rows}: there is room for {self._room}; make more with make_room")
         self._rows, views = rows, self.__dict__
         for name in self._arrays:
             views.pop(name, None)

@@ -196,9 +196,9 @@ class SteppedWorld:
         self.quiet_until = 0 if self._needs_python() else self._next_event()
 
     def _next_event(self) -> int:
-        data, buffer = self._world._data, self._world._engine.stretch.buffer
+        data, steps = self._world._data, self._world._engine.stretch.steps
         tick = data.timeline.tick
-        return int(tick + min(data.timeline.clock.ticks_until_event(tick), len(buffer.array) - buffer.rows))
+        return int(tick + min(data.timeline.clock.ticks_until_event(tick), steps.room - len(steps)))
 
     def _needs_python(self) -> bool:
         world, data = self._world, self._world._data

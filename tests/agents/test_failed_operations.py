@@ -305,7 +305,7 @@ def test_ctrl_c_in_an_operation_leaves_all_of_it_or_none(deed: str) -> None:
     """Ctrl-C comes at each line of the operation in turn, as a debugger would stop there."""
     before_handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        for line in range(400):
+        for line in range(1500):
             world = make()
             robots = world.groups[0]
             robots.add_column("battery", 1.0)
