@@ -24,12 +24,9 @@ def python(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
 CALLBACKS = """
 import signal, sys
 from numba.core.codegen import CPUCodeLibrary
-import teamsight.core.kernel
-from teamsight.core.kernel import Entry
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 armed, compiled, interrupts = "never", [], []
-teamsight.core.kernel.entry.announce = compiled.append
 
 def interrupting(name):
     hook = getattr(CPUCodeLibrary, name)
@@ -39,11 +36,18 @@ def interrupting(name):
         return hook(*given)
     setattr(CPUCodeLibrary, name, staticmethod(interrupted))
 
+interrupting("_object_compiled_hook")
+interrupting("_object_getbuffer_hook")
+
+# After the hooks: importing kernels makes the code generator, which keeps them.
+import teamsight.core.kernel
+from teamsight.core.kernel import Entry
+
+teamsight.core.kernel.entry.announce = compiled.append
+
 def entry():
     return Entry(lambda given: given + 5)
 
-interrupting("_object_compiled_hook")
-interrupting("_object_getbuffer_hook")
 for armed in ("compiled", "getbuffer"):  # when machine code is made, and when it is loaded
     one = entry()
     try:
