@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from teamsight.agents import mesa_compat
 from teamsight.agents.channel import TARGETS, TEAMMATES
-from teamsight.agents.engine.loop import RUN
 from teamsight.agents.group import Group
 from teamsight.agents.recording.collector import HistoryCollector, Rows
 from teamsight.agents.reused_worlds import ReusedWorlds
@@ -160,7 +159,7 @@ class SteppedWorld:
     def finish(self, status: int) -> None:
         """Complete a step that compiled code has begun, enlarging the buffers that are full."""
         if status == UNFINISHED:
-            self._world._engine._call(RUN)
+            self._world._engine._call(self._world._engine._binding.run)
         self._bind()
         self._show()
 

@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, Record, kernel, plain
+from teamsight.core.kernel import Entry, Record
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
 from teamsight.world.arena import Arena, kernel_period
 from teamsight.world.proximity.cells import Cells, Grid, search_cells
@@ -21,7 +21,7 @@ from teamsight.world.proximity.edges import Observed
 from teamsight.world.proximity.pairs import FAR_AWAY, search_pairs
 from teamsight.world.proximity.shapes import shape_number
 
-__all__ = ["NeighbourList", "Search", "proximity_graph", "search"]
+__all__ = ["NeighbourList", "Search", "proximity_graph"]
 
 # For more pairs than this, cells are faster (benchmarks/crossover.py).
 MOST_PAIRS = 6_000
@@ -61,16 +61,18 @@ SEARCHING = Record(Searching)
 searching_at = SEARCHING.at
 
 
-@kernel
-def search(address: int) -> int:
+def _pairs(address: int) -> int:
     """Fill the neighbour list of a record; return the number of entries that it needs, even if there is less room."""
     s = searching_at(address)
-    if s.grid.columns == 0:
-        return search_pairs(s.position, s.reach, s.observed, s.neighbours)
+    return search_pairs(s.position, s.reach, s.observed, s.neighbours)
+
+
+def _cells(address: int) -> int:
+    s = searching_at(address)
     return search_cells(s.position, s.reach, s.observed, s.grid, s.cells, s.neighbours)
 
 
-_ENTRY = Entry(plain(search))
+PAIRS, CELLS = Entry(_pairs), Entry(_cells)
 
 
 class Search:
@@ -96,8 +98,8 @@ class Search:
 
     Attributes
     ----------
-    record : Packed
-        The argument of the kernel `search`.
+    entry, record : Entry, Packed
+        The kernel that fills the neighbour list, and its argument.
     room : NeighbourList
         The arrays that it writes.
     """
@@ -122,9 +124,10 @@ class Search:
         self.room = neighbour_room(len(position), first_room(len(position), observed))
         period = kernel_period(arena.period)
         bodies = Observed(self._lanes[0], self._lanes[1], observed, own, period[0], period[1], shape_number(shape))
+        self.entry = CELLS if grid else PAIRS
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
         self.record = SEARCHING.pack(
-            Searching(position, reach, bodies, grid or none, _cells(grid, observed), self.room)
+            Searching(position, reach, bodies, grid or none, _room_to_sort(grid, observed), self.room)
         )
 
     def _grid(self, arena: Arena | Plane) -> Grid | None:
@@ -144,7 +147,7 @@ class Search:
     @property
     def has_cells(self) -> bool:
         """Whether bodies are sorted into cells; their size depends on the ranges and on the arena."""
-        return bool(self.record.value.grid.columns)
+        return self.entry is CELLS
 
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""
@@ -153,10 +156,10 @@ class Search:
 
     def run(self) -> int:
         """Find the edges; return their number."""
-        edges = _ENTRY(self.record)
+        edges = self.entry(self.record)
         if edges > len(self.room.identity):
             self.grow(edges)
-            edges = _ENTRY(self.record)
+            edges = self.entry(self.record)
         return edges
 
     @property
@@ -171,7 +174,7 @@ def first_room(observers: int, observed: int) -> int:
     return max(pairs if pairs <= MOST_PAIRS else 4 * observers + 64, 1)
 
 
-def _cells(grid: Grid | None, observed: int) -> Cells:
+def _room_to_sort(grid: Grid | None, observed: int) -> Cells:
     size, count = (observed, grid.columns * grid.rows + 2) if grid else (0, 0)
     places = np.empty((2, size), np.int64)
     return Cells(np.empty(count, np.int64), *places, *np.empty((2, size)))
