@@ -542,7 +542,7 @@ class Engine:
         for phase in phases:
             if (status := phase.entry(phase.record)) != DONE:
                 if phases is self._binding.run:
-                    phase = self._binding.phases[self._binding.progress["stage"][0]]
+                    phase = self._binding.phases[self._binding.progress["halted"][0]]
                 return phase, status
         return None
 

@@ -46,7 +46,7 @@ def _run(address: int) -> int:
             status: int = call(phases[at, 0], phases[at, 1])
             if status != DONE:
                 has_moved = at > world.move
-                progress.stage = at
+                progress.halted = at
                 progress.phase = at if has_moved and status > 0 else 0
                 if has_moved and status < 0 and world.restore != 0:
                     call(phases[world.move, 0], world.restore)
