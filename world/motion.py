@@ -131,7 +131,7 @@ def _advance(address: int) -> int:
         heading[i, 1] = heading_y
         moved[i, 0] = step_x
         moved[i, 1] = step_y
-    return outside
+    return -outside
 
 
 _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
@@ -151,7 +151,7 @@ def _is_shipped(part: object) -> bool:
 def advance_entry(arena: Arena) -> Entry:
     """Return the compiled step of bodies in arenas of this class.
 
-    In a user-defined arena it returns the number of bodies that have left the box around the arena; else 0.
+    In a user-defined arena it returns minus the number of bodies that have left the box around the arena; else 0.
     """
     rule = type(arena).confine
     watch = _beyond_box if is_watched(arena) else _nowhere

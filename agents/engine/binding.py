@@ -25,24 +25,34 @@ from teamsight.agents.awareness.interface import (
     situate_entry,
 )
 from teamsight.agents.channel import TARGETS
+from teamsight.agents.engine import loop
+from teamsight.agents.engine.detection import DETECT, is_checked
 from teamsight.agents.engine.due import bind_due, follow_due
-from teamsight.agents.engine.interactions import MOVE_AND_INTERACT, BoundInteractions
-from teamsight.agents.engine.loop import HIDE
+from teamsight.agents.engine.interactions import BEGIN, RECORD_SCORES, BoundInteractions
 from teamsight.agents.engine.records import (
+    COPYING,
     GROUP,
     LOG,
     PROGRESS,
     RELATION,
+    TRAIL,
+    WATCHING,
     WORLD,
+    CopyingArrays,
     GroupArrays,
     LogArrays,
+    Phase,
     RelationArrays,
+    TrailArrays,
+    WatchingArrays,
     WorldArrays,
 )
 from teamsight.agents.engine.relays import SHOW_LATE, delay_of, relays_of
 from teamsight.agents.engine.sizes import Sizes
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import team_of
+from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE
+from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.kernel import Entry, Packed, Record, array_at
 from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
@@ -230,8 +240,16 @@ class Binding:
         The argument of the loop.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
+    watching : Packed of WatchingArrays
+        What watchers have returned.
     watchers : list of Watcher
         Those that the loop calls, in the order of their rows.
+    phases : list of Phase
+        A step. It can begin anew at the index `deciding`, if percepts are shown; and at `searching`, if bodies have
+        moved.
+    run, begin, see, look : list of Phase
+        What makes steps; what shows percepts, which a step begins with; what searches for neighbours between steps; and
+        what lets the watchers see what has changed since.
     """
 
     def __init__(
@@ -245,7 +263,7 @@ class Binding:
         self._data, self._relations, self._logs = data, relations, logs
         groups = data.groups
         self._is_open, self._rooms = data.is_open, [group.bodies.room for group in groups]
-        bodies, rows = sum(map(len, groups)), sum(self._rooms)
+        rows = sum(self._rooms)
         self.progress = np.zeros(1, PROGRESS)
         self.progress["tick"] = data.timeline.tick
         self._met = {_side(relation): np.zeros(rows, np.int64) for relation in relations}
@@ -260,37 +278,83 @@ class Binding:
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
         self._log_records = [LOG.pack(self._log(log)) for log in logs]
-        self._interactions = BoundInteractions(data, self._group_records)
-        is_undoable = (
-            is_watched(data.arena)
-            or bool(data.interactions)
-            or any(one.detection and one.detection.is_checked for one in relations)
-        )
+        self._interactions = None
+        if data.interactions:
+            scores = stretch.steps.whole("scores")
+            self._interactions = BoundInteractions(data, self._group_records, self.progress, scores)
+        written: list[Array] = []
+        if can_fail(data):
+            bodies_of = [group.bodies for group in groups]
+            written = [array for one in bodies_of for array in (one.position, one.heading, one.moved)]
+            written += self._interactions.written if self._interactions else []
+        self._kept = [(array, array.copy()) for array in written]
+        self._trail = None
+        if trail:
+            positions = trail.kept.whole("position")
+            self._trail = TRAIL.pack(TrailArrays(self.progress, self._group_records, trail.every, positions))
         self.world = WORLD.pack(WorldArrays(
-            data.key,
-            data.moment,
-            data.time,
-            self.progress,
-            self._group_records,
-            self._relation_records,
-            self._log_records,
-            stretch.steps.whole("found"),
-            stretch.present,
-            trail.every if trail else 0,
-            trail.kept.whole("position") if trail else np.zeros((0, bodies, 2)),
-            np.zeros((rows if is_undoable else 0, 6)),
-            list(self._relays.values()),
-            HIDE if any(relation.is_conditional for relation in relations) else None,
-            SHOW_LATE if self._relays else None,
-            self._watchers(),
-            MOVE_AND_INTERACT if data.interactions else None,
-            self._interactions.records,
-            self._interactions.partakers,
-            stretch.steps.whole("scores"),
-            self._interactions.copies,
-            SHOW_COLUMNS if self._columns else None,
-            self._columns,
+            data.moment, data.time, self.progress, self._group_records, self._relation_records,
+            stretch.steps.whole("found"), stretch.present, np.zeros((0, 2), np.int64), 0,
+            self._copying(back=True) if written else None,
         ))  # fmt: skip
+        self.watching = WATCHING.pack(WatchingArrays(self.progress, self._watchers(), True))
+        self.run = [Phase("run", loop.RUN, self.world)]
+        self.begin: list[Phase] = []
+        self.see: list[Phase] = []
+        self.look: list[Phase] = []
+        self._assemble()
+
+    def _copying(self, *, back: bool) -> Packed[CopyingArrays]:
+        """Return the record that keeps what a step that fails must not have changed, or the one that restores it."""
+        pairs = [(copy, array) if back else (array, copy) for array, copy in self._kept if array.nbytes]
+        rows = [(array.ctypes.data, copy.ctypes.data, array.nbytes) for array, copy in pairs]
+        return COPYING.pack(CopyingArrays(np.array(rows, np.int64).reshape(-1, 3)))
+
+    def _assemble(self) -> None:
+        """List the phases of a step, each with its present record."""
+        interactions, begin, decide, move, search = self._interactions, [], [], [], []
+        if self._columns:
+            begin.append(Phase("show columns", SHOW_COLUMNS, self._columns))
+        before = [Phase("record before", RECORD_BEFORE, log) for log in self._log_records]
+        if self._kept:
+            move.append(Phase("keep", loop.COPY, self._copying(back=False)))
+        if interactions:
+            move.append(Phase("begin", BEGIN, interactions.record))
+        for group, record in zip(self._data.groups, self._group_records, strict=True):
+            does = record.value
+            if does.due:
+                begin.append(Phase("perceive", loop.PERCEIVE_DUE, record, group))
+                decide.append(Phase("decide", loop.DECIDE_DUE, record, group))
+            else:
+                begin.append(Phase("perceive", loop.PERCEIVE, record, group))
+                if not does.is_sound:
+                    decide.append(Phase("decide", loop.DECIDE, record, group))
+                elif does.decide and does.decision:
+                    decide.append(Phase("decide", does.decide, does.decision, group))
+            move.append(Phase("move", does.advance, does.move, group))
+            if interactions:
+                move += interactions.phases(group)
+        if interactions:
+            move += interactions.phases(None)
+        for relation, found in zip(self._relations, self._relation_records, strict=True):
+            search.append(Phase("search", loop.SEARCH, found, relation))
+            if found.value.detection:
+                search.append(Phase("detect", DETECT, found.value.detection, relation))
+        search += [Phase("relay", SHOW_LATE, relay) for relay in self._relays.values()]
+        end = [Phase("record after", RECORD_AFTER, log) for log in self._log_records]
+        if interactions:
+            end.append(Phase("record scores", RECORD_SCORES, interactions.record))
+        end.append(Phase("record", loop.RECORD, self.world))
+        if self._trail:
+            end.append(Phase("leave trail", loop.LEAVE_TRAIL, self._trail))
+        if self.watchers:
+            end.append(Phase("watch", loop.WATCH, self.watching))
+        self.phases = [*begin, *decide, *before, *move, *search, *end]
+        self.begin[:], self.see[:] = begin, [*search, Phase("record present", loop.RECORD_PRESENT, self.world)]
+        self.look[:] = [Phase("look", loop.WATCH, WATCHING.pack(self.watching.value._replace(is_step=False)))]
+        self.deciding, self.searching = len(begin), len(begin + decide + before + move)
+        rows = [(phase.entry.address, phase.record.address) for phase in self.phases]
+        self.world.update(phases=np.array(rows), move=self.searching - len(move))
 
     def _groups(self) -> list[GroupArrays]:
         """Bind all groups, each with the groups of its team."""
@@ -327,6 +391,7 @@ class Binding:
         elif group.is_compiled and not group.has_decided:
             decision = self._decide(group, group.rules[0], group.policy_state, group.action)
         return GroupArrays(
+            self._data.key, self.progress["tick"],
             group.numbers, np.full(1, -1), group.lanes, stream_number(Stream.POLICY, group.number),
             perceive, situate, perception.record, perception.room,
             group.rules[0].entry() if decision else None, decision, due, group.is_sound,
@@ -353,7 +418,7 @@ class Binding:
         rows = self._body_rows[number][: len(relation.everyone)]
         bodies, search = sum(map(len, self._data.groups)), relation.search
         return RelationArrays(
-            search.record,
+            search.entry, search.record,
             self._group_records[relation.observers.number],
             [self._group_records[self._data.groups.index(group)] for group in relation.observed],
             search.x, search.y,
@@ -394,7 +459,7 @@ class Binding:
         data = self._data
         if self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena):
             return False
-        if self.world.value.every or any(group.inputs or group.has_decided for group in data.groups):
+        if self._trail or any(group.inputs or group.has_decided for group in data.groups):
             return False
         # A sensor keeps what it has measured, or has a range of its own.
         return not any(relation.detection or relation.has_own_range for relation in self._relations)
@@ -480,7 +545,8 @@ class Binding:
 
     def rebind_watchers(self) -> None:
         """Bind the watchers anew, after one came or went or arrays were replaced."""
-        self.world.update(watchers=self._watchers())
+        self.watching.update(watchers=self._watchers())
+        self._assemble()
 
     def rebind(self, relation: int | None = None) -> None:
         """Write the records anew after arrays of neighbours, of one relation or of percepts, have grown."""
@@ -492,8 +558,7 @@ class Binding:
         for group, value in zip(self._group_records, self._groups(), strict=True):
             group.put(value)
         self.rebind_logs()
-        if self._data.watchers:
-            self.rebind_watchers()
+        self.rebind_watchers()
 
     def rebind_logs(self) -> None:
         """Write the records of the logs anew."""
@@ -503,19 +568,26 @@ class Binding:
     def record_into(self, stretch: Stretch, trail: Trail | None) -> None:
         """Make the loop write into the present buffers of the history and of the positions."""
         self.progress["row"] = len(stretch.steps)
-        now = {"history": stretch.steps.whole("found"), "scores": stretch.steps.whole("scores")}
-        if trail:
+        found, scores = stretch.steps.whole("found"), stretch.steps.whole("scores")
+        if self.world.value.history is not found:
+            self.world.update(history=found)
+        if self._interactions:
+            self._interactions.record.update(scores=scores)
+        if self._trail and trail:
             self.progress["trail_row"] = len(trail.kept)
-            now["trail"] = trail.kept.whole("position")
-        world = self.world.value
-        if any(getattr(world, name) is not array for name, array in now.items()):
-            self.world.update(**now)
+            self._trail.update(trail=trail.kept.whole("position"))
 
     def rewind(self) -> None:
         """Begin again at tick 0 with the arrays as they are now."""
         self.progress[:] = 0
         for group in self._group_records:
             group.value.block[:] = -1
+
+
+def can_fail(data: WorldData) -> bool:
+    """Whether a step of a world can fail after bodies have moved: by an arena, interaction or sensor of the user."""
+    sensors = (channel.sensor or Sensor() for group in data.groups for channel in group.channels.values())
+    return is_watched(data.arena) or bool(data.interactions) or any(is_checked(sensor) for sensor in sensors)
 
 
 def _side(relation: Relation) -> str | int:

@@ -256,9 +256,11 @@ def _is_sound(detection: Any, need: int) -> bool:
     return True
 
 
-@kernel
-def detect(address: int) -> int:
-    """Apply the sensor to the agents in range; return the number of entries that the list needs, −1 if it is wrong."""
+def _detect(address: int) -> int:
+    """Apply the sensor to the agents in range; return the number of entries for which it needs room, −1 if it is wrong.
+
+    That number is 0 if there was room.
+    """
     detection = detection_at(address)
     need = call(detection.sense, detection.detecting)
     if detection.is_checked != 0 and not _is_sound(detection, need):
@@ -286,7 +288,15 @@ def detect(address: int) -> int:
         _show(detection)
         if detection.searched.reach.shape[0] > 0:
             _leave_out_inactive(detection.shown, detection.shown_place, detection.searched)
-    return need  # type: ignore[no-any-return]
+    return 0
+
+
+DETECT = Entry(_detect)
+
+
+def is_checked(sensor: Sensor) -> bool:
+    """Whether the lists of a sensor are checked at each tick, since it is user-defined."""
+    return type(sensor).sense is not Sensor.sense
 
 
 class Detection:
@@ -308,17 +318,12 @@ class Detection:
     view : View
         What the sensor starts from.
     record : Packed of DetectionArrays
-        The argument of `detect`.
+        The argument of `DETECT`.
     """
 
     def __init__(self, sensor: Sensor, view: View, readings: Readings | None, searched: Searched) -> None:
         self._sensor, self._readings, self._searched = sensor, readings, searched
         self.see(view)
-
-    @property
-    def is_checked(self) -> bool:
-        """Whether its lists are checked at each tick, since the sensor is user-defined."""
-        return type(self._sensor).sense is not Sensor.sense
 
     @property
     def arrays(self) -> DetectionArrays:
@@ -347,6 +352,6 @@ class Detection:
         parameters = np.ascontiguousarray(self._sensor.parameters, float)
         self.record = DETECTION.pack(DetectionArrays(
             sense_entry(self._sensor), DETECTING.pack(Detecting(view, parameters, sensed)), sensed, view.everyone,
-            identity, place, np.zeros(size + 1, np.int64), true_index, view.tick, self.is_checked, self._sensor.delay,
-            readings, shown, shown_place, self._searched,
+            identity, place, np.zeros(size + 1, np.int64), true_index, view.tick,
+            is_checked(self._sensor), self._sensor.delay, readings, shown, shown_place, self._searched,
         ))  # fmt: skip

@@ -11,27 +11,23 @@ import numpy as np
 from teamsight.agents.awareness.interface import perceive_entry, situate_entry
 from teamsight.agents.channel import TEAMMATES, leave
 from teamsight.agents.decisions import give_timetables, is_every_step
-from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding
+from teamsight.agents.engine import loop
+from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail
+from teamsight.agents.engine.detection import DETECT
 from teamsight.agents.engine.interactions import (
     BAD_HEADING,
     BAD_POSITION,
     BAD_REWARD,
     BAD_SCORE,
     BAD_SPEED,
-    MOVE_AND_INTERACT,
+    BEGIN,
+    INTERACT,
+    NOTE_MOVED,
     RAISED,
+    RECORD_SCORES,
 )
-from teamsight.agents.engine.loop import BEGIN_STEP, CHANGE, END_STEP, HIDE, LOOK, RUN, SEE
 from teamsight.agents.engine.python_policies import Deliberation, carry, due_rows
-from teamsight.agents.engine.records import (
-    BAD_ACTION,
-    BAD_INTERACTION,
-    BAD_SENSING,
-    DONE,
-    GROW_DETECTION,
-    GROW_RELATION,
-    OUTSIDE,
-)
+from teamsight.agents.engine.records import DONE
 from teamsight.agents.engine.relation import Relation, needs_detection
 from teamsight.agents.engine.relays import SHOW_LATE, delay_of
 from teamsight.agents.engine.watching import report
@@ -48,7 +44,7 @@ from teamsight.core.kernel.report import REPORT
 from teamsight.world.motion import advance_entry, is_watched
 
 if TYPE_CHECKING:
-    from teamsight.agents.engine.records import WorldArrays
+    from teamsight.agents.engine.records import Phase
     from teamsight.agents.engine.watching import Watcher
     from teamsight.agents.recording.history import Stretch
     from teamsight.agents.world_data import WorldData
@@ -69,28 +65,34 @@ def kernels_needed(data: WorldData) -> Callable[[], list[Entry]]:
 
 def _entries_of(data: WorldData) -> list[Entry]:
     groups = data.groups
-    steps = [RUN] if all(group.is_compiled for group in groups) else [BEGIN_STEP, END_STEP]
-    found = [SEE, advance_entry(data.arena), *steps]
+    found = [loop.RUN, loop.SEARCH, loop.RECORD, loop.RECORD_PRESENT, advance_entry(data.arena)]
     for group in groups:
         found += _entries_of_group(group)
+        found += [relation.search.entry for relation in group.relations.values()]
         sensors = (channel.sensor or Sensor() for channel in group.channels.values())
-        found += [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
+        sensing = [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
+        found += [DETECT, *sensing] if sensing else []
     if any(group.has_conditions for group in groups):
-        found += [HIDE, CHANGE]
+        found.append(loop.CHANGE)
     if any(delay_of(group) for group in groups):
         found.append(SHOW_LATE)
     if data.interactions:
-        found += [MOVE_AND_INTERACT, *(one.interaction.entry(one.kinds) for one in data.interactions)]
+        found += [BEGIN, NOTE_MOVED, INTERACT, RECORD_SCORES]
+        found += [one.interaction.entry(one.kinds) for one in data.interactions]
+    if can_fail(data):
+        found.append(loop.COPY)
     if any(group.perceived_columns for group in groups):
         found.append(SHOW_COLUMNS)
     if data.watchers:
-        found += [LOOK, *(watcher.entry for watcher in data.watchers)]
+        found += [loop.WATCH, *(watcher.entry for watcher in data.watchers)]
     return list(dict.fromkeys(found))
 
 
 def _entries_of_group(group: Group) -> list[Entry]:
     """Return the kernels of a policy and a degree of awareness."""
-    entries = []
+    entries = [loop.PERCEIVE_DUE, loop.DECIDE_DUE] if group.needs_timetable else [loop.PERCEIVE]
+    if not (group.needs_timetable or group.is_sound):
+        entries.append(loop.DECIDE)
     if group.is_compiled:
         entries += [policy.entry() for policy in group.policies]
     if group.reads_teammates and (perceive := perceive_entry(group.awareness)) is not None:
@@ -100,14 +102,8 @@ def _entries_of_group(group: Group) -> list[Entry]:
     return entries
 
 
-def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
-    """Return the exception for the status with which the loop ended, at a group and a tick."""
-    group = data.groups[where]
-    if status == OUTSIDE:
-        return ValueError(
-            f"{data.arena}: confine left an agent of {group.name} outside at tick {tick}; check the arena with "
-            "check_arena()"
-        )
+def bad_action(group: Group, tick: int) -> ValueError:
+    """Return the exception for an action that cannot be carried out."""
     return ValueError(
         f"{type(group.policy).__name__}: an action of {group.name} at tick {tick} is not finite, or its heading is not "
         "a unit vector; check the policy with check_policy(), and a degree of awareness of your own with "
@@ -115,20 +111,12 @@ def failure(data: WorldData, status: int, where: int, tick: int) -> ValueError:
     )
 
 
-def keep_actions(groups: list[Group], status: int, where: int, *, has_decided: bool) -> None:
-    """Mark the groups whose kernels had decided before a step failed: the next step carries their actions out.
-
-    A move before a sensor that failed has been undone.
-    """
-    for group in groups[: where + 1] if status == BAD_ACTION else groups:
-        group.has_decided = has_decided and group.is_compiled
-
-
-def endless(groups: list[Group], relations: list[Relation], status: int, where: int) -> ValueError:
-    """Return the exception for a component that asks for more room on every call."""
-    if status == GROW_DETECTION:
-        return endless_sensor(relations[where])
-    return endless_growth(groups[where])
+def outside(data: WorldData, group: Group, tick: int) -> ValueError:
+    """Return the exception for an arena that an agent has left."""
+    return ValueError(
+        f"{data.arena}: confine left an agent of {group.name} outside at tick {tick}; check the arena with "
+        "check_arena()"
+    )
 
 
 def endless_growth(group: Group) -> ValueError:
@@ -161,9 +149,10 @@ def _sensor_of(relation: Relation) -> str:
     return f"sensors[{relation.name!r}]={group.channels[relation.name].sensor!r} of {group.name}"
 
 
-def bad_interaction(data: WorldData, world: WorldArrays, where: int) -> ValueError:
+def bad_interaction(data: WorldData, phase: Phase) -> ValueError:
     """Return the exception for an interaction that has left something wrong."""
-    progress, placed, found = world.progress[0], data.interactions[where], world.interactions[where].value.found
+    placed, turn = phase.of, phase.record.value
+    progress, found = turn.progress[0], turn.interaction.value.found
     x, y = found.tolist()
     cure = "check the interaction with check_interaction(). To continue, restore() a state or reset()"
     if progress["what"] == RAISED:
@@ -172,9 +161,9 @@ def bad_interaction(data: WorldData, world: WorldArrays, where: int) -> ValueErr
             f"{cure}"
         )
     if progress["what"] == BAD_SCORE:
-        score = placed.interaction.scores[int(progress["need"])]
+        score = placed.interaction.scores[int(progress["where"])]
         return ValueError(f"{placed.name}: the score {score!r} is {x:g}; scores must be finite; {cure}")
-    role = placed.interaction.roles[int(progress["need"])]
+    role = placed.interaction.roles[int(progress["where"])]
     wrong = {
         BAD_POSITION: f"at ({x:g}, {y:g}), which is outside {data.arena}; write positions inside the arena only",
         BAD_HEADING: f"with the heading ({x:g}, {y:g}); headings must be unit vectors",
@@ -257,9 +246,10 @@ class Changes:
             return False
         with deferred():
             for group, row in self._changed:
-                binding.progress["where"], binding.progress["need"] = group, row
-                if CHANGE(binding.world) != DONE:
+                binding.progress["group"], binding.progress["body"] = group, row
+                if loop.CHANGE(binding.world) != DONE:
                     return False
+            loop.RECORD_PRESENT(binding.world)
         return True
 
 
@@ -296,7 +286,9 @@ class Engine:
 
     def __init__(self, data: WorldData) -> None:
         self._data = data
-        self._every = self._phase = 0
+        self._every = 0
+        # Whether bodies have moved in a step for which there was no room; the next call completes it.
+        self._has_moved = False
         self.relations: list[Relation] = []
         self.is_bound = self._is_recorded = False
         self._binding: Binding
@@ -334,7 +326,7 @@ class Engine:
                 self.transitions.begin(self._data.groups, partakers)
                 REPORT.plan(kernels_needed(self._data))
                 self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
-                self._binding.progress["phase"] = self._phase
+                self._binding.progress["phase"] = self._binding.searching if self._has_moved else 0
                 self.is_bound, self.is_seen, self._has_watchers = True, False, True
         if not self._has_watchers:
             REPORT.plan(kernels_needed(self._data))
@@ -342,9 +334,10 @@ class Engine:
             self._has_watchers = True
         if self.is_seen and not self._changes:
             return
-        can_change = self.is_seen and not self._phase
+        can_change = self.is_seen and not self._has_moved
         if not (can_change and self._changes.apply(self._binding, self.relations)):
-            self._call(SEE)
+            self._data.moment[0] = self._data.timeline.tick + self._has_moved
+            self._call(self._binding.see)
         self._changes.clear()
         self.is_seen, self._is_recorded, self._is_watched = True, False, False
         self.searches += 1
@@ -383,8 +376,8 @@ class Engine:
             return False
         with deferred():
             self._is_watched = True
-            self._call(LOOK)
-            return report(self._binding.watchers, self._binding.world.value)
+            self._call(self._binding.look)
+            return report(self._binding)
 
     def perceive(self, group: Group) -> None:
         """Update the percept of a group to the present positions."""
@@ -407,9 +400,8 @@ class Engine:
         if resumed:
             steps = 1
         self._make_room(steps)
-        # A step whose neighbour search ran out of room after the move is completed first.
-        self._binding.progress["steps"] = steps - self._phase
-        self._call(RUN)
+        self._binding.progress["steps"] = steps
+        self._call(self._binding.run)
         if resumed:
             self._decide_again()
 
@@ -417,10 +409,10 @@ class Engine:
         """Make one step in which a policy is Python."""
         data = self._data
         self._make_room(1)
-        if self._phase:
-            self._call(END_STEP)
+        if self._has_moved:
+            self._end_step()
             return
-        self._call(BEGIN_STEP)
+        self._call(self._binding.begin)
         deciding = [group for group in data.groups if not group.is_compiled]
         try:
             actions = self._decide(deciding)
@@ -428,14 +420,19 @@ class Engine:
                 carried = [carry(self.deliberations[group], one) for group, one in zip(deciding, actions, strict=True)]
                 tick = data.timeline.tick
                 try:
-                    self._call(END_STEP)
+                    self._binding.progress["phase"] = self._binding.deciding
+                    self._end_step()
                 finally:
-                    is_made = data.timeline.tick > tick or bool(self._phase)
+                    is_made = data.timeline.tick > tick or self._has_moved
                     for one in carried:
                         one.end(is_made=is_made)
         finally:
             self.deliberations = {}
         self._decide_again()
+
+    def _end_step(self) -> None:
+        self._binding.progress["steps"] = 1
+        self._call(self._binding.run)
 
     def _decide(self, groups: list[Group]) -> list[Action]:
         """Return the actions of the groups with Python policies."""
@@ -497,7 +494,7 @@ class Engine:
         self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.groups)
         self.is_seen = self._is_recorded = False
         self._changes.clear()
-        self._phase = 0
+        self._has_moved = False
         if self.is_bound:
             self._binding.rewind()
             self._has_watchers = not self._data.watchers
@@ -534,40 +531,53 @@ class Engine:
         if self.transitions.make_room(steps):
             self._binding.rebind_logs()
 
-    def _call(self, entry: Entry) -> None:
-        """Call the loop until it is done, enlarging the buffers that are full.
+    def _call(self, phases: list[Phase]) -> None:
+        """Carry out phases, enlarging the buffers that are full.
 
         Ctrl-C is raised afterwards, so that no step is left incomplete.
         """
-        binding, grown = self._binding, ((0, 0, 0), 0)
+        binding, grown = self._binding, (("", None, 0), 0)
         with deferred():
             try:
-                while (status := entry(binding.world)) != DONE:
-                    where, need, tick = (int(binding.progress[name][0]) for name in ("where", "need", "tick"))
-                    if status in (BAD_ACTION, OUTSIDE, BAD_SENSING, BAD_INTERACTION):
-                        raise self._fail(status, where, has_decided=entry is not SEE)
-                    # What was computed so far in this step depends on the present state only; it is computed again.
-                    self._grow(status, where, need)
-                    place = status, where, tick
+                while stopped := self._stopped(phases):
+                    phase, need = stopped
+                    if need < 0:
+                        raise self._fail(phase, has_decided=phases is not binding.see)
+                    self._grow(phase, need)
+                    place = phase.name, phase.of, int(binding.progress["tick"][0])
                     grown = place, grown[1] + 1 if grown[0] == place else 1
                     if grown[1] > MOST_GROWTH:
-                        raise endless(self._data.groups, self.relations, status, where)
+                        raise endless_growth(phase.of) if phase.name == "perceive" else endless_sensor(phase.of)
             finally:
                 self._read_back()
-            if entry is RUN or entry is END_STEP:
-                if binding.watchers:
-                    report(binding.watchers, binding.world.value)
+            if phases is binding.run:
+                report(binding)
                 self._check_places()
 
-    def _fail(self, status: int, where: int, *, has_decided: bool) -> ValueError:
-        """Return the exception for a step that cannot be made; the decided actions are kept."""
+    def _stopped(self, phases: list[Phase]) -> tuple[Phase, int] | None:
+        """Carry out phases; return the one that has stopped, and what it returned, if one has."""
+        for phase in phases:
+            if (status := phase.entry(phase.record)) != DONE:
+                if phases is self._binding.run:
+                    phase = self._binding.phases[self._binding.progress["halted"][0]]
+                return phase, status
+        return None
+
+    def _fail(self, phase: Phase, *, has_decided: bool) -> ValueError:
+        """Return the exception for a step that cannot be made; the decided actions are kept, and carried out next.
+
+        A move before a sensor that failed has been undone.
+        """
         self.is_bound = False
-        keep_actions(self._data.groups, status, where, has_decided=has_decided)
-        if status == BAD_SENSING:
-            return bad_sensing(self.relations[where], int(self._data.moment[0]))
-        if status == BAD_INTERACTION:
-            return bad_interaction(self._data, self._binding.world.value, where)
-        return failure(self._data, status, where, int(self._binding.progress["tick"][0]))
+        data, tick = self._data, int(self._binding.progress["tick"][0])
+        # Groups after one with an action that cannot be carried out have not decided.
+        for group in data.groups[: phase.of.number + 1] if phase.name == "decide" else data.groups:
+            group.has_decided = has_decided and group.is_compiled
+        if phase.name == "detect":
+            return bad_sensing(phase.of, int(data.moment[0]))
+        if phase.name == "interact":
+            return bad_interaction(data, phase)
+        return bad_action(phase.of, tick) if phase.name == "decide" else outside(data, phase.of, tick)
 
     def _check_places(self) -> None:
         try:
@@ -577,21 +587,20 @@ class Engine:
             self.is_bound = False
             raise
 
-    def _grow(self, status: int, where: int, need: int) -> None:
+    def _grow(self, phase: Phase, need: int) -> None:
         """Enlarge a buffer and bind it; the loop continues where it stopped."""
-        if status in (GROW_RELATION, GROW_DETECTION):
-            self.relations[where].grow(need, detection=status == GROW_DETECTION)
-            self._binding.rebind(where)
-        else:
-            self._data.groups[where].perception.grow(need)
+        if phase.name == "perceive":
+            phase.of.perception.grow(need)
             self._binding.rebind()
+        else:
+            phase.of.grow(need, detection=phase.name == "detect")
+            self._binding.rebind(self.relations.index(phase.of))
 
     def _read_back(self) -> None:
         progress = self._binding.progress[0]
         self._data.timeline.set(int(progress["tick"]))
         self._data.time[0] = progress["tick"]
-        # 1 only if there was no room for neighbours; the next call completes the step.
-        self._phase = int(progress["phase"])
+        self._has_moved = bool(progress["phase"])
         steps = self.stretch.steps
         self._is_recorded = self._is_recorded or int(progress["row"]) > len(steps)
         steps.count(int(progress["row"]))

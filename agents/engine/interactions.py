@@ -10,22 +10,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.engine.loop import keep
 from teamsight.agents.engine.records import (
-    BAD_INTERACTION,
     DONE,
+    FAILED,
     INTERACTION,
-    OUTSIDE,
+    INTERACTIONS,
     PARTAKER,
     ROLE,
+    TURN,
     InteractionArrays,
+    InteractionsArrays,
     PartakerArrays,
+    Phase,
     RoleArrays,
+    TurnArrays,
     group_at,
     interaction_at,
+    interactions_at,
     partaker_at,
     role_at,
-    world_at,
+    turn_at,
 )
 from teamsight.agents.policy_state import layout
 from teamsight.core.kernel import Entry, call, inlined, kernel
@@ -60,10 +64,9 @@ if TYPE_CHECKING:
 BAD_POSITION, BAD_HEADING, BAD_SPEED, BAD_REWARD, BAD_SCORE, RAISED = range(1, 7)
 
 
-@kernel
-def _begin(address: int) -> None:
+def _begin(address: int) -> int:
     """Begin the step of all groups that take part: nobody has moved, and those that decided have got nothing since."""
-    world = world_at(address)
+    world = interactions_at(address)
     tick = world.progress[0].tick
     for p in range(world.partakers.shape[0]):
         partaker = partaker_at(world.partakers[p])
@@ -82,6 +85,7 @@ def _begin(address: int) -> None:
         here = interaction_at(world.interactions[number])
         for s in range(here.scores.shape[0]):
             here.scores[s] = 0.0
+    return DONE
 
 
 @kernel
@@ -122,7 +126,7 @@ def _fault(move: Any, reward: float, i: int, region: Any, found: Any) -> int:
 
 @kernel
 def _accept(address: int, region: Any, found: Any, progress: Any) -> int:
-    """Add what the bodies of a role got in a call; return `BAD_INTERACTION` if something is wrong with one of them."""
+    """Add what the bodies of a role got in a call; return `FAILED` if something is wrong with one of them."""
     role = role_at(address)
     partaker = partaker_at(role.partaker)
     move = move_at(group_at(partaker.group).move)
@@ -131,7 +135,7 @@ def _accept(address: int, region: Any, found: Any, progress: Any) -> int:
         if what != 0:
             progress.what = what
             progress.body = i
-            return BAD_INTERACTION
+            return FAILED
         partaker.reward[i] += role.reward[i]
         partaker.last_rewards[i, 0] += role.reward[i]
         if role.ended[i]:
@@ -157,80 +161,50 @@ def _set_moved(address: int) -> None:
         move.moved[i, 1] = step_y
 
 
-@kernel
-def _interact(address: int, number: int, turn: int) -> int:
-    """Call an interaction, and add up the rewards; return `BAD_INTERACTION` if it left something wrong."""
-    world = world_at(address)
-    progress = world.progress[0]
-    here = interaction_at(world.interactions[number])
-    _draw(world.interactions[number], progress.tick)
-    here.words[here.turn] = turn
+def _note_moved(address: int) -> int:
+    _set_moved(address)
+    return DONE
+
+
+def _interact(address: int) -> int:
+    """Call an interaction, and add up the rewards; return `FAILED` if it left something wrong."""
+    call_ = turn_at(address)
+    progress = call_.progress[0]
+    here = interaction_at(call_.interaction)
+    _draw(call_.interaction, progress.tick)
+    here.words[here.turn] = call_.turn
     for r in range(here.roles.shape[0]):
         role = role_at(here.roles[r])
         for i in range(role.reward.shape[0]):
             role.reward[i] = 0.0
             role.ended[i] = False
-    progress.where = number
     if call(here.kernel, here.call) != COMPLETED:
         progress.what = RAISED
-        return BAD_INTERACTION
+        return FAILED
     for s in range(here.scores.shape[0]):
         if not abs(here.scores[s]) < math.inf:
             here.found[0] = here.scores[s]
             progress.what = BAD_SCORE
-            progress.need = s
-            return BAD_INTERACTION
+            progress.where = s
+            return FAILED
     for r in range(here.roles.shape[0]):
         if _accept(here.roles[r], here.region, here.found, progress) != DONE:
-            progress.need = r
-            return BAD_INTERACTION
+            progress.where = r
+            return FAILED
         _set_moved(role_at(here.roles[r]).partaker)
     return DONE
 
 
-@kernel
-def _take_turn(address: int, g: int) -> int:
-    """Call the interactions that follow the move of a group."""
-    world = world_at(address)
-    for p in range(world.partakers.shape[0]):
-        if partaker_at(world.partakers[p]).number == g:
-            _set_moved(world.partakers[p])
+def _record_scores(address: int) -> int:
+    world = interactions_at(address)
     for number in range(world.interactions.shape[0]):
         here = interaction_at(world.interactions[number])
-        if not here.in_turn:
-            continue
-        for r in range(here.roles.shape[0]):
-            if partaker_at(role_at(here.roles[r]).partaker).number == g and _interact(address, number, r) != DONE:
-                return BAD_INTERACTION
+        for s in range(here.scores.shape[0]):
+            world.scores[world.progress[0].row, here.first_score + s] = here.scores[s]
     return DONE
 
 
-@kernel
-def _move_all(address: int) -> int:
-    world = world_at(address)
-    for g in range(world.groups.shape[0]):
-        group = group_at(world.groups[g])
-        if call(group.advance, group.move) != 0:
-            world.progress[0].where = g
-            return OUTSIDE
-        if _take_turn(address, g) != DONE:
-            return BAD_INTERACTION
-    for number in range(world.interactions.shape[0]):
-        if not interaction_at(world.interactions[number]).in_turn and _interact(address, number, -1) != DONE:
-            return BAD_INTERACTION
-    return DONE
-
-
-def _move_and_interact(address: int) -> int:
-    keep(address, False)
-    _begin(address)
-    status = _move_all(address)
-    if status != DONE:
-        keep(address, True)
-    return status
-
-
-MOVE_AND_INTERACT = Entry(_move_and_interact)
+BEGIN, NOTE_MOVED, INTERACT, RECORD_SCORES = map(Entry, (_begin, _note_moved, _interact, _record_scores))
 
 
 Key = npt.NDArray[np.uint64]
@@ -450,43 +424,53 @@ class BoundInteractions:
         The world.
     group_records : list of Packed of GroupArrays
         The records of its groups, in their order.
+    progress : ndarray of `PROGRESS`, shape (1,)
+        The state of the loop.
+    scores : ndarray, shape (steps, scores), float64
+        As in `InteractionsArrays`.
 
     Attributes
     ----------
-    records : list of Packed of InteractionArrays
-        The interactions; their scores follow each other.
-    partakers : list of Packed of PartakerArrays
-        The groups that take part in one.
-    copies : ndarray, shape (arrays, 3), int64
-        See `WorldArrays.copies`.
+    record : Packed of InteractionsArrays
+        The record of all; their scores follow each other.
+    written : list of ndarray
+        What interactions write besides positions, headings and motions.
     """
 
-    def __init__(self, data: WorldData, group_records: list[Packed[Any]]) -> None:
-        self.records: list[Packed[InteractionArrays]] = []
-        groups = {group.number: group for one in data.interactions for group in one.groups}
-        known = {number: _partaker(group, group_records[number]) for number, group in groups.items()}
-        self.partakers = list(known.values())
-        first = 0
-        if data.interactions:
-            # Only worlds with an interaction need it.
-            from teamsight.world.shapes import region_of
+    def __init__(
+        self, data: WorldData, group_records: list[Packed[Any]], progress: npt.NDArray[Any], scores: npt.NDArray[Any]
+    ) -> None:
+        # Only worlds with an interaction need it.
+        from teamsight.world.shapes import region_of
 
-            region = region_of(data.arena)
-            for one in data.interactions:
-                self.records.append(one.bind(known, region, first))
-                first += len(one.scores)
-        written = [array for one in data.interactions for array in one.arrays]
+        self._placed = data.interactions
+        groups = {group.number: group for one in self._placed for group in one.groups}
+        self._partakers = {number: _partaker(group, group_records[number]) for number, group in groups.items()}
+        region, first, records = region_of(data.arena), 0, []
+        for one in self._placed:
+            records.append(one.bind(self._partakers, region, first))
+            first += len(one.scores)
+        self.record = INTERACTIONS.pack(InteractionsArrays(progress, records, list(self._partakers.values()), scores))
+        self.written = [array for one in self._placed for array in one.arrays]
         for group in groups.values():
             bodies = group.bodies
-            written += [bodies.speed, bodies.reward, bodies.ended, bodies.last_rewards]
-        self._written = [array for array in written if array.nbytes]
-        self._copies = [array.copy() for array in self._written]
+            self.written += [bodies.speed, bodies.reward, bodies.ended, bodies.last_rewards]
 
-    @property
-    def copies(self) -> Integers:
-        pairs = zip(self._written, self._copies, strict=True)
-        rows = [(array.ctypes.data, copy.ctypes.data, array.nbytes) for array, copy in pairs]
-        return np.array(rows, np.int64).reshape(-1, 3)
+    def phases(self, group: Group | None) -> list[Phase]:
+        """Return the phases that follow the move of a group; for None, those that follow all moves."""
+        found = []
+        if group is not None:
+            if group.number not in self._partakers:
+                return []
+            found.append(Phase("note moved", NOTE_MOVED, self._partakers[group.number]))
+        progress, records, *_ = self.record.value
+        for placed, record in zip(self._placed, records, strict=True):
+            if placed.interaction.in_turn is (group is not None):
+                turns = [-1] if group is None else [role for role, one in enumerate(placed.groups) if one is group]
+                found += [
+                    Phase("interact", INTERACT, TURN.pack(TurnArrays(progress, record, turn)), placed) for turn in turns
+                ]
+        return found
 
 
 def _partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
@@ -494,5 +478,5 @@ def _partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
     decided_at = np.zeros(0, np.int64) if table is None else table.decided_at
     before = bodies.position.copy()
     return PARTAKER.pack(PartakerArrays(
-        record, group.number, before, bodies.reward, bodies.ended, bodies.last_rewards, decided_at
+        record, before, bodies.reward, bodies.ended, bodies.last_rewards, decided_at
     ))  # fmt: skip

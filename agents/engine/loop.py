@@ -1,8 +1,8 @@
 """The loop: the same kernels for one step and for many, with no Python in between.
 
-A step is: perceive → decide → move → interact → search for neighbours → record → watch. Everything that differs from
-group to group is reached through the addresses of entries, so this file is compiled once, whatever policies, degrees
-and arenas there are. Kernels here take the address of the world's record; see `teamsight.agents.engine.records`.
+A step is a list of phases: perceive → decide → move → interact → search for neighbours → record → watch. Each is the
+address of an entry and that of its record, for a group, a relation or the world; a world has only those that it needs.
+So each is compiled once, whatever policies, degrees and arenas there are; see `teamsight.agents.engine.binding`.
 """
 
 from __future__ import annotations
@@ -12,59 +12,127 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents.engine.detection import detect
 from teamsight.agents.engine.due import decide_due, list_due, perceive_due
 from teamsight.agents.engine.records import (
-    BAD_ACTION,
-    BAD_SENSING,
     DONE,
-    GROW_DETECTION,
-    GROW_PERCEPT,
-    GROW_RELATION,
+    FAILED,
     HISTORY_COLUMNS,
-    OUTSIDE,
+    NO_ROOM,
+    copying_at,
     group_at,
-    interaction_at,
     relation_at,
+    trail_at,
+    watching_at,
     world_at,
 )
-from teamsight.agents.recording.transitions import record_after, record_before
-from teamsight.core.kernel import Entry, array_at, call, inlined, kernel, plain
+from teamsight.core.kernel import Entry, array_at, call, inlined, kernel
 from teamsight.world.motion import is_action, move_at
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
-from teamsight.world.proximity.search import append, is_near, limit_of, search, searching_at, shortest
+from teamsight.world.proximity.search import append, is_near, limit_of, searching_at, shortest
+
+
+def _run(address: int) -> int:
+    """Make steps, phase by phase, until one cannot go on; return what it returned.
+
+    What a step has computed before bodies move depends on the present state only, and is computed again.
+    """
+    world = world_at(address)
+    progress, phases = world.progress[0], world.phases
+    while progress.steps > 0:
+        world.time[0] = progress.tick
+        world.moment[0] = progress.tick + 1
+        for at in range(progress.phase, phases.shape[0]):
+            status: int = call(phases[at, 0], phases[at, 1])
+            if status != DONE:
+                has_moved = at > world.move
+                progress.halted = at
+                progress.phase = at if has_moved and status > 0 else 0
+                if has_moved and status < 0 and world.restore != 0:
+                    call(phases[world.move, 0], world.restore)
+                return status
+        progress.phase = 0
+    return DONE
+
+
+RUN = Entry(_run)
+
+
+@inlined
+def _draw(group: Any) -> None:
+    """Draw the noise of four ticks at their first."""
+    block = group.tick[0] // TICKS_A_BLOCK
+    if group.noise.shape[1] > 0 and group.block[0] != block:
+        fill_block(group.noise, group.key, group.stream, group.tick[0], group.members)
+        group.block[0] = block
+
+
+def _perceive(address: int) -> int:
+    """Draw the noise of a group and update its percept."""
+    group = group_at(address)
+    _draw(group)
+    if group.perceive != 0:
+        need = call(group.perceive, group.sensing)
+        if need > group.room:
+            return need  # type: ignore[no-any-return]
+    if group.situate != 0:
+        call(group.situate, group.sensing)
+    return DONE
+
+
+def _perceive_due(address: int) -> int:
+    """As `_perceive`, for those of a group that decide at this tick."""
+    group = group_at(address)
+    if list_due(group.due, group.tick[0]) == 0:
+        return DONE
+    _draw(group)
+    need = perceive_due(group.due, group.perceive, group.situate, group.room)
+    return need if need > group.room else DONE
 
 
 @kernel
-def keep(address: int, back: bool) -> None:
-    """Save the positions of all bodies and what interactions write, or restore them."""
-    world = world_at(address)
-    at = 0
-    for g in range(world.groups.shape[0]):
-        move = move_at(group_at(world.groups[g]).move)
-        for i in range(move.position.shape[0]):
-            for axis in range(2):
-                if back:
-                    move.position[i, axis] = world.undo[at, axis]
-                    move.heading[i, axis] = world.undo[at, 2 + axis]
-                    move.moved[i, axis] = world.undo[at, 4 + axis]
-                else:
-                    world.undo[at, axis] = move.position[i, axis]
-                    world.undo[at, 2 + axis] = move.heading[i, axis]
-                    world.undo[at, 4 + axis] = move.moved[i, axis]
-            at += 1
-    for number in range(world.copies.shape[0]):
-        size = world.copies[number, 2]
-        present = array_at(world.copies[number, 0], size, np.uint8)
-        copy = array_at(world.copies[number, 1], size, np.uint8)
+def _check_actions(address: int) -> int:
+    """Return `FAILED` if an action of a group, given by the record of its move, cannot be carried out."""
+    move = move_at(address)
+    for i in range(move.distance.shape[0]):
+        if not is_action(move.aim[i, 0], move.aim[i, 1], move.distance[i]):
+            return FAILED
+    return DONE
+
+
+def _decide(address: int) -> int:
+    """Run the policy of a group, if it has a kernel, and check the actions before any body moves."""
+    group = group_at(address)
+    if group.decide != 0:
+        call(group.decide, group.decision)
+    return _check_actions(group.move)  # type: ignore[no-any-return]
+
+
+def _decide_due(address: int) -> int:
+    group = group_at(address)
+    decide_due(group.due, group.tick[0])
+    return DONE if group.is_sound != 0 else _check_actions(group.move)
+
+
+PERCEIVE, PERCEIVE_DUE, DECIDE, DECIDE_DUE = map(Entry, (_perceive, _perceive_due, _decide, _decide_due))
+
+
+def _copy(address: int) -> int:
+    """Copy bytes: to keep what moves and interactions write, or to restore it."""
+    arrays = copying_at(address).arrays
+    for number in range(arrays.shape[0]):
+        size = arrays[number, 2]
+        source = array_at(arrays[number, 0], size, np.uint8)
+        copy = array_at(arrays[number, 1], size, np.uint8)
         for byte in range(size):
-            if back:
-                present[byte] = copy[byte]
-            else:
-                copy[byte] = present[byte]
+            copy[byte] = source[byte]
+    return DONE
 
 
-def _hide(address: int) -> int:
+COPY = Entry(_copy)
+
+
+@kernel
+def _hide(address: int) -> None:
     """Put the inactive bodies of a relation where nobody finds them, and write how far each observer senses."""
     relation = relation_at(address)
     at = 0
@@ -79,10 +147,29 @@ def _hide(address: int) -> int:
     for i in range(conditions.reach.shape[0]):
         senses = conditions.active[i] and conditions.works[i]
         conditions.reach[i] = conditions.full[i] if senses else -1.0
-    return 0
 
 
-HIDE = Entry(_hide)
+def _search(address: int) -> int:
+    """Search for the neighbours of a relation at the present positions."""
+    relation = relation_at(address)
+    at = 0
+    for g in range(relation.groups.shape[0]):
+        position = move_at(group_at(relation.groups[g]).move).position
+        for j in range(position.shape[0]):
+            relation.x[at + j] = position[j, 0]
+            relation.y[at + j] = position[j, 1]
+        at += position.shape[0]
+    if relation.conditions.reach.shape[0] > 0:
+        _hide(address)
+    edges = call(relation.find, relation.search)
+    if edges > relation.identity.shape[0]:
+        return edges  # type: ignore[no-any-return]
+    for k in range(edges):
+        relation.identity[k] = relation.everyone[relation.neighbours.identity[k]]
+    return DONE
+
+
+SEARCH = Entry(_search)
 
 
 @kernel
@@ -111,7 +198,7 @@ def count_observers(address: int) -> int:
 
 
 @kernel
-def record_relation(address: int, row: Any, stamp: int) -> None:
+def _record_relation(address: int, row: Any, stamp: int) -> None:
     """Write the number of neighbours, the most of one observer, and the number of bodies detected first here."""
     here = relation_at(address)
     start = here.neighbours.start
@@ -134,8 +221,19 @@ def record_relation(address: int, row: Any, stamp: int) -> None:
             row[4] += count_active(here.counted[g])
 
 
-@kernel
-def record_present(address: int) -> None:
+def _record(address: int) -> int:
+    """Record a step, which is then made."""
+    world = world_at(address)
+    progress = world.progress[0]
+    for r in range(world.relations.shape[0]):
+        _record_relation(world.relations[r], world.history[progress.row, r], progress.tick + 1)
+    progress.row += 1
+    progress.tick += 1
+    progress.steps -= 1
+    return DONE
+
+
+def _record_present(address: int) -> int:
     """Record the present positions, between steps."""
     world = world_at(address)
     # No step has a stamp below 0, but an earlier call of this function may have had this one.
@@ -144,17 +242,23 @@ def record_present(address: int) -> None:
         for body in range(met.shape[0]):
             met[body] = 0
     for r in range(world.relations.shape[0]):
-        record_relation(world.relations[r], world.present[r], -1 - world.progress[0].tick)
+        _record_relation(world.relations[r], world.present[r], -1 - world.progress[0].tick)
+    return DONE
 
 
-@kernel
-def leave_trail(address: int) -> None:
-    """Write the positions of all groups; NaN for bodies that are inactive."""
-    world = world_at(address)
-    trail = world.trail[world.progress[0].trail_row]
+RECORD, RECORD_PRESENT = Entry(_record), Entry(_record_present)
+
+
+def _leave_trail(address: int) -> int:
+    """Write the positions of all groups at every so many ticks; NaN for bodies that are inactive."""
+    here = trail_at(address)
+    progress = here.progress[0]
+    if progress.tick % here.every != 0:
+        return DONE
+    trail = here.trail[progress.trail_row]
     at = 0
-    for g in range(world.groups.shape[0]):
-        move = move_at(group_at(world.groups[g]).move)
+    for g in range(here.groups.shape[0]):
+        move = move_at(group_at(here.groups[g]).move)
         position = move.position
         for i in range(position.shape[0]):
             trail[at + i, 0] = position[i, 0]
@@ -164,218 +268,28 @@ def leave_trail(address: int) -> None:
                 trail[at + i, 0] = math.nan
                 trail[at + i, 1] = math.nan
         at += position.shape[0]
-    world.progress[0].trail_row += 1
-
-
-@kernel
-def _perceive(address: int) -> int:
-    """Draw the noise of this tick and update the percepts of all groups."""
-    world = world_at(address)
-    progress = world.progress[0]
-    block = progress.tick // TICKS_A_BLOCK
-    world.time[0] = progress.tick
-    if world.show_columns != 0:
-        call(world.show_columns, world.columns)
-    for g in range(world.groups.shape[0]):
-        group = group_at(world.groups[g])
-        if group.due != 0 and list_due(group.due, progress.tick) == 0:
-            continue
-        if group.noise.shape[1] > 0 and group.block[0] != block:
-            fill_block(group.noise, world.key, group.stream, progress.tick, group.members)
-            group.block[0] = block
-        if group.due != 0:
-            need = perceive_due(group.due, group.perceive, group.situate, group.room)
-            if need > group.room:
-                progress.where = g
-                progress.need = need
-                return GROW_PERCEPT
-            continue
-        if group.perceive != 0:
-            need = call(group.perceive, group.sensing)
-            if need > group.room:
-                progress.where = g
-                progress.need = need
-                return GROW_PERCEPT
-        if group.situate != 0:
-            call(group.situate, group.sensing)
+    progress.trail_row += 1
     return DONE
 
 
-@kernel
-def _are_actions(address: int) -> bool:
-    """Whether all actions of a group, given by the record of its move, can be carried out."""
-    move = move_at(address)
-    for i in range(move.distance.shape[0]):  # noqa: SIM110 (kernels have no generators)
-        if not is_action(move.aim[i, 0], move.aim[i, 1], move.distance[i]):
-            return False
-    return True
+LEAVE_TRAIL = Entry(_leave_trail)
 
 
-@kernel
-def _decide(address: int) -> int:
-    """Run the policies that have kernels, and check the actions of all groups before any body moves."""
-    world = world_at(address)
-    for g in range(world.groups.shape[0]):
-        group = group_at(world.groups[g])
-        if group.due != 0:
-            decide_due(group.due, world.progress[0].tick)
-        elif group.decide != 0:
-            call(group.decide, group.decision)
-        if group.is_sound == 0 and not _are_actions(group.move):
-            world.progress[0].where = g
-            return BAD_ACTION
-    return DONE
-
-
-@kernel
-def _move(address: int) -> int:
-    world = world_at(address)
-    for number in range(world.logs.shape[0]):
-        record_before(world.logs[number])
-    if world.interact != 0:
-        status = call(world.interact, address)
-        world.progress[0].phase = status == DONE
-        return int(status)
-    if world.undo.shape[0] > 0:
-        keep(address, False)
-    for g in range(world.groups.shape[0]):
-        group = group_at(world.groups[g])
-        if call(group.advance, group.move) != 0:
-            keep(address, True)
-            world.progress[0].where = g
-            return OUTSIDE
-    world.progress[0].phase = 1
-    return DONE
-
-
-@kernel
-def _find_neighbours(address: int, tick: int) -> int:
-    """Search for the neighbours of all relations at the positions of a tick, and apply the sensors."""
-    world = world_at(address)
-    world.moment[0] = tick
-    for r in range(world.relations.shape[0]):
-        relation = relation_at(world.relations[r])
-        at = 0
-        for g in range(relation.groups.shape[0]):
-            position = move_at(group_at(relation.groups[g]).move).position
-            for j in range(position.shape[0]):
-                relation.x[at + j] = position[j, 0]
-                relation.y[at + j] = position[j, 1]
-            at += position.shape[0]
-        if relation.conditions.reach.shape[0] > 0:
-            call(world.hide, world.relations[r])
-        edges = search(relation.search)
-        if edges > relation.identity.shape[0]:
-            world.progress[0].where = r
-            world.progress[0].need = edges
-            return GROW_RELATION
-        for k in range(edges):
-            relation.identity[k] = relation.everyone[relation.neighbours.identity[k]]
-        if relation.detection != 0:
-            need = detect(relation.detection)
-            if need < 0:
-                world.progress[0].where = r
-                return BAD_SENSING
-            if need > relation.true_index.shape[0]:
-                world.progress[0].where = r
-                world.progress[0].need = need
-                return GROW_DETECTION
-    for number in range(world.relays.shape[0]):
-        call(world.show_late, world.relays[number])
-    return DONE
-
-
-@kernel
-def _watch(address: int, is_step: bool) -> None:
+def _watch(address: int) -> int:
     """Call the watchers, those that see changes between steps or all after a step; note which of them stop the loop."""
-    world = world_at(address)
-    watchers = world.watchers
+    here = watching_at(address)
+    watchers = here.watchers
     for number in range(watchers.shape[0]):
         watchers[number, 3] = 0
-        if is_step or watchers[number, 2] != 0:
+        if here.is_step != 0 or watchers[number, 2] != 0:
             watchers[number, 3] = call(watchers[number, 0], watchers[number, 1])
             if watchers[number, 3] != 0:
-                world.progress[0].stopped = 1
-                world.progress[0].steps = 0
-
-
-@kernel
-def _finish(address: int) -> int:
-    """Search for neighbours after a move, record the step, and call the watchers."""
-    status = _find_neighbours(address, world_at(address).progress[0].tick + 1)
-    world = world_at(address)
-    progress = world.progress[0]
-    if status == BAD_SENSING:
-        keep(address, True)
-        progress.phase = 0
-    if status != DONE:
-        return status
-    for number in range(world.logs.shape[0]):
-        record_after(world.logs[number])
-    for r in range(world.relations.shape[0]):
-        record_relation(world.relations[r], world.history[progress.row, r], progress.tick + 1)
-    for number in range(world.interactions.shape[0]):
-        here = interaction_at(world.interactions[number])
-        for s in range(here.scores.shape[0]):
-            world.scores[progress.row, here.first_score + s] = here.scores[s]
-    progress.row += 1
-    progress.tick += 1
-    progress.phase = 0
-    if world.every > 0 and progress.tick % world.every == 0:
-        leave_trail(address)
-    if world.watchers.shape[0] > 0:
-        _watch(address, True)
+                here.progress[0].stopped = 1
+                here.progress[0].steps = 0
     return DONE
 
 
-def _run(address: int) -> int:
-    progress = world_at(address).progress[0]
-    while progress.phase == 1 or progress.steps > 0:
-        status = 0
-        if progress.phase == 0:
-            progress.steps -= 1
-            status = _perceive(address)
-            if status == DONE:
-                status = _decide(address)
-            if status == DONE:
-                status = _move(address)
-            if status != DONE:
-                progress.steps += 1
-                return status
-        status = _finish(address)
-        if status != DONE:
-            return status
-    return DONE
-
-
-def _end_step(address: int) -> int:
-    if world_at(address).progress[0].phase == 0:
-        status = _decide(address)
-        if status == DONE:
-            status = _move(address)
-        if status != DONE:
-            return status
-    return _finish(address)
-
-
-def _see(address: int) -> int:
-    status = _find_neighbours(address, world_at(address).progress[0].tick)
-    if status != DONE:
-        return status
-    record_present(address)
-    return DONE
-
-
-def _look(address: int) -> int:
-    _watch(address, False)
-    return DONE
-
-
-RUN = Entry(_run)
-BEGIN_STEP = Entry(plain(_perceive))
-END_STEP = Entry(_end_step)
-SEE = Entry(_see)
-LOOK = Entry(_look)
+WATCH = Entry(_watch)
 
 
 @inlined
@@ -516,10 +430,10 @@ def _change_observer(address: int, row: int) -> bool:
 
 
 def _change(address: int) -> int:
-    """Bring the lists up to date after a change of one body: its group and row are in ``where`` and ``need``."""
+    """Bring the lists up to date after a change of one body of a group; return `NO_ROOM` if they must be made anew."""
     world = world_at(address)
-    group = world.groups[world.progress[0].where]
-    row = world.progress[0].need
+    group = world.groups[world.progress[0].group]
+    row = world.progress[0].body
     for r in range(world.relations.shape[0]):
         relation = relation_at(world.relations[r])
         if relation.conditions.reach.shape[0] == 0:
@@ -528,10 +442,9 @@ def _change(address: int) -> int:
         if has_room and relation.observers == group:
             has_room = _change_observer(world.relations[r], row)
         if not has_room:
-            return GROW_RELATION
+            return NO_ROOM
         for k in range(relation.neighbours.start[relation.neighbours.start.shape[0] - 1]):
             relation.identity[k] = relation.everyone[relation.neighbours.identity[k]]
-    record_present(address)
     return DONE
 
 

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from teamsight.agents.awareness.interface import Sensing
 from teamsight.agents.engine.detection import DetectionArrays
 from teamsight.agents.engine.due import DueArrays
-from teamsight.agents.engine.relays import RelayArrays
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
@@ -23,6 +22,43 @@ Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
 
+#: The columns of the history, and those where bodies can be inactive.
+HISTORY_COLUMNS, CONDITIONAL_COLUMNS = 3, 5
+
+#: What a phase returns: it is done, or it needs room for this many entries or more, or it cannot be carried out.
+DONE, NO_ROOM, FAILED = 0, 1, -1
+
+_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "halted", "stopped", "group", "body", "what", "where")
+PROGRESS = np.dtype([(name, np.int64) for name in _PROGRESS])
+"""The state of the loop.
+
+``steps`` are still to be made. ``phase`` is that from which the next one goes on: 0, or one after a move whose
+neighbours there was no room for. ``row`` and ``trail_row`` are the next rows of the history and of the recorded
+positions. ``halted`` is the phase at which the last call stopped. ``stopped`` is 1 if a watcher has stopped the loop
+after a step. ``group`` and ``body`` are those for `CHANGE`. ``what`` is wrong after an interaction, with a ``body`` of
+the role of number ``where``, or with the score of this number.
+"""
+
+
+class Phase(NamedTuple):
+    """A phase of a step.
+
+    Attributes
+    ----------
+    name : str
+        What it does.
+    entry, record
+        The compiled function, and its argument.
+    of : Group, Relation or PlacedInteraction, optional
+        What it is about, if it can fail or need room.
+    """
+
+    name: str
+    entry: Entry
+    record: Packed[Any]
+    of: Any = None
+
+
 class PartakerArrays(NamedTuple):
     """The record of a group that takes part in an interaction.
 
@@ -30,8 +66,6 @@ class PartakerArrays(NamedTuple):
     ----------
     group : Packed of GroupArrays
         Its record.
-    number : int
-        Its number in the world.
     before : ndarray, shape (n, 2), float64
         The positions before the present step [length].
     reward, ended : ndarray
@@ -43,7 +77,6 @@ class PartakerArrays(NamedTuple):
     """
 
     group: Packed[Any]
-    number: int
     before: Annotated[Floats, "n", 2]
     reward: Annotated[Floats, "n"]
     ended: Annotated[Flags, "n"]
@@ -119,28 +152,51 @@ class InteractionArrays(NamedTuple):
     found: Annotated[Floats, 2]
 
 
+class TurnArrays(NamedTuple):
+    """The record of a call of an interaction.
+
+    Attributes
+    ----------
+    progress
+        As in `WorldArrays`.
+    interaction : Packed of InteractionArrays
+        The interaction.
+    turn : int
+        The role whose turn it is; −1 for one that takes no turns.
+    """
+
+    progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
+    interaction: Packed[InteractionArrays]
+    turn: int
+
+
+class InteractionsArrays(NamedTuple):
+    """The record of all interactions.
+
+    Attributes
+    ----------
+    progress
+        As in `WorldArrays`.
+    interactions, partakers : list of Packed
+        The interactions, and the groups that take part in one.
+    scores : ndarray, shape (steps, scores), float64
+        The scores of all interactions, for each step.
+    """
+
+    progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
+    interactions: list[Packed[InteractionArrays]]
+    partakers: list[Packed[PartakerArrays]]
+    scores: Annotated[Floats, "score rows", "scores"]
+
+
 PARTAKER = Record(PartakerArrays)
 ROLE = Record(RoleArrays)
 INTERACTION = Record(InteractionArrays)
+TURN = Record(TurnArrays)
+INTERACTIONS = Record(InteractionsArrays)
 
 partaker_at, role_at, interaction_at = PARTAKER.at, ROLE.at, INTERACTION.at
-
-
-#: The columns of the history, and those where bodies can be inactive.
-HISTORY_COLUMNS, CONDITIONAL_COLUMNS = 3, 5
-
-#: The status that the loop returns: done, or why it cannot continue.
-DONE, GROW_RELATION, GROW_DETECTION, GROW_PERCEPT, BAD_ACTION, OUTSIDE, BAD_SENSING, BAD_INTERACTION = range(8)
-
-_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "where", "need", "stopped", "what", "body")
-PROGRESS = np.dtype([(name, np.int64) for name in _PROGRESS])
-"""The state of the loop.
-
-``steps`` are still to be made. ``phase`` is 1 if bodies have moved but neighbours have not been searched for.
-``row`` and ``trail_row`` are the next rows of the history and of the recorded positions. ``where`` is the group or the
-relation at which the loop stopped, ``need`` the number of entries for which it needs room. ``stopped`` is 1 if a
-watcher has stopped the loop after a step. ``what`` is wrong with a ``body`` after an interaction.
-"""
+turn_at, interactions_at = TURN.at, INTERACTIONS.at
 
 
 class GroupArrays(NamedTuple):
@@ -148,6 +204,10 @@ class GroupArrays(NamedTuple):
 
     Attributes
     ----------
+    key : ndarray, shape (2,), uint64
+        The key of the noise.
+    tick : ndarray, shape (1,), int64
+        The present tick.
     noise : ndarray, shape (4, draws, lanes), float64
         The policy's random numbers of four ticks.
     block : ndarray, shape (1,), int64
@@ -170,6 +230,8 @@ class GroupArrays(NamedTuple):
         The motion and its record.
     """
 
+    key: Annotated[npt.NDArray[np.uint64], 2]
+    tick: Annotated[Integers, 1]
     noise: Annotated[Floats, "ticks", "draws", "lanes"]
     block: Annotated[Integers, 1]
     members: Annotated[Integers, "lanes"]
@@ -210,8 +272,8 @@ class RelationArrays(NamedTuple):
 
     Attributes
     ----------
-    search : Packed of Searching
-        The search for neighbours.
+    find, search : Entry, Packed of Searching
+        The search for neighbours, and its record.
     observers : Packed of GroupArrays
         The observing group.
     groups : list of Packed of GroupArrays
@@ -237,6 +299,7 @@ class RelationArrays(NamedTuple):
         Of the observed groups, those that are observed in no earlier relation that counts; none if this does not count.
     """
 
+    find: Entry
     search: Packed[Searching]
     observers: Packed[GroupArrays]
     groups: list[Packed[GroupArrays]]
@@ -300,15 +363,13 @@ class WorldArrays(NamedTuple):
 
     Attributes
     ----------
-    key : ndarray, shape (2,), uint64
-        The key of the noise.
     moment : ndarray, shape (1,), int64
-        The tick of the present positions, for sensors.
+        The tick of the positions that sensors see.
     time : ndarray, shape (1,), float64
         The present tick, for percepts.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
-    groups, relations, logs : list of Packed
+    groups, relations : list of Packed
         The world's parts.
     history : ndarray, shape (steps, relations, 3 or 5), int64
         For each step and relation: the number of neighbours, the most of one observer, and the number of bodies that
@@ -316,61 +377,85 @@ class WorldArrays(NamedTuple):
         observers, and of active bodies in `RelationArrays.counted`.
     present : ndarray, shape (relations, 3 or 5), int64
         The same for the present positions, before the first recorded step.
-    every : int
-        The number of steps from one recording of positions to the next; 0 for none.
-    trail : ndarray, shape (rows, bodies, 2), float64
-        The recorded positions.
-    undo : ndarray, shape (bodies, 6), float64
-        Position, heading and motion of all bodies before a move, with which it is undone if it leads out of the arena,
-        or a sensor then fails; empty if arena and sensors are the package's own and there are no interactions.
-    relays : list of Packed of RelayArrays
-        What teammates learn late.
-    hide, show_late
-        The kernels for relations with conditions, and for relays; compiled only where there are any.
-    watchers : ndarray, shape (watchers, 4), int64
-        For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
-    interact
-        The kernel that moves all bodies and calls the interactions; None without any.
-    interactions, partakers : list of Packed
-        The interactions, and the groups that take part in one.
-    scores : ndarray, shape (steps, scores), float64
-        The scores of all interactions, for each step.
-    copies : ndarray, shape (arrays, 3), int64
-        What interactions write besides positions, headings and motions: the address of each array, that of a copy
-        with which it is put back, and its size in bytes.
-    show_columns, columns
-        The kernel that shows policies the columns that they read, and its record; None if they read none.
+    phases : ndarray, shape (phases, 2), int64
+        The phases of a step: the addresses of an entry and of its record.
+    move : int
+        The first of the phases that move bodies. If a step can fail there or later, it keeps what they write.
+    restore : Packed of CopyingArrays or None
+        With this record that phase restores it; None if no step can fail.
     """
 
-    key: Annotated[npt.NDArray[np.uint64], 2]
     moment: Annotated[Integers, 1]
     time: Annotated[Floats, 1]
     progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
     groups: list[Packed[GroupArrays]]
     relations: list[Packed[RelationArrays]]
-    logs: list[Packed[LogArrays]]
     history: Annotated[Integers, "steps", "relations", "columns"]
     present: Annotated[Integers, "relations", "columns"]
+    phases: Annotated[Integers, "phases", 2]
+    move: int
+    restore: Packed[CopyingArrays] | None
+
+
+class CopyingArrays(NamedTuple):
+    """The record of arrays to copy.
+
+    Attributes
+    ----------
+    arrays : ndarray, shape (arrays, 3), int64
+        For each array its address, that of the copy, and its size in bytes.
+    """
+
+    arrays: Annotated[Integers, "arrays", 3]
+
+
+class TrailArrays(NamedTuple):
+    """The record of recorded positions.
+
+    Attributes
+    ----------
+    progress
+        As in `WorldArrays`.
+    groups : list of Packed of GroupArrays
+        All groups.
+    every : int
+        The number of steps from one recording to the next.
+    trail : ndarray, shape (rows, bodies, 2), float64
+        The recorded positions.
+    """
+
+    progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
+    groups: list[Packed[GroupArrays]]
     every: int
     trail: Annotated[Floats, "kept steps", "bodies", 2]
-    undo: Annotated[Floats, "watched", 6]
-    relays: list[Packed[RelayArrays]]
-    hide: Entry | None
-    show_late: Entry | None
+
+
+class WatchingArrays(NamedTuple):
+    """The record of the watchers.
+
+    Attributes
+    ----------
+    progress
+        As in `WorldArrays`.
+    watchers : ndarray, shape (watchers, 4), int64
+        For each watcher: its entry, its record, whether it sees changes between steps, and what it returned last.
+    is_step : bool
+        Whether a step was made; else only those are called that see changes between steps.
+    """
+
+    progress: Annotated[npt.NDArray[Any], PROGRESS, 1]
     watchers: Annotated[Integers, "watchers", 4]
-    interact: Entry | None
-    interactions: list[Packed[InteractionArrays]]
-    partakers: list[Packed[PartakerArrays]]
-    scores: Annotated[Floats, "score rows", "scores"]
-    copies: Annotated[Integers, "copies", 3]
-    show_columns: Entry | None
-    columns: Packed[Any] | None
+    is_step: bool
 
 
 GROUP = Record(GroupArrays)
 RELATION = Record(RelationArrays)
 LOG = Record(LogArrays)
 WORLD = Record(WorldArrays)
+COPYING = Record(CopyingArrays)
+TRAIL = Record(TrailArrays)
+WATCHING = Record(WatchingArrays)
 
 # For kernels: from the address of a record to its arrays.
 group_at, relation_at, log_at, world_at = GROUP.at, RELATION.at, LOG.at, WORLD.at
+copying_at, trail_at, watching_at = COPYING.at, TRAIL.at, WATCHING.at

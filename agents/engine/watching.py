@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:
-    from teamsight.agents.engine.records import GroupArrays, RelationArrays, WorldArrays
+    from teamsight.agents.engine.binding import Binding
+    from teamsight.agents.engine.records import GroupArrays, RelationArrays
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
     from teamsight.core.kernel import Entry, Packed
@@ -92,12 +93,12 @@ class Watcher:
         """End what depends on the world; called when it is closed."""
 
 
-def report(watchers: list[Watcher], world: WorldArrays) -> bool:
+def report(binding: Binding) -> bool:
     """Call `happened` of the watchers that have stopped the loop; return whether there are any."""
-    if not world.progress["stopped"][0]:
+    if not binding.progress["stopped"][0]:
         return False
-    world.progress["stopped"] = 0
-    for watcher, result in zip(list(watchers), world.watchers[:, 3].tolist(), strict=True):
+    binding.progress["stopped"] = 0
+    for watcher, result in zip(list(binding.watchers), binding.watching.value.watchers[:, 3].tolist(), strict=True):
         if result:
             watcher.happened()
     return True

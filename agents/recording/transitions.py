@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.records import group_at, log_at, relation_at
 from teamsight.agents.group import Group, team_of
-from teamsight.core.kernel import call, kernel
+from teamsight.core.kernel import Entry, call, kernel
 from teamsight.core.table import Field, Table
 from teamsight.world.motion import move_at, turn
 
@@ -75,14 +75,14 @@ def _write_actions(log: Any, action: Any) -> None:
         action[i, 1] = min(max(move.distance[i], 0.0), speed) / speed if speed > 0.0 else 0.0
 
 
-@kernel
-def record_before(address: int) -> None:
+def _record_before(address: int) -> int:
     """Write the situations before a move and the actions decided."""
     log = log_at(address)
     _situate(log, log.situation[log.row[0]])
     _write_actions(log, log.action[log.row[0]])
     _keep_neighbours(log)
     count_sensing(log.team, log.before)
+    return 0
 
 
 @kernel
@@ -120,8 +120,7 @@ def _mark_inactive(active: Any, facts: Any) -> None:
             facts[i, 0] = math.nan
 
 
-@kernel
-def record_after(address: int) -> None:
+def _record_after(address: int) -> int:
     """Write the situations after a move and the facts about it."""
     log = log_at(address)
     _situate(log, log.next_situation[log.row[0]])
@@ -147,6 +146,10 @@ def record_after(address: int) -> None:
         _write_own_facts(address, facts)
     _mark_inactive(move_at(group_at(log.group).move).active, facts)
     log.row[0] += 1
+    return 0
+
+
+RECORD_BEFORE, RECORD_AFTER = Entry(_record_before), Entry(_record_after)
 
 
 Reals = npt.NDArray[np.float32]

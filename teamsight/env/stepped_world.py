@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TARGETS, TEAMMATES
-from teamsight.agents.engine.loop import RUN
 from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.collector import HistoryCollector, Rows
@@ -161,7 +160,7 @@ class SteppedWorld:
     def finish(self, status: int) -> None:
         """Complete a step that compiled code has begun, enlarging the buffers that are full."""
         if status == UNFINISHED:
-            self._world._engine._call(RUN)
+            self._world._engine._call(self._world._engine._binding.run)
         self._bind()
         self._show()
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import Entry, Record, inlined, kernel, near_eight, near_eight_in_square, plain
+from teamsight.core.kernel import Entry, Record, inlined, kernel, near_eight, near_eight_in_square
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
 from teamsight.world.arena import ENDLESS, Arena, kernel_period
 from teamsight.world.proximity.shapes import DISC, shape_number
@@ -347,7 +347,7 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
     return edges  # type: ignore[no-any-return]
 
 
-__all__ = ["NeighbourList", "Search", "proximity_graph", "search"]
+__all__ = ["NeighbourList", "Search", "proximity_graph"]
 
 # For more pairs than this, cells are faster (benchmarks/crossover.py).
 MOST_PAIRS = 6_000
@@ -386,16 +386,18 @@ SEARCHING = Record(Searching)
 searching_at = SEARCHING.at
 
 
-@kernel
-def search(address: int) -> int:
+def _pairs(address: int) -> int:
     """Fill the neighbour list of a record; return the number of entries that it needs, even if there is less room."""
     s = searching_at(address)
-    if s.grid.columns == 0:
-        return search_pairs(s.position, s.reach, s.observed, s.neighbours)
+    return search_pairs(s.position, s.reach, s.observed, s.neighbours)
+
+
+def _cells(address: int) -> int:
+    s = searching_at(address)
     return search_cells(s.position, s.reach, s.observed, s.grid, s.cells, s.neighbours)
 
 
-_ENTRY = Entry(plain(search))
+PAIRS, CELLS = Entry(_pairs), Entry(_cells)
 
 
 class Search:
@@ -423,8 +425,8 @@ class Search:
 
     Attributes
     ----------
-    record : Packed
-        The argument of the kernel `search`.
+    entry, record : Entry, Packed
+        The kernel that fills the neighbour list, and its argument.
     lanes : ndarray, shape (2, lanes), float64
         x and y of all bodies for which there is room, up to full SIMD lanes.
     room : NeighbourList
@@ -453,8 +455,11 @@ class Search:
         period = kernel_period(arena.period)
         x, y = self.lanes[:, : _lanes_of(observed)]
         seen = Observed(x, y, observed, own, period[0], period[1], shape_number(shape))
+        self.entry = CELLS if grid else PAIRS
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
-        self.record = SEARCHING.pack(Searching(position, reach, seen, grid or none, _cells(grid, bodies), self.room))
+        self.record = SEARCHING.pack(
+            Searching(position, reach, seen, grid or none, _room_to_sort(grid, bodies), self.room)
+        )
 
     def fit(self, position: Floats, reach: Floats, observed: int) -> None:
         """Show other numbers of bodies, for which there is room; compiled code has written them into the record."""
@@ -479,7 +484,7 @@ class Search:
     @property
     def has_cells(self) -> bool:
         """Whether bodies are sorted into cells; their size depends on the ranges and on the arena."""
-        return bool(self.record.value.grid.columns)
+        return self.entry is CELLS
 
     def grow(self, edges: int) -> None:
         """Make room for this many edges and a quarter more."""
@@ -489,10 +494,10 @@ class Search:
 
     def run(self) -> int:
         """Find the edges; return their number."""
-        edges = _ENTRY(self.record)
+        edges = self.entry(self.record)
         if edges > len(self.room.identity):
             self.grow(edges)
-            edges = _ENTRY(self.record)
+            edges = self.entry(self.record)
         return edges
 
     @property
@@ -511,7 +516,7 @@ def first_room(observers: int, observed: int) -> int:
     return max(pairs if pairs <= MOST_PAIRS else 4 * observers + 64, 1)
 
 
-def _cells(grid: Grid | None, observed: int) -> Cells:
+def _room_to_sort(grid: Grid | None, observed: int) -> Cells:
     size, count = (observed, grid.columns * grid.rows + 2) if grid else (0, 0)
     places = np.empty((2, size), np.int64)
     return Cells(np.empty(count, np.int64), *places, *np.empty((2, size)))

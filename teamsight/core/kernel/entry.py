@@ -15,7 +15,7 @@ from numba.core.registry import cpu_target
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.cache import KernelCache
 from teamsight.core.kernel.errors import COMPILE_ERRORS, explained, refuse_random_numbers
-from teamsight.core.kernel.parts import FLAGS
+from teamsight.core.kernel.parts import FLAGS, CompilerOfEntries
 from teamsight.core.kernel.record import Packed
 from teamsight.core.kernel.report import REPORT
 
@@ -68,8 +68,9 @@ class Entry:
     def _compile(self) -> None:
         # numba.cfunc would compile at once and use numba's own cache.
         compiled: Any = CFunc(
-            self.function, (_SIGNATURE.args, _SIGNATURE.return_type), locals={}, options=dict(FLAGS, nopython=True)
-        )
+            self.function, (_SIGNATURE.args, _SIGNATURE.return_type), locals={}, options=dict(FLAGS, nopython=True),
+            pipeline_class=CompilerOfEntries,
+        )  # fmt: skip
         compiled._cache = self._kept()
         is_done = False
         try:

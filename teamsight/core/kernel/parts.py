@@ -13,6 +13,7 @@ from inspect import signature
 from typing import Any, TypeVar, cast
 
 import numba
+from llvmlite import ir
 from numba.core.codegen import JITCodeLibrary, RuntimeLinker
 from numba.core.compiler import Compiler, _LowerResult
 from numba.core.compiler_machinery import register_pass
@@ -52,15 +53,50 @@ class _LoweringOfParts(NativeLowering):  # type: ignore[misc]
         return bool(changed)
 
 
-class _CompilerOfParts(Compiler):  # type: ignore[misc]
+class _Whole(JITCodeLibrary):  # type: ignore[misc]
+    """The code of an entry as one function; numba would make two, and a call of one by the other at each call."""
+
+    def add_ir_module(self, module: Any) -> None:
+        if module.name == "cfunc_wrapper":
+            for function in module.functions:
+                for instruction in (one for block in function.blocks for one in block.instructions):
+                    if isinstance(instruction, ir.CallInstr):
+                        instruction.attributes.discard("noinline")
+        super().add_ir_module(module)
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and not function.name.startswith("cfunc."):
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _LoweringOfEntries(NativeLowering):  # type: ignore[misc]
+    _name = "teamsight_lowering_of_entries"
+
+    def run_pass(self, state: Any) -> bool:
+        state.library = _Whole(state.targetctx.codegen(), state.func_id.func_qualname)
+        return bool(super().run_pass(state))
+
+
+class CompilerOfEntries(Compiler):  # type: ignore[misc]
+    """Numba's compiler, with another way to machine code."""
+
+    lowering = _LoweringOfEntries
+
     def define_pipelines(self) -> list[Any]:
         pipelines = super().define_pipelines()
         for pipeline in pipelines:
             pipeline.passes = [
-                (_LoweringOfParts if step is NativeLowering else step, name) for step, name in pipeline.passes
+                (self.lowering if step is NativeLowering else step, name) for step, name in pipeline.passes
             ]
             pipeline.finalize()
         return list(pipelines)
+
+
+class _CompilerOfParts(CompilerOfEntries):
+    lowering = _LoweringOfParts
 
 
 class Part(CPUDispatcher):  # type: ignore[misc]

@@ -10,6 +10,7 @@ from chance import fresh_seed
 
 from teamsight import CMOMMT
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.engine.records import Phase
 from teamsight.world.proximity import search
 
 DEGREES = ["none", "ring", "nearest", "pairwise", "shared"]
@@ -29,9 +30,9 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
     grown: list[int] = []
     grow = Engine._grow
 
-    def counted(self: Engine, status: int, where: int, need: int) -> None:
+    def counted(self: Engine, phase: Phase, need: int) -> None:
         grown.append(int(self._binding.progress["tick"][0]))
-        grow(self, status, where, need)
+        grow(self, phase, need)
 
     model = gathering(awareness)
     again = {**model.settings, "rng": model.seed_used}
