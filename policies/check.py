@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.kernel.guard import begin_check
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies import compiled
 from teamsight.policies.answers import check_action, check_answer
@@ -24,7 +25,7 @@ from teamsight.policies.percept_of_one import Rule, percept_of_one
 _MANY_STEPS = 64
 _LARGE_TABLE = 1_000_000
 
-# Largest numbers of neighbours in consecutive decisions: a few, a crowd, none, and a large crowd.
+# Largest numbers of neighbours in consecutive decisions: a few, a crowd, none, a large crowd, and a few from then on.
 _MOST_SEEN = (3, 40, 0, 250)
 
 
@@ -128,13 +129,14 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
         return
     check_declarations(name, policy)
     for size in sizes:
+        begin_check()
         with _guarded_decisions():
             _check_steps(name, policy, size, steps)
 
 
 @contextmanager
 def _guarded_decisions() -> Iterator[None]:
-    """Run each decision of compiled policies on guarded arrays first."""
+    """Run each decision of compiled policies under guard first."""
     compiled.before_decision = try_decision
     try:
         yield
@@ -157,7 +159,7 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
 
 
 def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
-    most = _MOST_SEEN[step % len(_MOST_SEEN)]
+    most = _MOST_SEEN[step] if step < len(_MOST_SEEN) else _MOST_SEEN[0]
     percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns)
     if step % 2:
         # Some degrees of awareness hide the identities of teammates.
