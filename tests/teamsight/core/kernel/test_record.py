@@ -209,3 +209,26 @@ def test_a_guard_names_the_array_and_refuses_what_may_only_be_read() -> None:
     status, written = guard.run("owner", "kernel", Entry(_adds), given)
     assert status == 7
     assert (written.second[0], given.second[0]) == (1.0, 0.0)
+
+
+def test_a_guard_ends_when_the_accesses_of_a_check_are_used_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = Record(Numbers)
+    guard, at = Guard(record, (), {"n": Axis("numbers", "stay below n")}), record.at
+
+    def _far(address: int) -> int:
+        total = 0.0
+        for i in range(5):
+            total += at(address).first[i]
+        return int(total)
+
+    given = Numbers(np.zeros(3), np.zeros(3))
+    monkeypatch.setattr("teamsight.core.kernel.guard._MOST_ACCESSES", 3)
+    begin_check()
+    guard.interpret("owner", "kernel", Entry(_far), given)
+    monkeypatch.setattr("teamsight.core.kernel.guard._MOST_ACCESSES", 4)
+    begin_check()
+    with pytest.raises(ValueError, match=r"index 3 of first, .* is 3; stay below n"):
+        guard.interpret("owner", "kernel", Entry(_far), given)
+    begin_check()
+    with pytest.raises(ValueError, match=r"index 1 of first, .* is 1; stay below n"):
+        guard.interpret("owner", "kernel", Entry(_far), given, {"first": 1})
