@@ -10,13 +10,19 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, specialise
-from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
+from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies import compiled
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.channels import channels_of, columns_of
-from teamsight.policies.compiled import CompiledPolicy, check_state, decide_at, decision_record, pack_decision
+from teamsight.policies.compiled import (
+    CompiledPolicy,
+    Decision,
+    check_state,
+    decision_record,
+    dense,
+    pack_decision,
+)
 from teamsight.policies.declarations import check_declarations
 from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule, percept_of_one
@@ -49,29 +55,12 @@ _AXES = PERCEPT_AXES | {
 
 
 @cache
-def _guarded_record(channels: tuple[str, ...], columns: tuple[str, ...]) -> GuardedRecord:
-    return GuardedRecord(decision_record(channels, columns), ("arrays.state", "action"), _AXES, {"noise": "n"})
+def _guard(channels: tuple[str, ...], columns: tuple[str, ...]) -> Guard[Decision]:
+    return Guard(decision_record(channels, columns), ("arrays.state", "action"), _AXES)
 
 
 # A value that no kernel computes; it marks what was not written.
 _UNWRITTEN = np.uint64(0x7FF8_5EED_5EED_5EED)
-
-_ENTRIES: dict[tuple[Any, ...], Entry | None] = {}
-
-
-def _entry(policy: CompiledPolicy) -> Entry | None:
-    kernel = getattr(type(policy), "kernel", None)
-    if kernel is None:
-        raise TypeError(f"{type(policy).__name__}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
-    kind = kernel, policy.channels, policy.columns
-    if kind not in _ENTRIES:
-        name = type(policy).__name__
-        record = _guarded_record(policy.channels, policy.columns)
-        guards = {"decision_kernel": guarded(kernel), "decision_at": record.at}
-        made = specialise(decide_at, f"{name.lower()}-guarded", **guards)
-        _ENTRIES[kind] = machine_code(name, "its kernel", made, policy.entry())
-    return _ENTRIES[kind]
-
 
 def check_declared(policy: CompiledPolicy) -> None:
     """Refuse parameters that are not numbers in one dimension, and a table that is not in two."""
@@ -91,7 +80,7 @@ def check_declared(policy: CompiledPolicy) -> None:
 
 
 def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats) -> None:
-    """Run a policy's kernel on guarded copies of the arguments of `CompiledPolicy.decide`.
+    """Run a policy's kernel under guard, on copies of the arguments of `CompiledPolicy.decide`.
 
     Raises
     ------
@@ -101,22 +90,25 @@ def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, n
         If it uses state, parameters or noise that the policy did not declare, writes into read-only arrays, or leaves a
         part of the action unwritten.
     """
-    entry = _entry(policy)
-    if entry is None:
-        return
     name, size = type(policy).__name__, len(percept.heading)
+    if getattr(type(policy), "kernel", None) is None:
+        raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
     check_declared(policy)
     check_state(policy, state, size)
-    found = []
+    action = Action(*(np.full(shape, _UNWRITTEN).view(np.float64) for shape in ((size, 2), size)))
     # In a world, rows of noise are longer than there are robots. The numbers behind must have no effect.
+    long = np.zeros((1, len(noise), (size // 8 + 2) * 8))
+    long[0, :, :size] = noise
+    given = pack_decision(policy, dense(percept), state, long, np.zeros(1, np.int64), action).value
+    guard = _guard(policy.channels, policy.columns)
+    guard.interpret(name, "its kernel", policy.entry(), given, {"noise": size})
+    found = []
     for beyond in (np.nan, 0.5):
-        long = np.full((len(noise), (size // 8 + 2) * 8), beyond)
-        long[:, :size] = noise
-        found.append(_run(entry, policy, percept, state, long))
-    (action, after), (other, otherwise) = found
-    _check_written(name, action)
-    pairs = zip((*action, *after), (*other, *otherwise), strict=True)
-    if any(not np.array_equal(a, b, equal_nan=True) for a, b in pairs):
+        long[0, :, size:] = beyond
+        done = guard.execute(name, "its kernel", policy.entry(), given)[1]
+        found.append((*done.action, *done.arrays.state))
+    _check_written(name, Action(*found[0][:2]))
+    if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(*found, strict=True)):
         raise ValueError(
             f"{name}: its kernel uses noise beyond the {size} robots; rows of noise can be longer: stop at "
             "percept.heading.shape[0]"
@@ -133,27 +125,11 @@ def _check_written(name: str, action: Action) -> None:
             )
 
 
-def _run(
-    entry: Entry, policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats
-) -> tuple[Action, PolicyState]:
-    """Run the kernel once on arrays between fences; return the action and the new state."""
-    name, fences = type(policy).__name__, Fences()
-    size = len(percept.heading)
-    blank = np.full((size, 3), _UNWRITTEN).view(np.float64)
-    action = Action(fences.put("action.heading", blank[:, :2]), fences.put("action.distance", blank[:, 2]))
-    after: PolicyState = fences.put("arrays.state", state)
-    fenced: Percept = fences.put("percept", percept, read_only=True)
-    given = fences.put("noise", noise[np.newaxis], read_only=True)
-    record = pack_decision(policy, fenced, after, given, np.zeros(1, np.int64), action)
-    run_guarded(name, "its kernel", entry, record, _guarded_record(policy.channels, policy.columns).arrays, fences)
-    return Action(action.heading.copy(), action.distance.copy()), PolicyState(after.floats.copy(), after.ints.copy())
-
-
 # A kernel may fail only after many decisions, as when a counter exceeds its array. With larger tables this takes long.
 _MANY_STEPS = 64
 _LARGE_TABLE = 1_000_000
 
-# Largest numbers of neighbours in consecutive decisions: a few, a crowd, none, and a large crowd.
+# Largest numbers of neighbours in consecutive decisions: a few, a crowd, none, a large crowd, and a few from then on.
 _MOST_SEEN = (3, 40, 0, 250)
 
 
@@ -257,13 +233,14 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
         return
     check_declarations(name, policy)
     for size in sizes:
+        begin_check()
         with _guarded_decisions():
             _check_steps(name, policy, size, steps)
 
 
 @contextmanager
 def _guarded_decisions() -> Iterator[None]:
-    """Run each decision of compiled policies on guarded arrays first."""
+    """Run each decision of compiled policies under guard first."""
     compiled.before_decision = try_decision
     try:
         yield
@@ -286,7 +263,7 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
 
 
 def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
-    most = _MOST_SEEN[step % len(_MOST_SEEN)]
+    most = _MOST_SEEN[step] if step < len(_MOST_SEEN) else _MOST_SEEN[0]
     percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns)
     if step % 2:
         # Some degrees of awareness hide the identities of teammates.

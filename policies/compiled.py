@@ -126,8 +126,8 @@ class CompiledPolicy(Policy):
         size = len(percept.heading)
         action = Action(np.zeros((size, 2)), np.zeros(size))
         after = PolicyState(state.floats.copy(), state.ints.copy())
-        dense = np.ascontiguousarray(noise, float)[np.newaxis]
-        self.entry()(pack_decision(self, _dense(percept), after, dense, np.zeros(1, np.int64), action))
+        numbers = np.ascontiguousarray(noise, float)[np.newaxis]
+        self.entry()(pack_decision(self, dense(percept), after, numbers, np.zeros(1, np.int64), action))
         return action, after
 
 
@@ -163,5 +163,6 @@ def pack_decision(
     return decision_record(policy.channels, policy.columns).pack(Decision(percept, arrays, noise, tick, action))
 
 
-def _dense(value: Any) -> Any:
-    return type(value)(*map(_dense, value)) if isinstance(value, tuple) else np.ascontiguousarray(value)
+def dense(value: Any) -> Any:
+    """Return an array, or the arrays of a NamedTuple, C-contiguous."""
+    return type(value)(*map(dense, value)) if isinstance(value, tuple) else np.ascontiguousarray(value)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, Record, specialise
-from teamsight.core.kernel.guard import Axis, GuardedRecord, guarded, machine_code, run_guarded
+from teamsight.core.kernel import Record, specialise
+from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.world.arena import Arena, Points
-from teamsight.world.motion import advance_entry
 
 
 class Steps(NamedTuple):
@@ -42,7 +42,7 @@ _HALVINGS = 60
 _WALKERS, _WALK = 64, 300
 
 _STEP, _PART = Axis("steps", "there are no more"), Axis("components", "there are no more")
-_GUARDED = GuardedRecord(
+_GUARD = Guard(
     STEPS,
     ("given", "reached"),
     {"k": _STEP, "6": _PART, "4": _PART, "sizes": Axis("elements", "return as many numbers from `size`")},
@@ -63,7 +63,9 @@ def _confine_all(address: int) -> int:
     return 0
 
 
-_ENTRIES: dict[Callable[..., Any], Entry | None] = {}
+_entry = cache(specialise)
+# Steps of each call that also run as plain Python.
+_INTERPRETED = 8
 
 
 def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
@@ -171,14 +173,12 @@ def _check_walk(arena: Arena, begin: Points, extent: float, rng: np.random.Gener
 
 def _confined(arena: Arena, given: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return the positions and headings after these steps; shapes as in `Steps`."""
-    rule, name = type(arena).confine, type(arena).__name__
-    if rule not in _ENTRIES:
-        made = specialise(_confine_all, f"{name.lower()}-guarded", confine=guarded(rule), steps_at=_GUARDED.at)
-        _ENTRIES[rule] = machine_code(name, "confine", made, advance_entry(arena))
-    entry = _ENTRIES[rule] or specialise(_confine_all, name.lower(), confine=rule)
-    size, reached = np.array(arena.size, float), np.full((len(given), 4), np.nan)
-    run_guarded(name, "confine", entry, STEPS.pack(Steps(given, reached, size)), _GUARDED.arrays)
-    return reached
+    name = type(arena).__name__
+    entry = _entry(_confine_all, name.lower(), confine=type(arena).confine)
+    steps = Steps(given, np.full((len(given), 4), np.nan), np.array(arena.size, float))
+    few = slice(None, None, max(1, len(given) // _INTERPRETED))
+    _GUARD.interpret(name, "confine", entry, steps._replace(given=given[few], reached=steps.reached[few]))
+    return _GUARD.execute(name, "confine", entry, steps)[1].reached
 
 
 _SAMPLES = 100_000
@@ -220,6 +220,7 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
     if not isinstance(arena, Arena):
         name = arena.__name__ if isinstance(arena, type) else name
         raise TypeError(f"{name}: must be an object of a subclass of Arena, such as Disc(2.0)")
+    begin_check()
     rng = np.random.default_rng(seed)
     _check_numbers(name, arena)
     low, high = (np.asarray(corner, float) for corner in arena.bounds)

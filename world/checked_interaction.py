@@ -1,9 +1,9 @@
-"""The check of an interaction: its declarations, and its kernel, guarded and compared."""
+"""The check of an interaction: its declarations, and its kernel, under guard and compared."""
 
 from __future__ import annotations
 
 import keyword
-from collections.abc import Callable
+from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.core.kernel import Entry, specialise
-from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
+from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.world.arena import Torus
 from teamsight.world.contract import Arena
 from teamsight.world.interaction import (
@@ -24,7 +23,6 @@ from teamsight.world.interaction import (
     Kinds,
     bodies_type,
     first_state,
-    interact_at,
     interacting_record,
     lanes_of,
     length_of,
@@ -36,7 +34,7 @@ _STATE = "start(sizes) determines the shape"
 
 
 @cache
-def _guarded_record(kinds: Kinds) -> GuardedRecord:
+def _guard(kinds: Kinds) -> Guard[Interacting]:
     axes = {
         "2": Axis("components", "0 is x, and 1 is y"),
         "parameters": Axis("parameters", "add what it needs to `parameters`"),
@@ -45,73 +43,23 @@ def _guarded_record(kinds: Kinds) -> GuardedRecord:
         "floatrows": Axis("rows", _STATE), "floatfields": Axis("fields", _STATE),
         "introws": Axis("rows", _STATE), "intfields": Axis("fields", _STATE),
     }  # fmt: skip
-    writable, limits = ["state", "scores"], {}
+    writable = ["state", "scores"]
     for role, columns in kinds:
         count = f"bodies.{role}.position.shape[0]"
         axes[length_of(role)] = Axis("bodies", f"{role} are 0 to n − 1, and n is {count}")
         axes[lanes_of(role)] = Axis("bodies", f"rows of noise can be longer than there are {role}: stop at {count}")
         writable += [f"bodies.{role}.{name}" for name in (*WRITABLE, *(name for name, _ in columns))]
-        limits[f"noise.{role}"] = length_of(role)
-    return GuardedRecord(interacting_record(kinds), tuple(writable), axes, limits)
+    return Guard(interacting_record(kinds), tuple(writable), axes)
 
 
-_ENTRIES: dict[tuple[Callable[..., Any], Kinds], Entry | None] = {}
-
-
-def _entry(interaction: Interaction, kinds: Kinds) -> Entry | None:
-    kind = type(interaction).kernel, kinds
-    if kind not in _ENTRIES:
-        name = type(interaction).__name__
-        guards = {"interaction_kernel": guarded(type(interaction).kernel), "interacting_at": _guarded_record(kinds).at}
-        made = specialise(interact_at, f"{name.lower()}-guarded", **guards)
-        _ENTRIES[kind] = machine_code(name, "its kernel", made, interaction.entry(kinds))
-    return _ENTRIES[kind]
-
-
-class Called:
-    """What a kernel has written in one call on guarded copies.
-
-    Attributes
-    ----------
-    bodies : dict of str to NamedTuple
-        The bodies of each role.
-    state : InteractionState
-        The state.
-    scores : ndarray, shape (s,), float64
-        The scores.
-    """
-
-    def __init__(
-        self,
-        interaction: Interaction,
-        kinds: Kinds,
-        given: tuple[dict[str, Any], InteractionState, dict[str, npt.NDArray[np.float64]]],
-        turn: int,
-    ) -> None:
-        (bodies, state, noise), fences = given, Fences()
-        self.bodies = {
-            role: bodies_type(role, columns)(*(
-                fences.put(f"bodies.{role}.{name}", array, read_only=name in ("before", "moved", "active", "identity"))
-                for name, array in bodies[role]._asdict().items()
-            ))
-            for role, columns in kinds
-        }  # fmt: skip
-        self.state: InteractionState = fences.put("state", state)
-        self.scores = fences.put("scores", np.zeros(len(interaction.scores)))
-        parameters = fences.put("parameters", np.array(interaction.parameters, float), read_only=True)
-        rows = {role: fences.put(f"noise.{role}", array, read_only=True) for role, array in noise.items()}
-        record = interacting_record(kinds)
-        bodies_kind, noise_kind = record.node.parts[0].kind, record.node.parts[3].kind
-        call = Interacting(
-            bodies_kind(**self.bodies), self.state, parameters, noise_kind(**rows), self.scores, turn
-        )  # fmt: skip
-        entry, name = _entry(interaction, kinds) or interaction.entry(kinds), type(interaction).__name__
-        run_guarded(name, "its kernel", entry, record.pack(call), _guarded_record(kinds).arrays, fences)
-
-    @property
-    def arrays(self) -> list[npt.NDArray[Any]]:
-        """All that was written."""
-        return [*(array for one in self.bodies.values() for array in one), *self.state, self.scores]
+def call_of(
+    interaction: Interaction, kinds: Kinds, bodies: Mapping[str, Any], state: InteractionState,
+    noise: Mapping[str, npt.NDArray[np.float64]], turn: int,
+) -> Interacting:  # fmt: skip
+    """Return the arguments of the kernel of an interaction, from the bodies and the noise of each role."""
+    bodies_node, _, _, noise_node, *_ = interacting_record(kinds).node.parts
+    parameters, scores = np.array(interaction.parameters, float), np.zeros(len(interaction.scores))
+    return Interacting(bodies_node.kind(**bodies), state, parameters, noise_node.kind(**noise), scores, turn)
 
 
 # What the kernels can read.
@@ -232,6 +180,7 @@ def check_interaction(
     check_interaction_declarations(interaction)
     if arena is not None:
         interaction.check_fit(arena, interaction.roles)
+    begin_check()
     rng = np.random.default_rng(seed)
     for sizes, spread in _SCENES:
         numbers = {role: sizes[at % len(sizes)] for at, role in enumerate(interaction.roles)}
@@ -308,28 +257,31 @@ class _Scene:
             role: one._replace(reward=np.zeros_like(one.reward), ended=np.zeros_like(one.ended))
             for role, one in self._bodies.items()
         }
+        name, interaction, kinds = self._name, self._interaction, self._kinds
+        entry, guard = interaction.entry(kinds), _guard(kinds)
+        given = call_of(interaction, kinds, bodies, self._state, noise, turn)
+        guard.interpret(name, "its kernel", entry, given, {f"noise.{role}": n for role, n in self._sizes.items()})
         found = []
-        # The numbers behind those of the bodies must have no effect.
+        # In a world, rows of noise are longer than there are bodies. The numbers behind must have no effect.
         for beyond in (np.nan, 0.5):
-            given = {role: array.copy() for role, array in noise.items()}
-            for role, array in given.items():
+            for role, array in noise.items():
                 array[:, self._sizes[role] :] = beyond
-            found.append(Called(self._interaction, self._kinds, (bodies, self._state, given), turn))
-        one, other = found
-        pairs = zip(one.arrays, other.arrays, strict=True)
-        if any(not np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in pairs):
+            done = guard.execute(name, "its kernel", entry, given)[1]
+            found.append([*(array for one in done.bodies for array in one), *done.state, done.scores])
+        if any(not np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in zip(*found, strict=True)):
             raise ValueError(
-                f"{self._name}: its kernel uses noise beyond the bodies, or another source of chance; rows of noise "
-                "can be longer: stop at the number of bodies"
+                f"{name}: its kernel uses noise beyond the bodies, or another source of chance; rows of noise can be "
+                "longer: stop at the number of bodies"
             )
-        _check_written(self._name, self._interaction, self._arena, one)
-        self._state = InteractionState(one.state.floats.copy(), one.state.ints.copy())
-        self._bodies = {role: type(own)(*(array.copy() for array in own)) for role, own in one.bodies.items()}
+        _check_written(name, interaction, self._arena, done)
+        self._state = InteractionState(done.state.floats.copy(), done.state.ints.copy())
+        for role, one in done.bodies._asdict().items():
+            self._bodies[role] = type(one)(*(array.copy() for array in one))
 
 
-def _check_written(name: str, interaction: Interaction, arena: Arena, called: Called) -> None:
+def _check_written(name: str, interaction: Interaction, arena: Arena, done: Interacting) -> None:
     """Refuse what a world would refuse after a call."""
-    for role, bodies in called.bodies.items():
+    for role, bodies in done.bodies._asdict().items():
         if not len(bodies.position):
             continue
         length = np.hypot(*bodies.heading.T)
@@ -345,6 +297,6 @@ def _check_written(name: str, interaction: Interaction, arena: Arena, called: Ca
                     f"{name}: its kernel leaves {role} {row} with {wrong}, {np.round(array[row], 6).tolist()}; a world "
                     "undoes the step and stops. Give check_interaction the arena for which it is made"
                 )
-    for score, value in zip(interaction.scores, called.scores.tolist(), strict=True):
+    for score, value in zip(interaction.scores, done.scores.tolist(), strict=True):
         if not np.isfinite(value):
             raise ValueError(f"{name}: its kernel leaves the score {score!r} at {value}; scores must be finite")

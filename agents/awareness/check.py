@@ -1,9 +1,7 @@
-"""The check of a degree of awareness: its kernels on sample scenes, guarded and compared."""
+"""The check of a degree of awareness: its kernels on sample scenes, under guard and compared."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -18,13 +16,11 @@ from teamsight.agents.awareness.interface import (
     Sensing,
     TeamGroup,
     check_width,
-    perceive_at,
     perceive_entry,
-    situate_at,
     situate_entry,
 )
-from teamsight.core.kernel import Entry, specialise
-from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
+from teamsight.core.kernel import Entry
+from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, filled, no_neighbours
 from teamsight.policies.check import PERCEPT_AXES
 from teamsight.policies.interface import Floats, Integers
@@ -135,58 +131,16 @@ _AXES = PERCEPT_AXES | {
     **{f"{kind}.{name} k": _ENTRY for kind in ("teammates", "relayed") for name in ("identity", "offset", "distance")},
 }
 # The teammates of a degree that shows all of them, including `start`, may only be read.
-_GUARDED = {
-    hides: GuardedRecord(SENSING, ("relayed", "situation") + ("teammates",) * hides, _AXES) for hides in (False, True)
-}
-
-_ENTRIES: dict[tuple[Callable[..., Any], bool], Entry] = {}
+_GUARDS = {hides: Guard(SENSING, ("relayed", "situation") + ("teammates",) * hides, _AXES) for hides in (False, True)}
 
 
-def _entry(template: Callable[[int], int], awareness: Awareness, name: str, plain: Entry) -> Entry:
-    """Return the guarded form of an entry, or the entry as it is where that cannot be compiled."""
-    rule, hides = getattr(type(awareness), name), not awareness.shows_teammates
-    if (rule, hides) not in _ENTRIES:
-        guards = {f"{name}_kernel": guarded(rule), "sensing_at": _GUARDED[hides].at}
-        made = specialise(template, f"{awareness.name}-guarded", **guards)
-        _ENTRIES[rule, hides] = machine_code(type(awareness).__name__, name, made, plain) or plain
-    return _ENTRIES[rule, hides]
-
-
-class GuardedScene:
-    """A random scene in guarded arrays, on which the kernels of a degree of awareness run."""
-
-    def __init__(self, awareness: Awareness, sample: Sample) -> None:
-        self._awareness, self._fences = awareness, Fences()
-        put = partial(self._fences.put, read_only=True)
-        team = [TEAM_GROUP.pack(put("a teammate", group)) for group in sample.groups]
-        scene = put("scene", sample.scene)._replace(team=team)
-        parameters = put("parameters", np.ascontiguousarray(awareness.parameters, float))
-        nothing = no_neighbours(len(scene.heading))
-        blank = np.zeros((len(scene.heading), 0), np.float32)
-        self._record = SENSING.pack(Sensing(scene, parameters, nothing, nothing, blank))
-
-    def perceive(self, shown: NeighbourList, relayed: NeighbourList) -> tuple[int, NeighbourList, NeighbourList]:
-        """Run `perceive` on copies of these buffers; return its answer and what it wrote."""
-        plain = perceive_entry(self._awareness)
-        if plain is None:
-            return 0, shown, relayed
-        entry = _entry(perceive_at, self._awareness, "perceive", plain)
-        shown, relayed = self._fences.put("teammates", shown), self._fences.put("relayed", relayed)
-        self._record.update(teammates=shown, relayed=relayed)
-        return self._run("perceive", entry), shown, relayed
-
-    def situate(self, situation: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-        """Run `situate` on a copy of this array; return what it wrote."""
-        written: npt.NDArray[np.float32] = self._fences.put("situation", situation)
-        self._record.update(situation=written)
-        entry = _entry(situate_at, self._awareness, "situate", situate_entry(self._awareness))
-        self._run("situate", entry)
-        return written
-
-    def _run(self, kernel: str, entry: Entry) -> int:
-        name = type(self._awareness).__name__
-        guarded_record = _GUARDED[not self._awareness.shows_teammates]
-        return run_guarded(name, kernel, entry, self._record, guarded_record.arrays, self._fences)
+def _run(degree: Awareness, kernel: str, entry: Entry, sample: Sample, **written: Any) -> tuple[int, Sensing]:
+    """Run a kernel of a degree on the scene of a sample and on copies of the buffers that it writes."""
+    scene = sample.scene._replace(team=[TEAM_GROUP.pack(group) for group in sample.groups])
+    size = len(scene.heading)
+    nothing, parameters = no_neighbours(size), np.ascontiguousarray(degree.parameters, float)
+    given = Sensing(scene, parameters, nothing, nothing, np.zeros((size, 0), np.float32))._replace(**written)
+    return _GUARDS[not degree.shows_teammates].run(type(degree).__name__, kernel, entry, given)
 
 
 _FIELDS = ("targets", "teammates", "relayed", "identities")
@@ -238,6 +192,7 @@ def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
         name = degree.__name__ if isinstance(degree, type) else name
         raise TypeError(f"{name}: must be an object of a subclass of Awareness, such as RingAwareness(16)")
     _check_members(name, degree)
+    begin_check()
     rng = np.random.default_rng(seed)
     samples = [sample_scene(sizes, group, targets, side, rng) for sizes, group, targets, side in _SCENES]
     samples.append(sample_scene((3,), 0, 2, 1.0, rng, coincide=True))
@@ -301,7 +256,8 @@ def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
 
 def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple[NeighbourList, NeighbourList]:
     """Return what `perceive` writes with this room, or with as much more as it asks for."""
-    scene, size = GuardedScene(degree, sample), len(sample.scene.heading)
+    size, entry = len(sample.scene.heading), perceive_entry(degree)
+    assert entry is not None
     for _ in range(_MOST_CALLS):
         shown = _blank(size, 0 if degree.shows_teammates else room)
         relayed = _blank(size, room)
@@ -310,7 +266,8 @@ def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple
             shown.start[:] = 0
         if "relayed" not in degree.delivers:
             relayed.start[:] = 0
-        need, shown, relayed = scene.perceive(shown, relayed)
+        need, done = _run(degree, "perceive", entry, sample, teammates=shown, relayed=relayed)
+        shown, relayed = done.teammates, done.relayed
         if need <= room:
             break
         if not sample.groups:
@@ -376,9 +333,9 @@ def _short(numbers: Any) -> str:
 def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
     """Check the vectors for learners: as wide as `width` says, written throughout, and finite."""
     width, size = check_width(degree, sample.team_size), len(sample.scene.heading)
-    scene = GuardedScene(degree, sample)
     blank = np.full((size, width), _UNWRITTEN).view(np.float32)
-    situation = scene.situate(blank)
+    entry = situate_entry(degree)
+    situation = _run(degree, "situate", entry, sample, situation=blank)[1].situation
     place = f"{name}: situate, of robot {{}} in a team of {sample.team_size},"
     unwritten = situation.view(np.uint32) == _UNWRITTEN
     if unwritten.any():
@@ -394,7 +351,8 @@ def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
             f"{place.format(i)} writes {situation[i, j]} to input {j}; readings must be finite and at most {_MOST:g}: "
             "write 1 where nothing is sensed"
         )
-    again = scene.situate(np.full((size, width), 0.5, np.float32))
+    other = np.full((size, width), 0.5, np.float32)
+    again = _run(degree, "situate", entry, sample, situation=other)[1].situation
     if not np.array_equal(situation, again):
         i, j = np.argwhere(situation != again)[0].tolist()
         raise ValueError(

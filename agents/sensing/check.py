@@ -1,8 +1,7 @@
-"""The check of a sensor: its kernel on sample views, guarded and compared."""
+"""The check of a sensor: its kernel on sample views, under guard and compared."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -15,12 +14,10 @@ from teamsight.agents.sensing.interface import (
     Integers,
     View,
     salt_of,
-    sense_at,
     sense_entry,
 )
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.core.kernel import Entry, specialise
-from teamsight.core.kernel.guard import Axis, Fences, GuardedRecord, guarded, machine_code, run_guarded
+from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.world.noise import Stream, key_of, stream_number
 from teamsight.world.proximity.shapes import farthest_of
@@ -83,7 +80,7 @@ def sample_view(
 _IN_RANGE = Axis("entries", "those of observer i are start[i] up to, not including, start[i + 1]")
 _ENTRY = Axis("entries", "write no more than there is room for, and return how many are needed")
 _COUNTED = Axis("elements", "that is all that there are")
-_GUARDED = GuardedRecord(
+_GUARD = Guard(
     DETECTING,
     ("sensed",),
     {
@@ -99,34 +96,17 @@ _GUARDED = GuardedRecord(
     },
 )
 
-_ENTRIES: dict[Callable[..., Any], Entry] = {}
-
-
-def _entry(sensor: Detector) -> Entry:
-    """Return the guarded form of an entry, or the entry as it is where that cannot be compiled."""
-    rule, name = type(sensor).sense, type(sensor).__name__
-    if rule not in _ENTRIES:
-        plain = sense_entry(sensor)
-        made = specialise(sense_at, f"{name}-guarded", sense_kernel=guarded(rule), detecting_at=_GUARDED.at)
-        _ENTRIES[rule] = machine_code(name, "sense", made, plain) or plain
-    return _ENTRIES[rule]
-
-
 def sense_guarded(sensor: Detector, view: View, sensed: NeighbourList) -> tuple[int, NeighbourList]:
     """Run `sense` on copies of these arrays, with bounds checks; return its answer and what it wrote.
 
     Raises
     ------
     TypeError, ValueError
-        If the kernel cannot be compiled, or uses elements outside its arrays; see `run_guarded`.
+        If the kernel cannot be compiled, or uses elements outside its arrays; see `Guard`.
     """
-    fences = Fences()
-    seen: View = fences.put("view", view, read_only=True)
-    parameters = fences.put("parameters", np.ascontiguousarray(sensor.parameters, float), read_only=True)
-    written: NeighbourList = fences.put("sensed", sensed)
-    record = DETECTING.pack(Detecting(seen, parameters, written))
-    need = run_guarded(type(sensor).__name__, "sense", _entry(sensor), record, _GUARDED.arrays, fences)
-    return need, written
+    given = Detecting(view, np.ascontiguousarray(sensor.parameters, float), sensed)
+    need, done = _GUARD.run(type(sensor).__name__, "sense", sense_entry(sensor), given)
+    return need, done.sensed
 
 
 _UNWRITTEN = -7_777_777
@@ -176,6 +156,7 @@ def check_sensor(sensor: Sensor, *, seed: int = 1) -> None:
     parameters = np.asarray(_parameters(name, sensor))
     if parameters.ndim != 1 or not np.isfinite(parameters).all():
         raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
+    begin_check()
     rng = np.random.default_rng(seed)
     views = [sample_view(observers, others, side, rng, among=among) for observers, others, side, among in _SCENES]
     views += [sample_view(4, 3, 1.0, rng, among=True, coincide=True), _with_obstacles(rng)]

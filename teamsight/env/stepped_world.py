@@ -222,7 +222,7 @@ class SteppedWorld:
         ]
         roles = [1 if one.counts else 2 * (one.name == TEAMMATES) for one in relations]
         sensing = group.perception.record
-        seen = type(sensing)(sensing._record, self._observation.seen(sensing.value, self._shown.observation))
+        seen = type(sensing)(sensing.record, self._observation.seen(sensing.value, self._shown.observation))
         bodies = sum(map(len, self._world.groups))
         kept = targets.true_lists if targets else (np.zeros(len(group) + 1, np.int64), np.zeros(0, np.int64))
         arrays = SightArrays(

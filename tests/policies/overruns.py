@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -91,7 +92,7 @@ def noise_of_nobody(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 @kernel
 def noise_as_a_whole(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
-    for number in noise[0]:
+    for number in noise[0]:  # noise_as_a_whole
         action.distance[0] += number
 
 
@@ -167,7 +168,21 @@ def behind_its_memory(percept: Any, arrays: Any, noise: Any, action: Any) -> Non
 def raises(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     stay(percept, action)
     pair = (1.0, 2.0)
-    action.distance[0] = pair[percept.heading.shape[0] + 1]
+    action.distance[0] = pair[percept.heading.shape[0] + 1]  # raises
+
+
+@kernel
+def raises_itself(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    if percept.heading.shape[0] > 0:
+        raise ValueError("too many")  # raises_itself
+
+
+@kernel
+def whole_of_nan(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    stay(percept, action)
+    slot = int(math.sqrt(-1.0 - percept.speed[0]))
+    arrays.state.floats[0, slot, 0] = 1.0  # whole_of_nan
 
 
 KERNELS = [
@@ -175,6 +190,7 @@ KERNELS = [
     undeclared_draw, noise_of_nobody, noise_as_a_whole, noise_into_memory,
     undeclared_parameter, robot_of_nobody, robot_left_out, sighting_beyond,
     writes_percept, writes_parameters, writes_noise, beyond_scratch, behind_its_memory, raises,
+    raises_itself, whole_of_nan,
 ]  # fmt: skip
 
 

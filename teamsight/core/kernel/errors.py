@@ -48,16 +48,13 @@ _FACTS = {
     r"No conversion from (.*?) to int64 for '\$\w*return_value":
         "the kernel returns {0}; it must return a whole number at its end",
     r"wrong tuple length .*?expected (\d+), got (\d+)": "{1} values are given where {0} are expected",
-    r"failed to unpack none": "nothing is returned where several values are expected",
     r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'":
         "'{1}' has different types ({0}) in different branches; give it one type",
-    r"cannot index array\(\w+, 1d, \w\) with (\d+) indices": "an array of 1 dimension is given {0} indices",
-    r"cannot index array\(\w+, (\d)d, \w\) with (\d+) indices": "an array of {0} dimensions is given {1} indices",
+    r"cannot index (array\(.*?\)) with (\d+) indices": "an {0} is given {1} indices",
     r"Unsupported array index type (\S+) in": "an index has the type {0}; it must be a whole number, such as int(x)",
     r">>> getitem\((int\d+|uint\d+|float\d+|bool), ": "a number ({0}) is given an index",
     r">>> setitem\((array\(\w+, \dd, \w\)), .*?, (.*?)\) There are":
         "{1} cannot be written to elements of an {0}; write one number",
-    r"(ufunc '\w+': .*?\(.*?\))": "{0}",
     r">>> (.*?) There are \d+ candidate": "numba cannot compile {0}: there is no such operation for these types",
 }  # fmt: skip
 
@@ -209,13 +206,16 @@ def _near(name: str, known: list[str]) -> str:
 
 
 def _kernels_of(entry: Callable[..., Any]) -> list[python_types.FunctionType]:
-    """Return the Python functions of all kernels that an entry calls, the outermost first."""
+    """Return an entry and the Python functions of all kernels that it calls, the outermost first."""
     found: list[Any] = [entry]
     for function in found:  # grows
-        used = [value for _, value in globals_of(function)] + enclosed(function)
-        called = dict.fromkeys(value.py_func for value in used if hasattr(value, "py_func"))
-        found += [one for one in called if one not in found]
-    return found[1:]
+        called = dict.fromkeys(value.py_func for value in _used(function) if hasattr(value, "py_func"))
+        found += [one for one in called if one not in found and not is_library(one.__module__)]
+    return found
+
+
+def _used(function: python_types.FunctionType) -> list[Any]:
+    return [value for _, value in globals_of(function)] + enclosed(function)
 
 
 def _line_of_global(function: python_types.FunctionType, name: str) -> int | None:
@@ -295,25 +295,15 @@ def refuse_random_numbers(function: Callable[..., Any]) -> None:
     TypeError
         Naming file and line.
     """
-    for kernel in _functions(function, set()):
+    for kernel in _kernels_of(function):
+        # Reading instructions takes long, and this runs for all.
+        if "random" not in kernel.__code__.co_names and not any(map(_is_random, _used(kernel))):
+            continue
         for line, name in _random_names(kernel):
             raise TypeError(
                 f"{shown(kernel.__code__.co_filename, line)}: kernels cannot use {name}; take random numbers from "
                 "noise and declare draws"
             )
-
-
-def _functions(value: Any, met: set[int]) -> Iterator[python_types.FunctionType]:
-    """Yield the kernels that could use random numbers: reading instructions takes long, and this runs for all."""
-    value = getattr(value, "py_func", value)
-    if not isinstance(value, python_types.FunctionType) or id(value) in met or is_library(value.__module__):
-        return
-    met.add(id(value))
-    uses = [*enclosed(value), *(used for _, used in globals_of(value))]
-    if "random" in value.__code__.co_names or any(_is_random(used) for used in uses):
-        yield value
-    for used in uses:
-        yield from _functions(used, met)
 
 
 def _random_names(function: python_types.FunctionType) -> Iterator[tuple[int, str]]:

@@ -1,308 +1,41 @@
-"""Guards: copies of kernels whose arrays report an index outside, for the checks of components."""
+"""Guards: kernels on trial, as plain Python that checks each index, and compiled between bytes that must not change.
+
+Machine code checks no index. Before a check of a component runs it, the same functions run as plain Python on arrays
+that refuse an index outside, a negative one, and writes into what is read-only. Numbers there are NumPy's, so that they
+divide by zero, overflow and round as in machine code.
+"""
 
 from __future__ import annotations
 
-import ctypes
-import hashlib
-import operator
-import sys
+import builtins
+import dis
+import math
 import types as python_types
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
-import llvmlite.binding
-import numba
 import numpy as np
 import numpy.typing as npt
-from llvmlite import ir
-from numba.core import cgutils
-from numba.core.datamodel import models, register_default
 from numba.core.dispatcher import Dispatcher
-from numba.core.lowering import BaseLower
-from numba.extending import intrinsic, lower_builtin
-from numba.np import arrayobj
+from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import Entry, Packed, array_at, below_8, below_64, scratch
-from teamsight.core.kernel.digest import digest, enclosed, is_library, names_in
+from teamsight.core.kernel.digest import enclosed, is_library, names_in
+from teamsight.core.kernel.entry import Entry
 from teamsight.core.kernel.errors import shown
-from teamsight.core.kernel.parts import Part
-from teamsight.core.kernel.record import Leaf, Node, Record, load_word, unpacking
+from teamsight.core.kernel.intrinsics import below_8, below_64, bits_of, float_of, ones, scratch
+from teamsight.core.kernel.record import Leaf, Node, Record
 
-# Bytes on either side: a multiple of a cache line, so that arrays are aligned as in a world.
+# Accesses in one check, a second or two; a kernel that needs more is checked as far as they reach.
+_MOST_ACCESSES = 1_000_000
+# Bytes on either side of an array: a multiple of a cache line, so that arrays are aligned as in a world.
 _WIDTH = 4096
 _FILLING = 0xA5
+# Larger arrays that a kernel only reads, such as the table of a learner, are not copied.
+_LARGE = 1 << 24
 
-
-class Fences:
-    """A set of arrays, each between two stretches of bytes that must not change."""
-
-    def __init__(self) -> None:
-        # Bytes that must not change, each with its name and its first content.
-        self._fixed: list[tuple[str, npt.NDArray[np.uint8], bytes]] = []
-
-    def put(self, name: str, value: Any, *, read_only: bool = False) -> Any:
-        """Return a copy of an array, or of each array of a NamedTuple, between fences; other values as they are.
-
-        Parameters
-        ----------
-        name : str
-            Its name in errors.
-        value : object
-            The array or arrays.
-        read_only : bool, default False
-            Whether the content must not change either.
-        """
-        if isinstance(value, tuple):
-            parts = zip(getattr(value, "_fields", ()), value, strict=True)
-            return type(value)(*(self.put(f"{name}.{part}", inner, read_only=read_only) for part, inner in parts))
-        if not isinstance(value, np.ndarray):
-            return value
-        array = np.ascontiguousarray(value)
-        block = np.full(array.nbytes + 2 * _WIDTH + 64, _FILLING, np.uint8)
-        first = _WIDTH + -block.ctypes.data % 64
-        last = first + array.nbytes
-        copy = block[first:last].view(array.dtype).reshape(array.shape)
-        copy[...] = array
-        for part in [block] if read_only else [block[:first], block[last:]]:
-            self._fixed.append((name, part, part.tobytes()))
-        return copy
-
-    def broken(self) -> str:
-        """Return the name of the first array with a forbidden write; "" if there is none."""
-        return next((name for name, part, before in self._fixed if part.tobytes() != before), "")
-
-
-#: Added to the number of an array that a kernel may only read.
-READ_ONLY = 1 << 8
-#: The number of an array, plus this times n, leaves the elements from n on of its last axis out of bounds.
-LIMIT = 1 << 16
-
-_NUMBA = str(Path(numba.__file__).parent)
-_WORD = ir.IntType(64)
-
-
-class Access(NamedTuple):
-    """A forbidden access."""
-
-    array: int  # its number, as given to `numbered`; 0 for one that the kernel made itself
-    dimensions: int  # the number of axes of the array or view
-    axis: int  # that of the wrong index; −1 for a write to a read-only array
-    at: int  # the index
-    size: int  # the number of elements along the axis
-    place: str  # the file and the line
-
-
-class Guarded(numba.types.Array):  # type: ignore[misc]
-    """The type of guarded arrays and of their views."""
-
-    def __init__(self, dtype: Any, ndim: int, layout: str, readonly: bool = False, aligned: bool = True) -> None:
-        name = f"guarded({dtype}, {ndim}d, {layout}, {readonly}, {aligned})"
-        super().__init__(dtype, ndim, layout, readonly=readonly, name=name, aligned=aligned)
-
-    def copy(self, dtype: Any = None, ndim: Any = None, layout: Any = None, readonly: Any = None) -> Guarded:
-        """Return the type of a view."""
-        return guarded_type(super().copy(dtype, ndim, layout, readonly))
-
-    def unify(self, typing_context: Any, other: Any) -> Any:
-        """Return the common type of two arrays."""
-        common = super().unify(typing_context, other)
-        return None if common is None else guarded_type(common)
-
-
-register_default(Guarded)(models.ArrayModel)
-
-
-def guarded_type(array: Any) -> Guarded:
-    """Return the guarded type that corresponds to one of numba's array types."""
-    return Guarded(array.dtype, array.ndim, array.layout, not array.mutable, array.aligned)
-
-
-class Watch(NamedTuple):
-    """The forbidden accesses of guarded kernels, and the exceptions that they raised."""
-
-    accesses: list[Access]
-    raised: list[BaseException]
-
-
-_accesses: list[Access] = []
-
-
-def _note(array: int, dimensions: int, axis: int, at: int, size: int, line: int, file: bytes) -> None:
-    _accesses.append(Access(array, dimensions, axis, at, size, shown(file.decode(), line)))
-
-
-# Machine code, also from the cache, calls the function by this name, so the reference to it is kept.
-_SYMBOL = "teamsight_note_access"
-_NOTE = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 6, ctypes.c_char_p)(_note)
-llvmlite.binding.add_symbol(_SYMBOL, ctypes.cast(_NOTE, ctypes.c_void_p).value)
-
-
-@contextmanager
-def watched() -> Iterator[Watch]:
-    """Collect forbidden accesses and exceptions in kernels; numba would only print that an exception was ignored."""
-    _accesses.clear()
-    watch, hook = Watch(_accesses, []), sys.unraisablehook
-
-    def keep(report: Any) -> None:
-        if isinstance(report.object, str) and "numba" in report.object:
-            watch.raised.append(report.exc_value)
-        else:
-            hook(report)
-
-    sys.unraisablehook = keep
-    try:
-        yield watch
-    finally:
-        sys.unraisablehook = hook
-
-
-def _place() -> tuple[str, int] | None:
-    """Return the file and the line that numba is compiling; None in numba's own functions."""
-    frame: Any = sys._getframe(1)
-    while frame is not None:
-        lower = frame.f_locals.get("self")
-        if isinstance(lower, BaseLower):
-            file = str(lower.loc.filename)
-            return None if file.startswith(_NUMBA) else (file, int(lower.loc.line))
-        frame = frame.f_back
-    return None
-
-
-def _stop(context: Any, builder: Any, numbers: list[Any], place: tuple[str, int]) -> None:
-    """Write code that notes an access and leaves the kernel."""
-    kind = ir.FunctionType(ir.VoidType(), [_WORD] * 6 + [ir.IntType(8).as_pointer()])
-    note = cgutils.get_or_insert_function(builder.module, kind, _SYMBOL)
-    builder.call(note, [*numbers, _WORD(place[1]), context.insert_const_string(builder.module, place[0])])
-    context.call_conv.return_user_exc(builder, IndexError, ("an access outside of an array",))
-
-
-def _check(context: Any, builder: Any, kind: Any, array: Any, index_type: Any, index: Any, *, writes: bool) -> Any:
-    """Write code that checks an access; return the number that a view inherits."""
-    number, place = builder.ptrtoint(array.parent, _WORD), _place()
-    if place is None:
-        return number
-    name = builder.and_(number, _WORD(READ_ONLY - 1))
-    if writes:
-        is_wrong = builder.icmp_unsigned("!=", builder.and_(number, _WORD(READ_ONLY)), _WORD(0))
-        with cgutils.if_unlikely(builder, is_wrong):
-            _stop(context, builder, [name, _WORD(kind.ndim), _WORD(-1), _WORD(0), _WORD(0)], place)
-    shape = cgutils.unpack_tuple(builder, array.shape, kind.ndim)
-    limit, inherited = builder.udiv(number, _WORD(LIMIT)), number
-    for axis, part_type, part in _axes(context, builder, kind.ndim, index_type, index):
-        size = shape[axis]
-        if axis == kind.ndim - 1:
-            inherited = builder.and_(number, _WORD(LIMIT - 1))
-            size = builder.select(builder.icmp_unsigned("!=", limit, _WORD(0)), limit, size)
-        if isinstance(part_type, numba.types.Integer):
-            at = context.cast(builder, part, part_type, numba.types.int64)
-            # Without its sign, a negative index lies beyond every size.
-            with cgutils.if_unlikely(builder, builder.icmp_unsigned(">=", at, size)):
-                _stop(context, builder, [name, _WORD(kind.ndim), _WORD(axis), at, size], place)
-    return inherited
-
-
-def _axes(context: Any, builder: Any, dimensions: int, kind: Any, index: Any) -> Iterator[tuple[int, Any, Any]]:
-    """Yield each axis of an index, with the type and the value of its part of the index."""
-    is_tuple = isinstance(kind, numba.types.BaseTuple)
-    types = list(kind.types) if is_tuple else [kind]
-    values = cgutils.unpack_tuple(builder, index, count=len(types)) if is_tuple else [index]
-    types, values = arrayobj.normalize_indices(context, builder, types, values)
-    is_axis = [part is not numba.types.ellipsis and not isinstance(part, numba.types.NoneType) for part in types]
-    axis = 0
-    for part, value, counts in zip(types, values, is_axis, strict=True):
-        if counts:
-            yield axis, part, value
-            axis += 1
-        elif part is numba.types.ellipsis:
-            axis += dimensions - sum(is_axis)
-
-
-def _reading(generate: Callable[..., Any]) -> Callable[..., Any]:
-    """Return numba's code for reading elements or making a view, with checks before it."""
-
-    def read(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        kind, index_type = signature.args
-        array = arrayobj.make_array(kind)(context, builder, arguments[0])
-        number = _check(context, builder, kind, array, index_type, arguments[1], writes=False)
-        value = generate(context, builder, signature, arguments)
-        if not isinstance(signature.return_type, Guarded):
-            return value
-        return numbered(context, builder, signature.return_type, value, number)
-
-    return read
-
-
-def numbered(context: Any, builder: Any, kind: Any, value: Any, number: Any) -> Any:
-    """Write code that gives a guarded array its number, 1 to 255, plus `READ_ONLY` and `LIMIT` times a size."""
-    array = arrayobj.make_array(kind)(context, builder, value)
-    array.parent = builder.inttoptr(number, array.parent.type)
-    return array._getvalue()
-
-
-for _index in (numba.types.Integer, numba.types.SliceType, numba.types.NoneType):
-    lower_builtin(operator.getitem, Guarded, _index)(_reading(arrayobj.getitem_arraynd_intp))
-lower_builtin(operator.getitem, Guarded, numba.types.BaseTuple)(_reading(arrayobj.getitem_array_tuple))
-
-
-def _write(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    kind, index_type, _ = signature.args
-    array = arrayobj.make_array(kind)(context, builder, arguments[0])
-    _check(context, builder, kind, array, index_type, arguments[1], writes=True)
-    return arrayobj.setitem_array(context, builder, signature, arguments)
-
-
-lower_builtin(operator.setitem, Guarded, numba.types.Any, numba.types.Any)(_write)
-
-
-# `_defn` is the function that types the calls of an intrinsic.
-@intrinsic  # type: ignore[untyped-decorator]
-def _guarded_array_at(typing_context: Any, address: Any, shape: Any, dtype: Any) -> Any:
-    signature, generate = array_at._defn(typing_context, address, shape, dtype)
-    return guarded_type(signature.return_type)(*signature.args), generate
-
-
-@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator]
-def _guarded_scratch(typing_context: Any, count: Any, dtype: Any) -> Any:
-    found = scratch._defn(typing_context, count, dtype)
-    return found and (guarded_type(found[0].return_type)(*found[0].args), found[1])
-
-
-def _below(plain: Any, count: int, typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    signature, generate_plain = plain._defn(typing_context, values, first, limit)
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array = arrayobj.make_array(values)(context, builder, arguments[0])
-        for ahead in (0, count - 1):
-            at = builder.add(arguments[1], _WORD(ahead))
-            _check(context, builder, values, array, numba.types.int64, at, writes=False)
-        return generate_plain(context, builder, signature, arguments)
-
-    return signature, generate
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _guarded_below_8(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    return _below(below_8, 8, typing_context, values, first, limit)
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _guarded_below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
-    return _below(below_64, 64, typing_context, values, first, limit)
-
-
-#: A digest of the checks, which are in the machine code of every guarded kernel.
-VERSION = digest(_reading) + digest(_write)
-
-#: The guarded forms of the functions that make arrays, or read many elements at once.
-REPLACED: dict[Any, Any] = {
-    array_at: _guarded_array_at,
-    scratch: _guarded_scratch,
-    below_8: _guarded_below_8,
-    below_64: _guarded_below_64,
-}
+T = TypeVar("T", bound=tuple[Any, ...])
 
 
 class Axis(NamedTuple):
@@ -312,108 +45,80 @@ class Axis(NamedTuple):
     cure: str
 
 
-class Named(NamedTuple):
-    """An array of a guarded kernel: its name in the kernel, and its axes."""
-
-    name: str
-    axes: tuple[Axis, ...]
+class _ForbiddenError(Exception):
+    """An access that a kernel must not make."""
 
 
-def run_guarded(
-    owner: str, kernel: str, entry: Callable[[Packed[Any]], int], record: Packed[Any], arrays: Sequence[Named],
-    fences: Fences | None = None,
-) -> int:  # fmt: skip
-    """Run the entry of a guarded kernel on a record; return its status.
-
-    Parameters
-    ----------
-    owner : str
-        The class of the kernel, for errors.
-    kernel : str
-        The kernel's name, for errors.
-    entry : callable
-        The entry.
-    record : Packed
-        The record.
-    arrays : sequence of Named
-        The arrays by number; see `GuardedRecord`.
-    fences : Fences, optional
-        The fences around these arrays.
-
-    Raises
-    ------
-    ValueError
-        If the kernel reads or writes outside of its arrays, writes into a read-only one, or raises an exception.
-    """
-    with watched() as watch:
-        status = entry(record)
-    if watch.accesses:
-        access = watch.accesses[0]
-        raise ValueError(f"{owner}: {access.place}: {kernel} {_account(access, arrays)}")
-    if watch.raised:
-        error = watch.raised[0]
-        raise ValueError(
-            f"{owner}: {kernel} raises {type(error).__name__}({str(error)[:80]!r}); exceptions of kernels are lost in "
-            "a world: check indices and values where they are used"
-        )
-    if fences and (broken := fences.broken()):
-        raise ValueError(
-            f"{owner}: {kernel} writes next to {broken}, or into it although it is read-only; index arrays within "
-            "their shape"
-        )
-    return status
+class _SpentError(Exception):
+    """The accesses of this check are used up."""
 
 
-def _account(access: Access, arrays: Sequence[Named]) -> str:
-    named = arrays[access.array]
-    if access.axis < 0:
-        return f"writes into {named.name}, which is read-only; copy its numbers and change the copy"
-    # Views have lost axes from the left.
-    axis = len(named.axes) - access.dimensions + access.axis
-    what, cure = named.axes[axis] if 0 <= axis < len(named.axes) else ("elements", "stay within its shape")
-    if access.at < 0:
-        cure = "indices count from 0, and negative ones do not count from the end"
-    return f"uses index {access.at} of {named.name}, whose number of {what} is {access.size}; {cure}"
+_left = 0
 
 
-def machine_code(owner: str, kernel: str, entry: Entry, plain: Entry) -> Entry | None:
-    """Return the entry of a guarded kernel once it is compiled.
-
-    Parameters
-    ----------
-    owner, kernel : str
-        The class and the name of the kernel, for the warning.
-    entry : Entry
-        The entry of the guarded kernel.
-    plain : Entry
-        The entry of the kernel as worlds run it.
-
-    Returns
-    -------
-    Entry or None
-        None, with a warning, if the kernel compiles for worlds but not on guarded arrays.
-
-    Raises
-    ------
-    TypeError
-        If the kernel cannot be compiled for worlds.
-    """
-    try:
-        entry.address  # noqa: B018
-    except TypeError as error:
-        # Raises if the mistake is in the kernel.
-        plain.address  # noqa: B018
-        warnings.warn(
-            f"{owner}: the memory accesses of {kernel} are not checked, since it uses arrays in a way that guarded "
-            f"arrays do not support ({error}); use their elements one by one",
-            stacklevel=2,
-        )
-        return None
-    return entry
+def begin_check() -> None:
+    """Let kernels run as plain Python for the next million accesses."""
+    global _left
+    _left = _MOST_ACCESSES
 
 
-class GuardedRecord:
-    """The code that reads a record with guarded arrays, and their names in errors.
+class _Checked(np.ndarray[Any, Any]):
+    """An array that refuses what numba would not: a wrong index, a negative one, and a write if it is read-only."""
+
+    path = "an array of its own"
+    axes: tuple[Axis, ...] = ()
+    # The number of elements of the last axis that may be used, where that is not all.
+    limit: int | None = None
+
+    def __array_finalize__(self, origin: Any) -> None:
+        if isinstance(origin, _Checked):
+            self.path, self.axes, self.limit = origin.path, origin.axes, origin.limit
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[at] for at in range(len(self)))
+
+    def __getitem__(self, index: Any) -> Any:
+        axes = self._check(index)
+        found = super().__getitem__(index)
+        if self.limit is not None and axes == self.ndim and isinstance(found, _Checked):
+            found.limit = None
+        return found
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        if not self.flags.writeable:
+            raise _ForbiddenError(f"writes into {self.path}, which is read-only; copy its numbers and change the copy")
+        self._check(index)
+        super().__setitem__(index, value)
+
+    def _check(self, index: Any) -> int:
+        """Check an index; return the number of axes for which it has a part."""
+        global _left
+        _left -= 1
+        if _left < 0:
+            raise _SpentError
+        parts = index if isinstance(index, tuple) else (index,)
+        shape = self.shape if self.limit is None else (*self.shape[:-1], self.limit)
+        axis = 0
+        for part in parts:
+            if part is Ellipsis:
+                axis += len(shape) - sum(one is not None and one is not Ellipsis for one in parts)
+            elif part is not None:
+                if part.__class__ is not slice and not 0 <= part < shape[axis]:
+                    raise _ForbiddenError(self._account(axis, part, shape[axis]))
+                axis += 1
+        return axis
+
+    def _account(self, axis: int, at: Any, size: int) -> str:
+        # Views have lost axes from the left.
+        declared = self.axes[axis - self.ndim :] if axis - self.ndim >= -len(self.axes) else ()
+        what, cure = declared[0] if declared else ("elements", "stay within its shape")
+        if at < 0:
+            cure = "indices count from 0, and negative ones do not count from the end"
+        return f"uses index {at} of {self.path}, whose number of {what} is {size}; {cure}"
+
+
+class Guard(Generic[T]):
+    """The trial of kernels that get their arrays from one kind of record.
 
     Parameters
     ----------
@@ -424,122 +129,240 @@ class GuardedRecord:
     axes : mapping of str to Axis
         The axis for each name of a length, or path and name as in ``"noise lanes"``; the key ``"2"`` is for axes of
         that fixed length.
-    limits : mapping of str to str, optional
-        For a path, the name of a length shorter than the last axis, beyond which elements must not be used.
-
-    Attributes
-    ----------
-    at : kernel
-        Returns the NamedTuple for the address of a record; its arrays are guarded.
-    arrays : list of Named
-        The arrays by number, for `run_guarded`.
     """
 
-    def __init__(
-        self,
-        record: Record[Any],
-        writable: tuple[str, ...],
-        axes: Mapping[str, Axis],
-        limits: Mapping[str, str] | None = None,
+    def __init__(self, record: Record[T], writable: tuple[str, ...], axes: Mapping[str, Axis]) -> None:
+        self._record, self._writable, self._axes = record, writable, axes
+
+    def run(self, owner: str, kernel: str, entry: Entry, value: T) -> tuple[int, T]:
+        """Run an entry on copies of the arrays of a record, both ways; see `interpret` and `execute`."""
+        self.interpret(owner, kernel, entry, value)
+        return self.execute(owner, kernel, entry, value)
+
+    def interpret(
+        self, owner: str, kernel: str, entry: Entry, value: T, limits: Mapping[str, int] | None = None
     ) -> None:
-        leaves = [leaf for leaf in record.node.leaves() if leaf.lengths is not None]
-        self.arrays = [Named("an array of its own", ())] + [_named(leaf, axes) for leaf in leaves]
-        slots = {length.name: length.slot for leaf in leaves for length in leaf.lengths or ()}
-        limiting = {path: slots[name] for path, name in (limits or {}).items()}
-        numbers = {
-            leaf.path: (number + (0 if leaf.path.startswith(writable) else READ_ONLY), limiting.get(leaf.path, -1))
-            for number, leaf in enumerate(leaves, 1)
-        }
-        self.at = unpacking(record.node, Guards(numbers))
+        """Run an entry as plain Python on copies of the arrays of a record.
 
+        It ends early when the accesses of the check are used up; see `begin_check`.
 
-def _named(leaf: Leaf, axes: Mapping[str, Axis]) -> Named:
-    found = []
-    for length in leaf.lengths or ():
+        Parameters
+        ----------
+        owner, kernel : str
+            The class and the name of the kernel, for errors.
+        entry : Entry
+            The entry.
+        value : NamedTuple
+            The content of the record.
+        limits : mapping of str to int, optional
+            For the path of an array, the number of elements of its last axis that may be used.
+
+        Raises
+        ------
+        TypeError
+            If the kernel cannot be compiled.
+        ValueError
+            If the kernel reads or writes outside of its arrays, writes into a read-only one, or raises an exception.
+
+        Warns
+        -----
+        UserWarning
+            If the kernel cannot run as plain Python.
+        """
+        # Raises if it cannot be compiled.
+        entry.address  # noqa: B018
+        run, given = _as_python(entry.function), self._checked(value, limits or {})
+        try:
+            with np.errstate(all="ignore"):
+                run(given)
+        except _SpentError:
+            pass
+        except _ForbiddenError as error:
+            raise ValueError(f"{owner}: {_place(error)[0]}: {kernel} {error}") from None
+        except Exception as error:
+            place, is_its_own = _place(error)
+            said = f"raises {type(error).__name__}({str(error)[:80]!r})"
+            if is_its_own or isinstance(error, IndexError):
+                raise ValueError(
+                    f"{owner}: {place}: {kernel} {said}; exceptions of kernels are lost in a world: check indices and "
+                    "values where they are used"
+                ) from error
+            warnings.warn(
+                f"{owner}: {place}: from here on the memory accesses of {kernel} are not checked, since as plain "
+                f"Python it {said}; write it so that it runs as plain Python too",
+                stacklevel=2,
+            )
+
+    def execute(self, owner: str, kernel: str, entry: Entry, value: T) -> tuple[int, T]:
+        """Run an entry on copies of the arrays of a record; return its status and the copies.
+
+        Raises
+        ------
+        TypeError
+            If the kernel cannot be compiled.
+        ValueError
+            If the kernel writes into a read-only array, or next to an array.
+        """
+        fixed: list[tuple[str, npt.NDArray[np.uint8], bytes]] = []
+
+        def fenced(path: str, leaf: Leaf, array: Any) -> Any:
+            is_read_only = not path.startswith(self._writable)
+            if leaf.lengths is None or (is_read_only and array.nbytes > _LARGE):
+                return array
+            block = np.full(array.nbytes + 2 * _WIDTH + 64, _FILLING, np.uint8)
+            first = _WIDTH + -block.ctypes.data % 64
+            last = first + array.nbytes
+            copy = block[first:last].view(array.dtype).reshape(array.shape)
+            copy[...] = array
+            for part in [block] if is_read_only else [block[:first], block[last:]]:
+                fixed.append((path, part, part.tobytes()))
+            return copy
+
+        def packed(records: list[Any]) -> Any:
+            return [record.pack(inner) for record, inner in records]
+
+        copies = _mapped(self._record.node, value, fenced, packed)
+        status = entry(self._record.pack(copies))
+        for path, part, before in fixed:
+            if part.tobytes() != before:
+                raise ValueError(
+                    f"{owner}: {kernel} writes next to {path}, or into it although it is read-only; index arrays "
+                    "within their shape"
+                )
+        return status, copies
+
+    def _checked(self, value: T, limits: Mapping[str, int]) -> T:
+        def checked(path: str, leaf: Leaf, old: Any) -> Any:
+            if leaf.lengths is None:
+                return old if leaf.dtype is None else leaf.dtype.type(old)
+            is_writable = path.startswith(self._writable)
+            array = np.array(old, copy=is_writable or None).view(_Checked)
+            array.flags.writeable = is_writable
+            array.path, array.limit = path, limits.get(path)
+            array.axes = tuple(self._axis(path, length) for length in leaf.lengths)
+            return array
+
+        def checked_records(records: list[Any]) -> Any:
+            array = np.empty(len(records), object)
+            array[:] = [inner for _, inner in records]
+            return array.view(_Checked)
+
+        return cast(T, _mapped(self._record.node, value, checked, checked_records))
+
+    def _axis(self, path: str, length: Any) -> Axis:
         key = f"{length.name} + {length.plus}" if length.name and length.plus else length.name or str(length.plus)
-        found.append(axes[f"{leaf.path} {key}"] if f"{leaf.path} {key}" in axes else axes[key])
-    return Named(leaf.path, tuple(found))
+        return self._axes[f"{path} {key}"] if f"{path} {key}" in self._axes else self._axes[key]
 
 
-def guarded_at(node: Node) -> Any:
-    """Return the kernel that reads a record in guarded copies of kernels."""
-    return unpacking(node, Guards({}))
+def _mapped(node: Node, value: Any, leaf: Callable[..., Any], records: Callable[..., Any], within: str = "") -> Any:
+    """Return a NamedTuple with each leaf, by path, and each list of records replaced."""
+
+    def new(part: Any, old: Any) -> Any:
+        if isinstance(part, Node):
+            return _mapped(part, old, leaf, records, within)
+        path = within + part.path
+        if part.is_list:
+            inside = [_mapped(one.record.node, one.value, leaf, records, f"{path}.") for one in old]
+            return records([(one.record, inner) for one, inner in zip(old, inside, strict=True)])
+        return leaf(path, part, old)
+
+    return type(value)(*map(new, node.parts, value))
 
 
-class Guards:
-    """Makes the arrays of a record guarded.
-
-    Parameters
-    ----------
-    numbers : dict of str to tuple
-        For each array's path: its number, with `READ_ONLY` if it is, and the word that limits its last axis, or −1. An
-        array that is missing here has the number 0.
-    """
-
-    def __init__(self, numbers: dict[str, tuple[int, int]]) -> None:
-        self._numbers = numbers
-
-    def __repr__(self) -> str:
-        # Part of the digest of kernels, since the checks are part of the machine code.
-        return f"{VERSION} {digest(Guards.value)} {self._numbers}"
-
-    def kind(self, array: Any) -> Any:
-        """Return numba's type of a guarded array, from that of the plain one."""
-        return guarded_type(array)
-
-    def value(self, context: Any, builder: Any, leaf: Leaf, kind: Any, array: Any, words: Any) -> Any:
-        """Write code that makes a guarded array of this type from a plain one."""
-        number, limit = self._numbers.get(leaf.path, (0, -1))
-        flags: Any = _WORD(number)
-        if limit >= 0:
-            flags = builder.add(flags, builder.mul(load_word(builder, words, limit), _WORD(LIMIT)))
-        return numbered(context, builder, kind, array, flags)
+# In the globals of all plain Python forms.
+_MARK = "__of_a_kernel__"
 
 
-# Calls in place of code inlined everywhere compile faster.
-_DROPPED = {"boundscheck", "cache", "forceinline", "nopython"}
+def _place(error: BaseException) -> tuple[str, bool]:
+    """Return the innermost place in a kernel in a traceback, and whether it is a statement `raise` or `assert`."""
+    trace, found = error.__traceback__, None
+    while trace is not None:
+        found = trace if _MARK in trace.tb_frame.f_globals else found
+        trace = trace.tb_next
+    assert found is not None
+    code = found.tb_frame.f_code
+    is_raised = found.tb_next is None and code.co_code[found.tb_lasti] == dis.opmap["RAISE_VARARGS"]
+    return shown(code.co_filename, found.tb_lineno), is_raised
 
 
-def guarded(kernel: Any) -> Any:
-    """Return a copy, for guarded arrays, of a kernel and all that it calls; anything else is returned unchanged."""
-    return _copy(kernel, {}) if isinstance(kernel, Dispatcher) else kernel
+@cache
+def _as_python(function: python_types.FunctionType) -> Callable[..., Any]:
+    """Return the plain Python form of an entry's function, which takes the content of a record for its address."""
+    return cast(Callable[..., Any], _copy(function, {}))
 
 
-def _copy(kernel: Any, copies: dict[int, Any]) -> Any:
-    if id(kernel) not in copies:
-        function = kernel.py_func
+def _copy(function: python_types.FunctionType, copies: dict[Any, Any]) -> Any:
+    if function not in copies:
         cells = tuple(python_types.CellType() for _ in function.__closure__ or ())
-        names: dict[str, Any] = {}
-        copy = python_types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, cells)
-        copy.__kwdefaults__, copy.__module__ = function.__kwdefaults__, function.__module__
-        copy.__qualname__ = f"{function.__qualname__}-{_lines(function.__code__)}"
-        kept = {name: value for name, value in kernel.targetoptions.items() if name not in _DROPPED}
-        copies[id(kernel)] = Part(copy, options=dict(kept, boundscheck=True))
+        names: dict[str, Any] = {"__builtins__": builtins, _MARK: None, "int": _whole, "float": np.float64}
+        copies[function] = copy = python_types.FunctionType(
+            function.__code__, names, function.__name__, function.__defaults__, cells
+        )
+        copy.__kwdefaults__ = function.__kwdefaults__
         # Last, since a kernel may call itself.
         used = set(names_in(function.__code__))
-        for name, value in function.__globals__.items():
-            if name in used or name.startswith("__"):
-                names[name] = _replaced(value, used, copies)
+        names |= {name: _replaced(function.__globals__[name], used, copies) for name in used & {*function.__globals__}}
         for cell, value in zip(cells, enclosed(function), strict=True):
             cell.cell_contents = _replaced(value, used, copies)
-    return copies[id(kernel)]
+    return copies[function]
 
 
-def _replaced(value: Any, used: set[str], copies: dict[int, Any]) -> Any:
-    """Return what a copy uses in place of a value that the original uses."""
+def _replaced(value: Any, used: set[str], copies: dict[Any, Any]) -> Any:
+    """Return what plain Python uses in place of a value that a kernel uses."""
     if isinstance(value, Dispatcher):
-        return value if is_library(value.py_func.__module__) else _copy(value, copies)
-    if isinstance(value, python_types.ModuleType) and not is_library(value.__name__):
+        return _copy(value.py_func, copies)
+    if getattr(value, "__module__", None) == "math":
+        return _like_machine_code(value)
+    if isinstance(value, python_types.ModuleType) and (value is math or not is_library(value.__name__)):
         module = python_types.ModuleType(value.__name__)
-        parts = ((name, getattr(value, name)) for name in used if hasattr(value, name))
-        vars(module).update({name: _replaced(part, used, copies) for name, part in parts})
+        parts = {name: getattr(value, name) for name in used if hasattr(value, name)}
+        vars(module).update({name: _replaced(part, used, copies) for name, part in parts.items()})
         return module
-    if isinstance(node := getattr(value, "node", None), Node):
-        return guarded_at(node)
-    return next((new for old, new in REPLACED.items() if value is old), value)
+    if isinstance(getattr(value, "node", None), Node):
+        return _same
+    return next((new for old, new in _FORMS if value is old), value)
 
 
-def _lines(code: python_types.CodeType) -> str:
-    """Return a digest of where code is written, because the machine code contains file and lines."""
-    where = f"{code.co_filename} {code.co_firstlineno} {code.co_linetable!r} {VERSION}"
-    return hashlib.blake2b(where.encode(), digest_size=8).hexdigest()
+def _same(value: Any) -> Any:
+    return value
+
+
+# What x86-64 makes of NaN and of numbers that are too large.
+_NO_INTEGER = -(1 << 63)
+
+
+def _whole(value: Any) -> int:
+    return int(value) if np.isfinite(value) else _NO_INTEGER
+
+
+def _like_machine_code(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function of `math` that raises nothing, and whose fractions divide by zero."""
+    failed = _NO_INTEGER if function in (math.floor, math.ceil, math.trunc) else np.nan
+
+    def called(*arguments: Any) -> Any:
+        try:
+            value = function(*arguments)
+        except (ValueError, OverflowError):
+            return failed
+        return np.float64(value) if isinstance(value, float) else value
+
+    return called
+
+
+def _below(count: int) -> Callable[..., Any]:
+    def below(values: Any, first: int, limit: float) -> Any:
+        return np.uint64(sum(1 << i for i in range(count) if values[first + i] < limit))
+
+    return below
+
+
+# The plain Python forms of intrinsics that kernels of components use.
+_FORMS: list[tuple[Any, Callable[..., Any]]] = [
+    (below_8, _below(8)),
+    (below_64, _below(64)),
+    (bits_of, lambda number: np.float64(number).view(np.uint64)),
+    (float_of, lambda word: np.uint64(word).view(np.float64)),
+    (ones, lambda word: int(word).bit_count()),
+    (scratch, lambda count, dtype: np.empty(count, dtype).view(_Checked)),
+    (trailing_zeros, lambda word: (int(word) & -int(word)).bit_length() - 1),
+]

@@ -151,65 +151,55 @@ def _scalar(kind: Any) -> Any:
 _WORD = ir.IntType(64)
 
 
-def unpacking(node: Node, guards: Any = None) -> Any:
-    """Return the kernel that reads a record.
-
-    Parameters
-    ----------
-    node : Node
-        The layout.
-    guards : guarded_record.Guards, optional
-        Makes its arrays guarded; in worlds they are plain.
-    """
+def _unpacking(node: Node) -> Any:
+    """Return the kernel that reads a record."""
 
     def unpack(typing_context: Any, address: Any) -> Any:
         if not isinstance(address, numba.types.Integer):
             return None
-        kind = _type(node, guards)
+        kind = _type(node)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             words = builder.inttoptr(arguments[0], _WORD.as_pointer())
-            return _value(context, builder, words, node, kind, guards)
+            return _value(context, builder, words, node, kind)
 
         return kind(numba.types.int64), generate
 
     made = intrinsic(unpack)
-    # Guarded copies of kernels replace it by `guarded_at(node)`.
+    # By which `guard` finds it.
     made.node = node
     return made
 
 
-def _type(part: Node | Leaf, guards: Any) -> Any:
+def _type(part: Node | Leaf) -> Any:
     """Return numba's type of a part of a record."""
     if isinstance(part, Node):
-        types = [_type(inner, guards) for inner in part.parts]
+        types = [_type(inner) for inner in part.parts]
         return numba.types.BaseTuple.from_types(types, part.kind)
     if part.dtype is None:
         return numba.types.int64
     element = numba.from_dtype(part.dtype)
     if part.lengths is None:
         return element
-    array = numba.types.Array(element, len(part.lengths), "C")
-    return guards.kind(array) if guards else array
+    return numba.types.Array(element, len(part.lengths), "C")
 
 
-def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any, guards: Any) -> Any:
+def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any) -> Any:
     """Write code that reads a part of a record."""
     if isinstance(part, Node):
         values = [
-            _value(context, builder, words, inner, inner_kind, guards)
+            _value(context, builder, words, inner, inner_kind)
             for inner, inner_kind in zip(part.parts, kind.types, strict=True)
         ]
         return context.make_tuple(builder, kind, values)
-    word = load_word(builder, words, part.slot)
+    word = _load_word(builder, words, part.slot)
     if part.lengths is None:
         return builder.bitcast(word, ir.DoubleType()) if kind == numba.types.float64 else word
     lengths = [_length_value(builder, words, length) for length in part.lengths]
-    array = array_value(context, builder, kind, word, lengths)
-    return guards.value(context, builder, part, kind, array, words) if guards else array
+    return array_value(context, builder, kind, word, lengths)
 
 
-def load_word(builder: Any, words: Any, slot: int) -> Any:
+def _load_word(builder: Any, words: Any, slot: int) -> Any:
     """Write code that reads a word of a record."""
     return builder.load(builder.gep(words, [_WORD(slot)]))
 
@@ -219,10 +209,10 @@ def _length_value(builder: Any, words: Any, length: Length) -> Any:
         return cgutils.intp_t(length.plus)
     if length.last:
         address, slot, plus = length.last
-        array = builder.inttoptr(load_word(builder, words, address), _WORD.as_pointer())
-        at = builder.add(load_word(builder, words, slot), _WORD(plus - 1))
+        array = builder.inttoptr(_load_word(builder, words, address), _WORD.as_pointer())
+        at = builder.add(_load_word(builder, words, slot), _WORD(plus - 1))
         return builder.load(builder.gep(array, [at]))
-    size = load_word(builder, words, length.slot)
+    size = _load_word(builder, words, length.slot)
     return builder.add(size, _WORD(length.plus)) if length.plus else size
 
 
@@ -237,11 +227,13 @@ class Packed(Generic[T]):
     address : int
         The address of the record; it never changes.
     words : ndarray, shape (words,), int64
-        Its memory; see `teamsight.core.kernel.record`.
+        Its memory; see `Window`.
+    record : Record
+        The layout.
     """
 
     def __init__(self, record: Record[T], value: T) -> None:
-        self._record = record
+        self.record = record
         self.words = np.zeros(record.size, np.int64)
         self.address = int(self.words.ctypes.data)
         self.put(value)
@@ -254,7 +246,7 @@ class Packed(Generic[T]):
         TypeError, ValueError
             If an array has another type or shape than declared; the record is then unchanged.
         """
-        self.words[:], self._kept = self._record.words(value)
+        self.words[:], self._kept = self.record.words(value)
         self._made: Callable[[], T] | None
         self._value, self._made = value, None
 
@@ -269,17 +261,17 @@ class Packed(Generic[T]):
 
     def word(self, name: str) -> int:
         """Return the address of the word of a length or a number; see `Layout.slots`."""
-        return self.address + self.words.itemsize * self._record.slots[name]
+        return self.address + self.words.itemsize * self.record.slots[name]
 
     @property
     def leaves(self) -> list[Leaf]:
         """The layout of its arrays and numbers."""
-        return self._record.node.leaves()
+        return self.record.node.leaves()
 
     @property
     def slots(self) -> dict[str, int]:
         """The word of each length and of each number; see `Layout.slots`."""
-        return self._record.slots
+        return self.record.slots
 
     def update(self, **fields: Any) -> None:
         """Replace some fields, as `put` does."""
@@ -315,7 +307,7 @@ class Record(Generic[T]):
         self.slots = builder.slots
         self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing(self.node, self.size)
         # No T: in kernels, entries and other records are addresses.
-        self.at: Callable[[Any], Any] = unpacking(self.node)
+        self.at: Callable[[Any], Any] = _unpacking(self.node)
 
     def pack(self, value: T) -> Packed[T]:
         """Return a record of these arrays and numbers; raises what `Packed.put` raises."""

@@ -240,7 +240,7 @@ WRONG = [
     ({"situate": _unwritten}, r"situate, of robot 0 in a team of 1, leaves input 1 of 2 unwritten; write every element"),
     ({"situate": _not_finite}, r"situate, of robot 0 in a team of 1, writes nan to input 1; readings must be finite"),
     ({"situate": _adds_up}, r"situate, .* writes 1 or 1\.5 to input 0, depending on what it was; write before you read"),
-    ({"situate": _too_far_in_the_team}, r".*: situate uses index \d+ of an array of its own, whose number of elements is \d+; stay"),
+    ({"situate": _too_far_in_the_team}, r".*: situate uses index \d+ of scene\.team\.targets\.distance, whose number of neighbours is \d+; those of robot i"),
     ({"situate": _third_parameter}, r".*: situate uses index 0 of parameters, whose number of parameters is 0; add .*`parameters`"),
     ({"width": lambda self, n: Width(1, 2)}, r"situate, of robot 0 in a team of 1, leaves input 2 of 3 unwritten; .*correct width\(1\)"),
     ({"width": lambda self, n: Width(1, 0)}, r".*: situate uses index 1 of situation, whose number of inputs is 1; width\(team_size\)"),

@@ -14,15 +14,15 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks.pushing.box_law import Pushing
 from teamsight.tasks.pushing.world import Box as Load
 from teamsight.tasks.pushing.world import BoxPushing
-from teamsight.world.checked_interaction import Called
-from teamsight.world.interaction import InteractionState, bodies_type
+from teamsight.world.checked_interaction import call_of
+from teamsight.world.interaction import Interacting, InteractionState, bodies_type, interacting_record
 from tests.interactions import fingerprint
 from tests.naive.pushing import pushed
 
 KINDS = (("robots", ()), ("box", ()))
 
 
-def called(law: Pushing, place: Any, before: Any, heading: Any, box: Any, active: Any = None) -> Called:
+def called(law: Pushing, place: Any, before: Any, heading: Any, box: Any, active: Any = None) -> Interacting:
     """Return what the compiled kernel makes of robots that have moved, and a box."""
 
     def bodies(role: str, place: np.ndarray, before: np.ndarray, heading: np.ndarray, active: Any) -> Any:
@@ -39,11 +39,13 @@ def called(law: Pushing, place: Any, before: Any, heading: Any, box: Any, active
         "robots": bodies("robots", place, before, heading, active),
         "box": bodies("box", load, load.copy(), np.array([[1.0, 0.0]]), None),
     }
-    noise = {role: np.zeros((0, 8)) for role, _ in KINDS}
-    return Called(law, KINDS, (given, InteractionState(np.zeros((0, 0)), np.zeros((0, 0), np.int64)), noise), -1)
+    noise, state = {role: np.zeros((0, 8)) for role, _ in KINDS}, InteractionState(np.zeros((0, 0)), np.zeros((0, 0), np.int64))
+    call = call_of(law, KINDS, given, state, noise, -1)
+    law.entry(KINDS)(interacting_record(KINDS).pack(call))
+    return call
 
 
-def at_the_rim(law: Pushing, angles: Any, turns: Any) -> Called:
+def at_the_rim(law: Pushing, angles: Any, turns: Any) -> Interacting:
     """Return what happens when robots at these angles of the rim head into the box, turned by `turns` from it."""
     angles, headings = np.array(angles), np.array(angles) + np.pi + np.array(turns)
     rim = (law.box_radius + law.robot_radius) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -65,11 +67,11 @@ def test_the_box_moves_if_and_only_if_the_pushes_exceed_the_threshold(data: Any,
     if abs(force - threshold) < 1e-9:
         return
     expected = law.box_speed * max(force - threshold, 0.0)
-    moved = found.bodies["box"].position[0]
+    moved = found.bodies.box.position[0]
     assert np.hypot(*moved) == pytest.approx(expected, abs=1e-12)
     assert (expected > 0) == bool(moved.any())
     assert found.scores.tolist() == pytest.approx([expected, count, 0 if expected else count])
-    assert found.bodies["robots"].reward == pytest.approx(np.full(count, expected))
+    assert found.bodies.robots.reward == pytest.approx(np.full(count, expected))
     if expected:
         assert moved / np.hypot(*moved) == pytest.approx(heading.sum(axis=0) / force)
 
@@ -78,7 +80,7 @@ def test_the_box_moves_if_and_only_if_the_pushes_exceed_the_threshold(data: Any,
 @given(angle=st.floats(0, 6.28), turn=st.floats(-1.2, 1.2), threshold=st.floats(1.000001, 1.99))
 def test_one_robot_never_moves_it(angle: float, turn: float, threshold: float) -> None:
     found = at_the_rim(Pushing(threshold=threshold), [angle], [turn])
-    assert not found.bodies["box"].position.any()
+    assert not found.bodies.box.position.any()
     assert found.scores.tolist() == [0.0, 1.0, 1.0]
 
 
@@ -109,12 +111,12 @@ def test_it_does_what_the_slow_twin_does(seed: int, count: int, crowd: float) ->
         heading = np.stack([np.cos(towards), np.sin(towards)], axis=1)
         wanted = np.clip(before + rng.uniform(0, 0.8, (count, 1)) * heading, -8, 8)
         found, expected = called(law, wanted, before, heading, box), pushed(law, wanted, before, heading, box)
-        assert found.bodies["robots"].position == pytest.approx(expected.robots, abs=1e-7)
-        assert found.bodies["box"].position[0] == pytest.approx(expected.box, abs=1e-9)
+        assert found.bodies.robots.position == pytest.approx(expected.robots, abs=1e-7)
+        assert found.bodies.box.position[0] == pytest.approx(expected.box, abs=1e-9)
         still = expected.pushes.sum() if expected.moved == 0 else 0
         assert found.scores.tolist() == pytest.approx([expected.moved, expected.pushes.sum(), still], abs=1e-9)
-        assert found.bodies["robots"].reward == pytest.approx(expected.moved * expected.pushes, abs=1e-9)
-        before, box = found.bodies["robots"].position.copy(), found.bodies["box"].position[0].copy()
+        assert found.bodies.robots.reward == pytest.approx(expected.moved * expected.pushes, abs=1e-9)
+        before, box = found.bodies.robots.position.copy(), found.bodies.box.position[0].copy()
 
 
 def closest(place: np.ndarray) -> float:
@@ -149,7 +151,7 @@ def test_who_finds_no_place_is_nowhere_and_all_before_are_apart(seed: int) -> No
     law, count = Pushing(side=7.0), 80
     before = np.random.default_rng(seed).uniform(-3.5, 3.5, (count, 2))
     heading = np.tile([1.0, 0.0], (count, 1))
-    place = called(law, before, before, heading, (0.0, 0.0)).bodies["robots"].position
+    place = called(law, before, before, heading, (0.0, 0.0)).bodies.robots.position
     expected = pushed(law, before, before, heading, np.zeros(2)).robots
     lost = int(np.argmax(np.isnan(place).any(axis=1)))
     assert np.isnan(place[lost]).all()

@@ -184,7 +184,7 @@ MISTAKES = [
     (computes_array, "computes_array", "makes or copies an array.*write numbers one by one"),
     (too_few, "too_few", r"add\(a, b\) .*missing a required argument: 'b'"),
     (varying, "varying", r"different types \(float64, tuple\); return one type"),
-    (two_indices, "two_indices", "array of 1 dimension is given 2 indices"),
+    (two_indices, "two_indices", r"array\(float64, 1d\) is given 2 indices"),
     (row_as_number, "row_as_number", r"array\(float64, 1d\) cannot be written .* write one number"),
     (fraction_as_index, "fraction_as_index", "float64.*must be a whole number"),
     (plain_helper, "plain_helper", "'helper' is a plain Python function; decorate it with @kernel or @inlined"),
@@ -234,4 +234,4 @@ def test_a_kernel_without_a_source_file_is_named_as_well() -> None:
 
 def test_the_colours_of_numba_hide_nothing() -> None:
     coloured = NumbaError("\x1b[1m\x1b[31mcannot index array(float64, \x1b[0m1d, C) with 2 indices\x1b[0m")
-    assert explained(helper, coloured).endswith(": an array of 1 dimension is given 2 indices")
+    assert explained(helper, coloured).endswith(": an array(float64, 1d) is given 2 indices")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel
 from teamsight.core.kernel.digest import digest
-from teamsight.core.kernel.guard import Axis, GuardedRecord, run_guarded
+from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
 
 Floats = npt.NDArray[np.float64]
@@ -176,11 +176,9 @@ def test_the_digest_of_a_kernel_notices_that_another_is_inlined() -> None:
     assert of(kernel) == of(kernel) != of(inlined)
 
 
-def test_a_guarded_record_names_the_array_and_refuses_what_may_only_be_read() -> None:
+def test_a_guard_names_the_array_and_refuses_what_may_only_be_read() -> None:
     record = Record(Numbers)
-    axes = {"n": Axis("numbers", "stay below n")}
-    guarded = GuardedRecord(record, ("second",), axes)
-    at = guarded.at
+    guard, at = Guard(record, ("second",), {"n": Axis("numbers", "stay below n")}), record.at
 
     def _beyond(address: int) -> int:
         numbers = at(address)
@@ -191,8 +189,46 @@ def test_a_guarded_record_names_the_array_and_refuses_what_may_only_be_read() ->
         at(address).first[0] = 1.0
         return 0
 
-    packed = record.pack(Numbers(np.zeros(3), np.zeros(3)))
-    with pytest.raises(ValueError, match=r"index 3 of first, whose number of numbers is 3; stay below n"):
-        run_guarded("owner", "kernel", Entry(_beyond), packed, guarded.arrays)
+    def _fills(address: int) -> int:
+        at(address).first.fill(1.0)
+        return 0
+
+    def _adds(address: int) -> int:
+        numbers = at(address)
+        numbers.second[0] = numbers.first[1] + 1.0
+        return 7
+
+    given = Numbers(np.zeros(3), np.zeros(3))
+    begin_check()
+    with pytest.raises(ValueError, match=r"test_record\.py:\d+: kernel uses index 3 of first, whose number of numbers is 3; stay"):
+        guard.run("owner", "kernel", Entry(_beyond), given)
     with pytest.raises(ValueError, match=r"writes into first, which is read-only"):
-        run_guarded("owner", "kernel", Entry(_writes), packed, guarded.arrays)
+        guard.run("owner", "kernel", Entry(_writes), given)
+    with pytest.raises(ValueError, match=r"next to first, or into it although it is read-only"):
+        guard.execute("owner", "kernel", Entry(_fills), given)
+    status, written = guard.run("owner", "kernel", Entry(_adds), given)
+    assert status == 7
+    assert (written.second[0], given.second[0]) == (1.0, 0.0)
+
+
+def test_a_guard_ends_when_the_accesses_of_a_check_are_used_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    record = Record(Numbers)
+    guard, at = Guard(record, (), {"n": Axis("numbers", "stay below n")}), record.at
+
+    def _far(address: int) -> int:
+        total = 0.0
+        for i in range(5):
+            total += at(address).first[i]
+        return int(total)
+
+    given = Numbers(np.zeros(3), np.zeros(3))
+    monkeypatch.setattr("teamsight.core.kernel.guard._MOST_ACCESSES", 3)
+    begin_check()
+    guard.interpret("owner", "kernel", Entry(_far), given)
+    monkeypatch.setattr("teamsight.core.kernel.guard._MOST_ACCESSES", 4)
+    begin_check()
+    with pytest.raises(ValueError, match=r"index 3 of first, .* is 3; stay below n"):
+        guard.interpret("owner", "kernel", Entry(_far), given)
+    begin_check()
+    with pytest.raises(ValueError, match=r"index 1 of first, .* is 1; stay below n"):
+        guard.interpret("owner", "kernel", Entry(_far), given, {"first": 1})
