@@ -262,8 +262,8 @@ class Binding:
     ) -> None:
         self._data, self._relations, self._logs = data, relations, logs
         groups = data.groups
-        self._is_open, self._rooms = data.is_open, [group.bodies.room for group in groups]
-        rows = sum(self._rooms)
+        self._is_open, self._room_of = data.is_open, [group.bodies.room for group in groups]
+        rows = sum(self._room_of)
         self.progress = np.zeros(1, PROGRESS)
         self.progress["tick"] = data.timeline.tick
         self._met = {_side(relation): np.zeros(rows, np.int64) for relation in relations}
@@ -443,7 +443,7 @@ class Binding:
 
     def follow(self, group: Group) -> bool:
         """Follow agents who have come to a group or left it, binding nothing again; return whether that was done."""
-        if not self._is_open or group.bodies.room != self._rooms[self._data.groups.index(group)]:
+        if not self._is_open or group.bodies.room != self._room_of[self._data.groups.index(group)]:
             return False
         if self._sizes is None:
             self._sizes = self._made_sizes() if self._can_follow() else False
@@ -465,7 +465,7 @@ class Binding:
         return not any(relation.detection or relation.has_own_range for relation in self._relations)
 
     def _made_sizes(self) -> Sizes:
-        """List the words that depend on the sizes of groups, and let records tell what they hold then."""
+        """List the words that depend on the sizes of groups, and let records show what they hold then."""
         groups, records = self._data.groups, self._group_records
         sizes = Sizes(groups, [record.value.block for record in records])
         for group, record in zip(groups, records, strict=True):

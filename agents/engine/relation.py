@@ -15,8 +15,7 @@ from teamsight.agents.sensing.interface import View, salt_of
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.neighbour_list import filled
 from teamsight.world.noise import Stream, stream_number
-from teamsight.world.proximity.search import LANES as SEARCH_LANES
-from teamsight.world.proximity.search import Search
+from teamsight.world.proximity.search import BODY_LANES, Search
 from teamsight.world.proximity.shapes import farthest_of
 
 if TYPE_CHECKING:
@@ -135,7 +134,7 @@ class Relation:
         sizes.add(record.word("observed"), observed)
         if self.is_conditional:
             sizes.add(record.word("conditions..n"), observers)
-        sizes.add(search.word("lanes"), observed, SEARCH_LANES)
+        sizes.add(search.word("lanes"), observed, BODY_LANES)
         sizes.add(search.word("observed.size"), observed)
         if self.own >= 0:
             sizes.add(search.word("observed.own"), observed[: observed.index(self.observers)])

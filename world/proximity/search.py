@@ -354,7 +354,7 @@ MOST_PAIRS = 6_000
 MOST_PAIRS_ON_TORUS = 1_500
 
 #: Bodies are filled up to a multiple of this many.
-LANES = 16
+BODY_LANES = 16
 
 
 class Searching(NamedTuple):
@@ -507,7 +507,7 @@ class Search:
 
 
 def _lanes_of(observed: int) -> int:
-    return -(-observed // LANES) * LANES
+    return -(-observed // BODY_LANES) * BODY_LANES
 
 
 def first_room(observers: int, observed: int) -> int:
