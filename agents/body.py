@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import wraps
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Never, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Never
 
 import numpy as np
 import numpy.typing as npt
@@ -13,9 +13,8 @@ from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES, channel_of
 from teamsight.agents.columns import unwritable
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
-from teamsight.agents.fixed import Kept, refusing
+from teamsight.agents.fixed import Kept, Setting, refusing
 from teamsight.agents.given import Points, PolicyLike
-from teamsight.agents.group import Got
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.core import checks
 from teamsight.core.card import shown
@@ -76,84 +75,21 @@ def checked_headings(value: npt.ArrayLike, shape: tuple[int, ...]) -> Floats:
     return np.array(np.broadcast_to(vectors / lengths[..., np.newaxis], shape))
 
 
-class Ability:
-    """An ability of an agent: one element of an array of its group."""
-
-    def __init__(self, doc: str) -> None:
-        self.__doc__ = doc
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, agent: None, owner: type) -> Ability: ...
-    @overload
-    def __get__(self, agent: object, owner: type) -> float: ...
-    def __get__(self, agent: Any, owner: type) -> Ability | float:
-        return self if agent is None else float(getattr(agent.group, self._name)[agent.row])
-
-    def __set__(self, agent: Any, value: float) -> None:
-        agent.group.host.adjust_one(agent, self._name, value)
+def _ability(doc: str) -> Setting[float, float]:
+    """Return an ability of an agent: one element of an array of its group."""
+    return Setting(
+        lambda agent, name: float(getattr(agent.group, name)[agent.row]),
+        lambda agent, name, value: agent.group.host.adjust_one(agent, name, value),
+        doc,
+    )
 
 
-class CycleOfOne:
-    """The cycle of an agent, one row of its group's timetable."""
-
-    @overload
-    def __get__(self, agent: None, owner: type) -> CycleOfOne: ...
-    @overload
-    def __get__(self, agent: object, owner: type) -> Cycle: ...
-    def __get__(self, agent: Any, owner: type) -> CycleOfOne | Cycle:
-        if agent is None:
-            return self
-        row, table = agent.row, agent.group.timetable
-        return table.cycle([row]) if table else EVERY_STEP
-
-    def __set__(self, agent: Any, value: CycleLike) -> None:
-        agent.group.host.set_cycle(agent, value)
-
-
-class PolicyOfOne:
-    """The policy of an agent: that of its group, or its own."""
-
-    @overload
-    def __get__(self, agent: None, owner: type) -> PolicyOfOne: ...
-    @overload
-    def __get__(self, agent: object, owner: type) -> Policy | Rule: ...
-    def __get__(self, agent: Any, owner: type) -> PolicyOfOne | Policy | Rule:
-        if agent is None:
-            return self
-        policy: Policy | Rule = agent.group.policy_of(agent.row)
-        return policy
-
-    def __set__(self, agent: Any, value: PolicyLike) -> None:
-        agent.group.host.set_policy(agent, value)
-
-
-class OfGroup(Generic[Got]):
-    """An attribute of an agent that belongs to its group and cannot be set on one agent."""
-
-    def __init__(self, doc: str) -> None:
-        self.__doc__ = doc
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    @overload
-    def __get__(self, agent: None, owner: type) -> OfGroup[Got]: ...
-    @overload
-    def __get__(self, agent: object, owner: type) -> Got: ...
-    def __get__(self, agent: Any, owner: type) -> Any:
-        return self if agent is None else getattr(agent.group, self._name)
-
-    # Of type Never, so that type checkers refuse every value too.
-    def __set__(self, agent: Any, value: Never) -> None:
-        given: Any = value
-        shown = given if isinstance(given, str) else checks.shown(given)
-        raise AttributeError(
-            f"{self._name}={shown}: belongs to the group {agent.group.name!r}; set group.{self._name} for all agents, "
-            "or add a group for this one"
-        )
+def _refuse_of_group(agent: Any, name: str, value: Any) -> None:
+    shown = value if isinstance(value, str) else checks.shown(value)
+    raise AttributeError(
+        f"{name}={shown}: belongs to the group {agent.group.name!r}; set group.{name} for all agents, or add a group "
+        "for this one"
+    )
 
 
 class Team:
@@ -171,23 +107,6 @@ class Team:
             f"team={checks.shown(value)}: the group {agent.group.name!r} was added to a team; give the team "
             "when a group is added, as in world.add(…, team='rivals')"
         )
-
-
-class Active:
-    """Whether an agent takes part: an element of the array `active` of its group."""
-
-    def __init__(self, doc: str) -> None:
-        self.__doc__ = doc
-
-    @overload
-    def __get__(self, agent: None, owner: type) -> Active: ...
-    @overload
-    def __get__(self, agent: object, owner: type) -> bool: ...
-    def __get__(self, agent: Any, owner: type) -> Active | bool:
-        return self if agent is None else bool(agent.group.bodies.active[agent.row])
-
-    def __set__(self, agent: Any, value: bool) -> None:
-        agent.group.host.set_active(agent, value)
 
 
 @refusing(identity="the world gives it; take another name for an attribute of your own")
@@ -302,18 +221,29 @@ class Body(mesa_compat.Agent):
     def heading(self, value: Points) -> None:
         self.group.host.turn(self, checked_headings(value, (2,)))
 
-    speed = Ability("The largest distance that it can move in a step [length].")
-    turn_limit = Ability("The largest angle that it can turn in a step [rad].")
-    sensing_range = Ability("Distance within which it senses targets [length].")
-    awareness_range = Ability("Distance within which it senses teammates [length].")
-
-    active = Active(
-        "Whether it takes part. While it does not, it neither moves nor decides, senses nobody and is sensed by nobody."
+    speed = _ability("The largest distance that it can move in a step [length].")
+    turn_limit = _ability("The largest angle that it can turn in a step [rad].")
+    sensing_range = _ability("Distance within which it senses targets [length].")
+    awareness_range = _ability("Distance within which it senses teammates [length].")
+    active: Setting[bool, bool] = Setting(
+        lambda agent, _: bool(agent.group.bodies.active[agent.row]),
+        lambda agent, _, active: agent.group.host.set_active(agent, active),
+        "Whether it takes part. If not, it neither moves nor decides, senses nobody and is sensed by nobody.",
     )
-
-    policy = PolicyOfOne()
-    cycle = CycleOfOne()
-    awareness: OfGroup[Awareness] = OfGroup("The degree of awareness of its group.")
+    policy: Setting[Policy | Rule, PolicyLike] = Setting(
+        lambda agent, _: agent.group.policy_of(agent.row),
+        lambda agent, _, policy: agent.group.host.set_policy(agent, policy),
+        "The policy of an agent: that of its group, or its own.",
+    )
+    cycle: Setting[Cycle, CycleLike] = Setting(
+        lambda agent, _: agent.group.timetable.cycle([agent.row]) if agent.group.timetable else EVERY_STEP,
+        lambda agent, _, cycle: agent.group.host.set_cycle(agent, cycle),
+        "The cycle of an agent, one row of its group's timetable.",
+    )
+    # Of type Never, so that type checkers refuse every value too.
+    awareness: Setting[Awareness, Never] = Setting(
+        lambda agent, _: agent.group.awareness, _refuse_of_group, "The degree of awareness of its group."
+    )
 
     @property
     def percept(self) -> PerceptOfOne:

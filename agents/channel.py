@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, MutableMapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.table import Field, Table
 from teamsight.policies.channels import checked_channel
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
 
 TARGETS, TEAMMATES = "targets", "teammates"
 
@@ -159,14 +162,7 @@ class Sensors(MutableMapping[str, Sensor]):
         return f"Sensors({dict(self)!r})"
 
 
-class Members(Protocol):
-    """The part of `Group` that is used here; groups import this file."""
-
-    name: str
-    channels: dict[str, Channel]
-
-
-def channel_of(group: Members, name: str) -> Channel:
+def channel_of(group: Group, name: str) -> Channel:
     """Return a channel of a group.
 
     Raises

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, Never, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, Never
 
 import numpy as np
 import numpy.typing as npt
@@ -15,9 +15,9 @@ from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
-from teamsight.agents.fixed import refusing
+from teamsight.agents.fixed import Given, Got, Setting, refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape, SeedLike
-from teamsight.agents.group import Given, Got, Group
+from teamsight.agents.group import Group
 from teamsight.agents.presets import PRESETS
 from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
 from teamsight.agents.sensing.sensor import Sensor
@@ -35,28 +35,21 @@ if TYPE_CHECKING:
     from teamsight.agents.events.source import EventSource
 
 
-class LiveSetting(Generic[Got, Given]):
+class LiveSetting(Setting[Got, Given]):
     """A parameter of a model that is the attribute `name` of its group ``model.<group>``.
 
     ``resolve(model, value)`` returns the value for the group.
     """
 
     def __init__(self, group: str, name: str, resolve: Callable[[Any, Any], Any] = lambda model, value: value) -> None:
-        self._group, self._name, self._resolve = group, name, resolve
-        self.__doc__ = f"``{group}.{name}``; a new value takes effect from the next step on."
+        def change(model: Any, parameter: str, value: Any) -> None:
+            owner = getattr(model, group, None)
+            if owner is None:
+                raise AttributeError(f"{name}: belongs to {group}; set it after super().__init__(…)")
+            setattr(owner, name, resolve(model, value))
 
-    @overload
-    def __get__(self, model: None, owner: type) -> LiveSetting[Got, Given]: ...
-    @overload
-    def __get__(self, model: object, owner: type) -> Got: ...
-    def __get__(self, model: Any, owner: type) -> Any:
-        return self if model is None else getattr(getattr(model, self._group), self._name)
-
-    def __set__(self, model: Any, value: Given) -> None:
-        group = getattr(model, self._group, None)
-        if group is None:
-            raise AttributeError(f"{self._name}: belongs to {self._group}; set it after super().__init__(…)")
-        setattr(group, self._name, self._resolve(model, value))
+        doc = f"``{group}.{name}``; a new value takes effect from the next step on."
+        super().__init__(lambda model, parameter: getattr(getattr(model, group), name), change, doc)
 
 
 class FixedSetting:

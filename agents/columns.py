@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,9 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.table import Field, Table
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
 
 Array = npt.NDArray[Any]
 
@@ -276,18 +279,6 @@ def _fill_for(values: Array) -> str:
     return {"f": "0.0", "c": "0j", "i": "0", "u": "0", "b": "False"}.get(values.dtype.kind, "None")
 
 
-class Holder(Protocol):
-    """The part of `Group` that its columns use; groups import this file."""
-
-    name: str
-    columns: Columns
-    agent_class: Any
-
-    @property
-    def agents(self) -> Sequence[Any]: ...
-    def __len__(self) -> int: ...
-
-
 class ColumnAttribute:
     """An attribute of agents, or of groups, that is a column of some groups.
 
@@ -334,7 +325,7 @@ class ColumnAttribute:
             raise AttributeError(self._name)
 
 
-def new_column(group: Holder, name: str, fill: Any) -> Column:
+def new_column(group: Group, name: str, fill: Any) -> Column:
     """Add a column to a group; see `Group.add_column`."""
     if not isinstance(name, str) or not name:
         raise TypeError(f"name={name!r}: must be a string, such as 'battery'")
@@ -354,7 +345,7 @@ def new_column(group: Holder, name: str, fill: Any) -> Column:
     return group.columns.create(name, np.full(len(group), value, value.dtype), value[()])
 
 
-def install(group: Holder, name: str) -> None:
+def install(group: Group, name: str) -> None:
     """Make a column an attribute of a group and of its agents."""
     if not isinstance(getattr(group.agent_class, name, None), ColumnAttribute):
         setattr(group.agent_class, name, ColumnAttribute(name))
@@ -368,7 +359,7 @@ def is_free(agent: Any, name: str) -> bool:
     return name not in vars(agent) and (known is None or isinstance(known, ColumnAttribute))
 
 
-def _group_of(holder: Any) -> tuple[Holder, bool]:
+def _group_of(holder: Any) -> tuple[Group, bool]:
     """Return the group of an agent, or the given group; and whether a group was given."""
     group = vars(holder).get("group")
     return (holder, True) if group is None else (group, False)

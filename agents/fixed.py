@@ -1,13 +1,46 @@
-"""Fixed attributes: properties whose assignment raises an error that names the cure."""
+"""Attributes of agents, groups and worlds: what reading returns, and what assignment does, or why it is refused."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar, overload
 
 from teamsight.core import checks
 
 C = TypeVar("C", bound=type)
+Got = TypeVar("Got", covariant=True)
+Given = TypeVar("Given", contravariant=True)
+
+
+class Setting(Generic[Got, Given]):
+    """An attribute that one function reads and another changes. What may be assigned can be of more types.
+
+    Parameters
+    ----------
+    get : callable
+        ``get(owner, name)`` returns the value.
+    change : callable
+        ``change(owner, name, value)`` checks a new value and sets it, or raises an error.
+    doc : str
+        Its docstring.
+    """
+
+    def __init__(self, get: Callable[[Any, str], Got], change: Callable[[Any, str, Any], None], doc: str) -> None:
+        self._get, self._change = get, change
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, holder: None, owner: type) -> Setting[Got, Given]: ...
+    @overload
+    def __get__(self, holder: object, owner: type) -> Got: ...
+    def __get__(self, holder: Any, owner: type) -> Any:
+        return self if holder is None else self._get(holder, self._name)
+
+    def __set__(self, holder: Any, value: Given) -> None:
+        self._change(holder, self._name, value)
 
 
 def refusing(**cures: str) -> Callable[[C], C]:

@@ -15,7 +15,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors, note_
 from teamsight.agents.columns import Column, Columns, new_column, readonly
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.engine.detection import Readings
-from teamsight.agents.fixed import Kept, put, refusing
+from teamsight.agents.fixed import Got, Kept, Setting, put, refusing
 from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, Rows
 from teamsight.agents.policy_state import IN_TABLE, columns_of_state, first_state, has_rows
 from teamsight.core import checks
@@ -75,31 +75,19 @@ else:
 
     A = TypeVar("A")
 
-Got = TypeVar("Got", covariant=True)
-Given = TypeVar("Given", contravariant=True)
-
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 _set = object.__setattr__
 
 
-class GroupSetting(Generic[Got, Given]):
-    """A setting of a group. Setting it is an adjustment by `World.adjust`."""
+def _adjust(group: Any, name: str, value: Any) -> None:
+    group.host.adjust(group, **{name: value})
 
-    def __init__(self, name: str, get: Callable[[Any], Got], doc: str) -> None:
-        self._name, self._get = name, get
-        self.__doc__ = f"{doc} A new value takes effect as by `World.adjust`."
 
-    @overload
-    def __get__(self, group: None, owner: type) -> GroupSetting[Got, Given]: ...
-    @overload
-    def __get__(self, group: object, owner: type) -> Got: ...
-    def __get__(self, group: Any, owner: type) -> Any:
-        return self if group is None else self._get(group)
-
-    def __set__(self, group: Any, value: Given) -> None:
-        group.host.adjust(group, **{self._name: value})
+def _setting(get: Callable[[Any], Got], doc: str) -> Setting[Got, Any]:
+    """Return a setting of a group that ``get(group)`` reads and `World.adjust` changes."""
+    return Setting(lambda group, name: get(group), _adjust, f"{doc} A new value takes effect as by `World.adjust`.")
 
 
 def _is_known(owner: type, name: str) -> bool:
@@ -458,30 +446,28 @@ class Group(Generic[A]):
         """Whether each agent takes part, shape (n,). Set the `active` of one agent."""
         return readonly(self.bodies.active)
 
-    policy: GroupSetting[Policy | Rule, PolicyLike] = GroupSetting(
-        "policy", lambda group: group.rules[0], "The policy of all agents."
+    policy: Setting[Policy | Rule, PolicyLike] = _setting(lambda group: group.rules[0], "The policy of all agents.")
+    awareness: Setting[Awareness, AwarenessLike] = _setting(
+        lambda group: group.rules[1], "What they perceive of teammates."
     )
-    awareness: GroupSetting[Awareness, AwarenessLike] = GroupSetting(
-        "awareness", lambda group: group.rules[1], "What they perceive of teammates."
-    )
-    sensing_range: GroupSetting[Floats, Numbers] = GroupSetting(
-        "sensing_range", lambda group: readonly(group.bodies.sensing_range),
+    sensing_range: Setting[Floats, Numbers] = _setting(
+        lambda group: readonly(group.bodies.sensing_range),
         "Distance within which each senses targets, shape (n,) [length].",
-    )  # fmt: skip
-    awareness_range: GroupSetting[Floats, Numbers] = GroupSetting(
-        "awareness_range", lambda group: readonly(group.bodies.awareness_range),
+    )
+    awareness_range: Setting[Floats, Numbers] = _setting(
+        lambda group: readonly(group.bodies.awareness_range),
         "Distance within which each senses teammates, shape (n,) [length].",
-    )  # fmt: skip
-    speed: GroupSetting[Floats, Numbers] = GroupSetting(
-        "speed", lambda group: readonly(group.bodies.speed),
+    )
+    speed: Setting[Floats, Numbers] = _setting(
+        lambda group: readonly(group.bodies.speed),
         "The largest distance that each can move in a step, shape (n,) [length].",
-    )  # fmt: skip
-    turn_limit: GroupSetting[Floats, Numbers] = GroupSetting(
-        "turn_limit", lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
+    )
+    turn_limit: Setting[Floats, Numbers] = _setting(
+        lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
         "The largest angle that each can turn in a step, shape (n,) [rad].",
-    )  # fmt: skip
-    cycle: GroupSetting[Cycle, CycleLike] = GroupSetting(
-        "cycle", lambda group: group.timetable.cycle() if group.timetable else EVERY_STEP, "When they sense and decide."
+    )
+    cycle: Setting[Cycle, CycleLike] = _setting(
+        lambda group: group.timetable.cycle() if group.timetable else EVERY_STEP, "When they sense and decide."
     )
 
     @property

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +12,9 @@ from teamsight.agents.channel import Channel, note_of_inactive
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.card import card, table
 from teamsight.core.checks import shown
-from teamsight.core.table import Table
+
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]
 
@@ -21,26 +22,7 @@ Floats = npt.NDArray[np.float64]
 HEADER = ("group", "agents", "class", "team", "policy", "awareness", "speed", "range", "senses")
 
 
-class ShownGroup(Protocol):
-    """The part of `Group` that is shown; groups import this file."""
-
-    name: str
-    agent_class: Any
-    bodies: Table
-    channels: dict[str, Channel]
-
-    def policy_of(self, row: int) -> Any: ...
-    @property
-    def columns(self) -> Mapping[str, Any]: ...
-    @property
-    def rules(self) -> tuple[Any, Any]: ...
-    @property
-    def team(self) -> str | None: ...
-    @property
-    def agents(self) -> Sequence[object]: ...
-
-
-def group_row(group: ShownGroup) -> tuple[str, ...]:
+def group_row(group: Group) -> tuple[str, ...]:
     """Return a line about a group, for a table with `HEADER`."""
     policy, awareness = group.rules
     size = f"{len(group.agents):,}{note_of_inactive(group.bodies.active)}"
@@ -51,13 +33,13 @@ def group_row(group: ShownGroup) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def group_html(group: ShownGroup) -> str:
+def group_html(group: Group) -> str:
     """Return a card of a group, with its columns."""
     rows = [(f"column {name}", shown(column)) for name, column in group.columns.items()]
     return card(f"Group {group.name}", rows, table(HEADER, [group_row(group)]))
 
 
-def agent_html(agent: object, group: ShownGroup, row: int) -> str:
+def agent_html(agent: object, group: Group, row: int) -> str:
     """Return a card of an agent.
 
     Parameters
