@@ -1,7 +1,9 @@
 """Arrivals: what it costs to add agents in mid-run, and to run with them.
 
 A world of 1,000 robots with 100 arrivals of one robot each is compared with one of 1,100 robots from the start, side by
-side: the ratio of the times of a run afterwards. Then the time of one `Group.add`, with and without the next step.
+side: the ratio of the times of a run afterwards. Then the time of one `Group.add`, with and without the next step. Last, a
+run of 600 steps in which a robot comes every 6 steps is compared with one that has all of them from the start, for teams of the
+paper's density and for a crowd in the paper's arena.
 
     python benchmarks/arrivals.py
 """
@@ -45,6 +47,22 @@ def main() -> None:
     print(f"adding one robot and making a step: {np.median(steps(grown.robots.add, grown)) * 1e3:.2f} ms")
     print(f"removing one and making a step: {np.median(steps(lambda: leave(grown.robots), grown)) * 1e3:.2f} ms")
     print(f"a step alone: {np.median(steps(lambda: None, grown)) * 1e3:.2f} ms")
+
+
+    for radius in (5.0, 13.0):
+        runs = [(coming(radius, 100, 0), coming(radius, 1, 99)) for _ in range(REPEATS)]
+        ratio = np.median([came / whole for whole, came in runs])
+        one = np.median([came for _, came in runs]) / 99
+        print(f"radius {radius:g}: a run in which 99 come takes {ratio:.2f} times that with all; {one * 1e6:.0f} µs each")
+
+
+def coming(radius: float, robots: int, come: int) -> float:
+    """Return the time of 600 steps in which so many robots come, one every 6 steps."""
+    model = CMOMMT(robots=robots, targets=15, radius=radius, rng=1)
+    model.run(1)
+    for number in range(come):
+        model.clock.at(6 * number + 4, model.robots.add)
+    return seconds(lambda: model.run(600))
 
 
 def steps(change: Callable[[], object], model: CMOMMT) -> list[float]:

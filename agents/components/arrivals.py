@@ -48,7 +48,7 @@ class Arrivals(Coming):
 
     Notes
     -----
-    A reset removes those who have arrived. Each arrival costs about a millisecond: all arrays are made anew.
+    A reset removes those who have arrived.
     """
 
     def __init__(
