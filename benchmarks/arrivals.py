@@ -2,8 +2,8 @@
 
 A world of 1,000 robots with 100 arrivals of one robot each is compared with one of 1,100 robots from the start, side by
 side: the ratio of the times of a run afterwards. Then the time of one `Group.add`, with and without the next step. Last, a
-run of 600 steps in which a robot comes every 6 steps is compared with one that has all of them from the start, for teams of the
-paper's density and for a crowd in the paper's arena.
+run of 600 steps in which a robot comes every 6 steps is compared with one that has all of them from the start: a crowd
+in the paper's arena, and a team of the paper's density.
 
     python benchmarks/arrivals.py
 """
@@ -53,7 +53,8 @@ def main() -> None:
         runs = [(coming(radius, 100, 0), coming(radius, 1, 99)) for _ in range(REPEATS)]
         ratio = np.median([came / whole for whole, came in runs])
         one = np.median([came for _, came in runs]) / 99
-        print(f"radius {radius:g}: a run in which 99 come takes {ratio:.2f} times that with all; {one * 1e6:.0f} µs each")
+        print(f"radius {radius:g}: a run in which 99 come takes {ratio:.2f} times as long as with all from the start,")
+        print(f"and {one * 1e6:.0f} µs for each")
 
 
 def coming(radius: float, robots: int, come: int) -> float:

@@ -47,6 +47,7 @@ from teamsight.agents.engine.records import (
     WatchingArrays,
     WorldArrays,
 )
+from teamsight.agents.engine.relation import counted_groups
 from teamsight.agents.engine.relays import SHOW_LATE, delay_of, relays_of
 from teamsight.agents.engine.sizes import Sizes
 from teamsight.agents.engine.watching import Bound
@@ -426,7 +427,7 @@ class Binding:
             search.room, relation.identity,
             relation.detection.record if relation.detection else None, *relation.true_lists,
             relation.conditions,
-            [self._group_records[self._data.groups.index(group)] for group in self._counted_in(relation)],
+            [self._group_records[self._data.groups.index(group)] for group in counted_groups(self._relations)[number]],
         )  # fmt: skip
 
     def _number_bodies(self) -> None:
@@ -493,12 +494,6 @@ class Binding:
             sizes.add(bound.word("bodies"), groups)
             bound.follow(partial(self._relation, relation))
         return sizes
-
-    def _counted_in(self, relation: Relation) -> list[Group]:
-        """Return the groups that a relation is the first to observe, of those that count in the observed fraction."""
-        earlier = [other for other in self._relations[: self._relations.index(relation)] if other.counts]
-        known = {group.number for other in earlier for group in other.observed}
-        return [group for group in relation.observed if relation.counts and group.number not in known]
 
     def _log(self, log: TransitionLog) -> LogArrays:
         """Bind the log of a group's transitions."""

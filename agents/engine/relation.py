@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
@@ -220,6 +221,32 @@ class Relation:
     def place(self) -> npt.NDArray[np.int64]:
         """The index among the observed of each entry of `room`."""
         return self.detection.arrays.shown_place if self.detection else self.search.room.identity
+
+
+def counted_groups(relations: Sequence[Relation]) -> list[list[Group]]:
+    """Return which agents can be observed: for each relation the groups that it counts and no earlier one does.
+
+    The observed fraction of a world is the number of agents that are observed over the number that can be. An agent can
+    be observed if some group senses its group in a channel that counts: by default "targets", of a group on a team;
+    `World.senses` says otherwise by `counts`. It is observed if an agent of such a group senses it there. Whoever
+    senses it, it counts once; while it is inactive it does not count.
+
+    Parameters
+    ----------
+    relations : sequence of Relation
+        Those of a world, in their order.
+
+    Notes
+    -----
+    *Source:* §6, "during which targets are being monitored by at least one robot". *Departs:* the paper has one team
+    and one group of targets.
+    """
+    known: set[int] = set()
+    found = []
+    for relation in relations:
+        found.append([group for group in relation.observed if relation.counts and group.number not in known])
+        known.update(group.number for group in found[-1])
+    return found
 
 
 def needs_detection(sensor: Sensor, arena: Any) -> bool:

@@ -12,7 +12,7 @@ import pandas as pd
 
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.records import CONDITIONAL_COLUMNS, HISTORY_COLUMNS
-from teamsight.agents.engine.relation import Relation
+from teamsight.agents.engine.relation import Relation, counted_groups
 from teamsight.agents.group import Group
 from teamsight.core.table import Field, Table
 
@@ -106,16 +106,6 @@ _FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
 COLUMNS = ("observed", "mean_neighbours", "max_neighbours")
 
 
-def targets_of(relations: list[Relation]) -> int:
-    """Return the number of agents that count in the observed fraction once they are sensed, inactive ones included.
-
-    They are the agents of all groups that somebody senses in a channel that counts: by default "targets", of a group
-    on a team. An agent that several groups sense counts once.
-    """
-    observed = {group.number: len(group) for one in relations if one.counts for group in one.observed}
-    return sum(observed.values())
-
-
 class Stretch:
     """The steps during which the same groups observed one another; one column for each of their relations.
 
@@ -136,7 +126,7 @@ class Stretch:
         self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
         self._targets = [r for r, relation in enumerate(relations) if relation.counts]
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
-        self.targets = targets_of(relations)
+        self.targets = sum(len(group) for groups in counted_groups(relations) for group in groups)
         # How many are active is recorded only where it can change.
         self._is_conditional = is_open or any(relation.is_conditional for relation in relations)
         shape = (len(relations), CONDITIONAL_COLUMNS if self._is_conditional else HISTORY_COLUMNS)

@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TARGETS, TEAMMATES
+from teamsight.agents.engine.relation import counted_groups
 from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.collector import HistoryCollector, Rows
-from teamsight.agents.recording.history import targets_of
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.world import World
 from teamsight.core.interrupts import deferred
@@ -220,6 +220,7 @@ class SteppedWorld:
             for one in relations
             if one.name == TARGETS and (one.observers is group or (group.team and one.observers.team == group.team))
         ]
+        observable = sum(len(group) for groups in counted_groups(relations) for group in groups)
         roles = [1 if one.counts else 2 * (one.name == TEAMMATES) for one in relations]
         sensing = group.perception.record
         seen = type(sensing)(sensing.record, self._observation.seen(sensing.value, self._shown.observation))
@@ -228,7 +229,7 @@ class SteppedWorld:
         arrays = SightArrays(
             binding.world, binding._group_records[self._world.groups.index(group)],
             records[id(targets)] if targets else None, records[id(teammates)] if teammates else None, team,
-            np.array(roles, np.int64), targets_of(relations), group.policy_state.floats,
+            np.array(roles, np.int64), observable, group.policy_state.floats,
             self._observation.perceive, sensing, group.perception.room, self._observation.show, seen,
             self._shown.of_robots, self._shown.of_world,
             np.zeros_like(kept[0]), np.zeros_like(kept[1]), np.zeros(bodies, np.int64), np.zeros(bodies, np.int64),
