@@ -1,9 +1,9 @@
 """Arrivals: what it costs to add agents in mid-run, and to run with them.
 
 A world of 1,000 robots with 100 arrivals of one robot each is compared with one of 1,100 robots from the start, side by
-side: the ratio of the times of a run afterwards. Then the time of one `Group.add`, with and without the next step. Last, a
-run of 600 steps in which a robot comes every 6 steps is compared with one that has all of them from the start: a crowd
-in the paper's arena, and a team of the paper's density.
+side: the ratio of the times of a run afterwards. Then the time of one `Group.add`, with and without the next step.
+Last, a run of 600 steps in which a robot comes every 6 steps is compared with one that has all of them from the start:
+a crowd in the paper's arena, and a team of the paper's density.
 
     python benchmarks/arrivals.py
 """
