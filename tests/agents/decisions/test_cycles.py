@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Box, Cycle, Robot, Target, Torus, World
-from teamsight.agents.decisions import new_timetable, put_timetable
+from teamsight.agents.decisions import EVERY_STEP, give_timetable
 from teamsight.policies import ACmommt, Policy, RandomWalk
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept
@@ -36,7 +36,7 @@ def bits(world: World) -> list[bytes]:
 def on_timetable(world: World) -> World:
     """Make all robots decide at every step by a timetable, which they do not need."""
     for group in world.groups:
-        put_timetable(group, new_timetable(world._data, group))
+        give_timetable(world._data, group, EVERY_STEP.numbers(len(group)))
     world._engine.is_bound = False
     return world
 

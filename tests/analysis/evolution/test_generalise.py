@@ -26,7 +26,8 @@ def test_a_box_has_the_area_of_the_disc_and_the_agents_of_the_model(ratio: float
     for ours, theirs in zip(world.groups, model.groups, strict=True):
         assert (len(ours), ours.policy, ours.awareness) == (len(theirs), theirs.policy, theirs.awareness)
         assert ours.bodies.speed.tolist() == theirs.bodies.speed.tolist()
-        assert [list(map(list, ours.ranges))] == [list(map(list, theirs.ranges))]
+        assert ours.sensing_range.tolist() == theirs.sensing_range.tolist()
+        assert ours.awareness_range.tolist() == theirs.awareness_range.tolist()
     world.run(3)
     assert world.observed_fraction > 0
 
