@@ -77,6 +77,8 @@ class _LoweringOfEntries(NativeLowering):  # type: ignore[misc]
 
     def run_pass(self, state: Any) -> bool:
         state.library = _Whole(state.targetctx.codegen(), state.func_id.func_qualname)
+        # As numba does with a library of its own: without it the machine code could not be kept.
+        state.library.enable_object_caching()
         return bool(super().run_pass(state))
 
 
