@@ -14,9 +14,9 @@ from rich.console import Console
 from rich.table import Table
 from scaling import radius_for
 
-from teamsight.core.kernel import Entry, Packed, Record
+from teamsight.core.kernel import Entry, Packed, Record, call
 from teamsight.world.arena import Arena, Disc, Torus
-from teamsight.world.proximity.search import MOST_PAIRS, Search, Searching, search
+from teamsight.world.proximity.search import MOST_PAIRS, Search, Searching
 
 SIZES = (15, 20, 30, 45, 60, 80, 120, 200, 400)
 ROUNDS = 9
@@ -26,6 +26,7 @@ class Repeat(NamedTuple):
     """The record of a search that is made again and again."""
 
     times: int
+    entry: Entry
     search: Packed[Searching]
 
 
@@ -36,7 +37,7 @@ repeat_at = REPEAT.at
 def _repeat(address: int) -> int:
     repeat = repeat_at(address)
     for _ in range(repeat.times):
-        search(repeat.search)
+        call(repeat.entry, repeat.search)
     return 0
 
 
@@ -52,7 +53,7 @@ def search_time(arena: Arena, robots: int, *, pairs: bool) -> Callable[[], float
     look.x[:], look.y[:] = position.T
     look.run()
     repeats = max(2_000_000 // robots**2, 200)
-    record = REPEAT.pack(Repeat(repeats, look.record))
+    record = REPEAT.pack(Repeat(repeats, look.entry, look.record))
     return lambda: cpu_seconds(lambda: REPEATED(record)) / repeats
 
 

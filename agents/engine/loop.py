@@ -149,7 +149,7 @@ def _hide(address: int) -> None:
         conditions.reach[i] = conditions.full[i] if senses else -1.0
 
 
-def _search(address: int) -> int:
+def _find_neighbours(address: int) -> int:
     """Search for the neighbours of a relation at the present positions."""
     relation = relation_at(address)
     at = 0
@@ -169,7 +169,7 @@ def _search(address: int) -> int:
     return DONE
 
 
-SEARCH = Entry(_search)
+SEARCH = Entry(_find_neighbours)
 
 
 @kernel
