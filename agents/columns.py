@@ -106,10 +106,12 @@ class Columns(MutableMapping[str, Column]):
         The name of the group, for errors.
     bodies : Table
         The table of the group, which holds them.
+    changed : callable
+        Called when a column comes or goes, since policies may read it.
     """
 
-    def __init__(self, group: str, bodies: Table) -> None:
-        self._group, self._bodies = group, bodies
+    def __init__(self, group: str, bodies: Table, changed: Callable[[], None]) -> None:
+        self._group, self._bodies, self._changed = group, bodies, changed
         self._checks: dict[str, Callable[[Array], None]] = {}
         self._keepers: dict[str, str] = {}
 
@@ -152,6 +154,7 @@ class Columns(MutableMapping[str, Column]):
         self._bodies.declare(
             Field(column_of(name), array.dtype, array.shape[1:], given, has_fill=bool(fill)), array
         )
+        self._changed()
         return Column(self, name)
 
     def limit(self, name: str, check: Callable[[Array], None]) -> None:
@@ -221,6 +224,7 @@ class Columns(MutableMapping[str, Column]):
             )
         self._bodies.drop(column_of(name))
         self._checks.pop(name, None)
+        self._changed()
 
     def __iter__(self) -> Iterator[str]:
         own = column_of("")

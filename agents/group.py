@@ -200,7 +200,7 @@ class Group(Generic[A]):
         begun = (field for field in BODIES if field.reset == "first")
         self.members = Table((*begun, Field("arrived_at", np.int64, unit="ticks")), size)
         put(self, rules=(policy, awareness), others=(), timetable=None)
-        self.columns = Columns(name, self.bodies)
+        self.columns = Columns(name, self.bodies, host.bind_again)
         self._agents: list[A] = []
         # The state of each policy that is not in the table.
         self._states: list[Any] = []

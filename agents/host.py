@@ -155,6 +155,8 @@ class Undo:
             del self._data.groups[len(self._kept) :]
             for agent in [agent for agent in self._model.agents if agent.unique_id >= self._first]:
                 self._model.deregister_agent(agent)
+                # Somebody may have kept it; its row will be another's.
+                agent.row = -1
             for kept in self._kept:
                 kept.put_back(self._model)
             mesa_compat.set_next_identity(self._model, self._first)
@@ -188,6 +190,7 @@ class _Kept:
         group.begin(has_decided=group.has_decided)
         for row, agent in enumerate(group._agents):
             if agent._row < 0:
+                group.departed.pop(int(group.bodies.member[row]), None)
                 # mesa 3.5 would give it a new number.
                 identity = agent.unique_id
                 model.register_agent(agent)
@@ -206,6 +209,10 @@ class WorldHost:
 
     def __init__(self, model: Model, data: WorldData, engine: Engine) -> None:
         self._model, self._data, self._engine = model, data, engine
+
+    def bind_again(self) -> None:
+        """Bind all arrays again before the next step."""
+        self._engine.is_bound = False
 
     @cached_property
     def space(self) -> WorldSpace:
@@ -282,10 +289,15 @@ class WorldHost:
                 agent = made.__new__(made)
                 attributes = agent.__dict__
                 attributes["group"], attributes["_row"] = group, row
-                agent.__init__(model, **arguments)  # type: ignore[misc]
-                if "unique_id" not in attributes:
-                    raise TypeError(f"{made.__name__}.__init__ must call super().__init__(model)")
-                check_names(made, attributes)
+                try:
+                    agent.__init__(model, **arguments)  # type: ignore[misc]
+                    if "unique_id" not in attributes:
+                        raise TypeError(f"{made.__name__}.__init__ must call super().__init__(model)")
+                    check_names(made, attributes)
+                except BaseException:
+                    # Somebody may have kept it; its row will be another's.
+                    attributes["_row"] = -1
+                    raise
                 group._agents.append(agent)
         group.is_growing = False
         # What __init__ has set is what the agents begin with, after a reset too.

@@ -450,7 +450,7 @@ class Binding:
             self._sizes = self._made_sizes() if self._can_follow() else False
         if not self._sizes or not all(relation.has_wide_cells for relation in self._relations):
             return False
-        self._sizes.follow()
+        self._sizes.follow(group)
         first = [0, *accumulate(map(len, self._data.groups))]
         self._first_body = {group.number: number for group, number in zip(self._data.groups, first, strict=False)}
         return True

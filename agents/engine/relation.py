@@ -106,7 +106,7 @@ class Relation:
     @property
     def conditions(self) -> Conditions:
         """Which observers sense; empty if nobody is ever inactive."""
-        if len(self._conditions.full) not in (0, len(self.observers)):
+        if self.is_conditional and len(self._conditions.full) != len(self.observers):
             self._show_conditions(self.observers.channels[self.name], self.observers.reach(self.name))
         return self._conditions
 
@@ -130,6 +130,7 @@ class Relation:
         """Let the records follow the sizes of groups; `rows` are those of `RelationArrays`, with all room."""
         observers, observed, search = [self.observers], self.observed, self._search.record
         sizes.add_relation(self, rows)
+        search.follow(lambda: self.search.arrays(self.own))
         for packed in (record, search):
             sizes.add(packed.word("n"), observers)
         sizes.add(record.word("observed"), observed)

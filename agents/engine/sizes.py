@@ -32,7 +32,7 @@ class GroupOfSize(NamedTuple):
     identity, member, last_rewards, aim, distance : ndarray, shape (room, …)
         As in `BODIES`.
     lanes : ndarray, shape (lanes,), int64
-        As in `Group`.
+        `Group.whole_lanes`.
     block : ndarray, shape (1,), int64
         As in `GroupArrays`.
     forgets : bool
@@ -74,6 +74,8 @@ class SizesArrays(NamedTuple):
     ----------
     sizes : ndarray, shape (groups,), int64
         The present number of agents of each group.
+    changed : ndarray, shape (1,), int64
+        The index of the group whose agents have come or left.
     words : ndarray, shape (words, 2), int64
         The address of each word, and the number to a multiple of which it is rounded up.
     terms : ndarray, shape (words, groups), bool
@@ -83,6 +85,7 @@ class SizesArrays(NamedTuple):
     """
 
     sizes: Annotated[Integers, "groups"]
+    changed: Annotated[Integers, 1]
     words: Annotated[Integers, "words", 2]
     terms: Annotated[npt.NDArray[np.bool_], "words", "groups"]
     groups: list[Packed[GroupOfSize]]
@@ -102,18 +105,18 @@ def _follow(address: int) -> int:
                 total += here.sizes[g]
         unit = here.words[w, 1]
         array_at(here.words[w, 0], 1, np.int64)[0] = (total + unit - 1) // unit * unit
-    for g in range(here.sizes.shape[0]):
-        group = _group_at(here.groups[g])
-        group.block[0] = -1
-        for i in range(group.lanes.shape[0]):
-            group.lanes[i] = group.member[i] if i < here.sizes[g] else 0
-        for i in range(here.sizes[g]):
-            group.last_rewards[i, 0] = 0.0
-            group.last_rewards[i, 1] = 0.0
-            if group.forgets:
-                group.aim[i, 0] = 0.0
-                group.aim[i, 1] = 0.0
-                group.distance[i] = 0.0
+    changed = _group_at(here.groups[here.changed[0]])
+    size = here.sizes[here.changed[0]]
+    changed.block[0] = -1
+    for i in range(changed.lanes.shape[0]):
+        changed.lanes[i] = changed.member[i] if i < size else 0
+    for i in range(size):
+        changed.last_rewards[i, 0] = 0.0
+        changed.last_rewards[i, 1] = 0.0
+        if changed.forgets:
+            changed.aim[i, 0] = 0.0
+            changed.aim[i, 1] = 0.0
+            changed.distance[i] = 0.0
     for r in range(here.relations.shape[0]):
         relation = _relation_at(here.relations[r])
         at = 0
@@ -179,15 +182,17 @@ class Sizes:
         x, y = relation.search.lanes
         self._of_relations.append(_RELATION.pack(RelationOfSize(groups, relation.identities, rows, x, y)))
 
-    def follow(self) -> None:
-        """Write all words anew."""
+    def follow(self, group: Group) -> None:
+        """Write all words anew, after agents have come to a group or left it."""
         sizes = [len(group) for group in self._groups]
         if self._packed is None:
             terms = np.zeros((len(self._terms), len(sizes)), np.bool_)
             for row, groups in zip(terms, self._terms, strict=True):
                 row[groups] = True
-            self._sizes = np.array(sizes, np.int64)
+            self._sizes, self._changed = np.array(sizes, np.int64), np.zeros(1, np.int64)
             words = np.array(self._words, np.int64).reshape(-1, 2)
-            self._packed = _SIZES.pack(SizesArrays(self._sizes, words, terms, self._of_groups, self._of_relations))
-        self._sizes[:] = sizes
+            self._packed = _SIZES.pack(
+                SizesArrays(self._sizes, self._changed, words, terms, self._of_groups, self._of_relations)
+            )
+        self._sizes[:], self._changed[0] = sizes, self._index[group.number]
         FOLLOW(self._packed)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight import CMOMMT, Robot
+from teamsight import CMOMMT, Disc, Robot, World
 from teamsight.agents.columns import Column
 
 
@@ -179,3 +179,19 @@ def test_a_column_is_an_attribute_of_its_group() -> None:
     assert type(model.robots.policy_state).__name__ == "PolicyState"
     assert model.robots.columns["memory"].tolist() == [1.0] * 5
     model.run(2)
+
+
+def test_policies_read_columns_that_come_and_go_in_a_run() -> None:
+    read: list[float | None] = []
+
+    def walk(percept: Any, rng: Any) -> tuple[float, float]:
+        column = getattr(percept.columns, "charge", None)
+        read.append(None if column is None else float(column[percept.identity]))
+        return 0.0, 0.1
+
+    world = World(Disc(5.0), rng=1)
+    robots = world.add(Robot, 1, policy=walk)
+    for change in (lambda: None, lambda: robots.add_column("charge", 1.0), lambda: robots.columns.pop("charge"), lambda: robots.add_column("charge", 5.0)):
+        change()
+        world.run(1)
+    assert read == [None, 1.0, None, 5.0]

@@ -366,3 +366,25 @@ def interrupted_at(line: int, deed: Callable[[], Any]) -> bool:
     finally:
         sys.settrace(kept)
     return count[0] <= line
+
+
+def test_an_agent_that_could_not_be_made_acts_on_nobody() -> None:
+    kept = []
+
+    class Kept(Robot):
+        def __init__(self, model: World, fails: bool = False) -> None:
+            super().__init__(model)
+            kept.append(self)
+            if fails:
+                raise RuntimeError("no more")
+
+    world = World(Disc(5.0), rng=1)
+    robots = world.add(Kept, 2, policy="random-walk")
+    with pytest.raises(RuntimeError, match="no more"):
+        robots.add(1, fails=True)
+    (new,) = robots.add(1)
+    assert kept[2].pos is None
+    with pytest.raises(ValueError, match="removed already"):
+        kept[2].remove()
+    assert new in robots.agents
+    assert new in world.agents

@@ -138,7 +138,7 @@ def test_kernels_read_it_and_their_records_follow_those_who_come() -> None:
     place = robots.bodies.whole("paint").ctypes.data
     for change, expected in ((lambda: robots.add(2), 50.0), (robots[0].remove, 40.0)):
         change()
-        sizes.follow()
+        sizes.follow(robots)
         ADD_UP(packed)
         assert total[0] == expected
     assert robots.bodies.whole("paint").ctypes.data == place

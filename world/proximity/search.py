@@ -457,8 +457,15 @@ class Search:
         seen = Observed(x, y, observed, own, period[0], period[1], shape_number(shape))
         self.entry = CELLS if grid else PAIRS
         none = Grid(0.0, 0.0, 0.0, 0.0, 0, 0)
-        self.record = SEARCHING.pack(
-            Searching(position, reach, seen, grid or none, _room_to_sort(grid, bodies), self.room)
+        self._bound = Searching(position, reach, seen, grid or none, _room_to_sort(grid, bodies), self.room)
+        self.record = SEARCHING.pack(self._bound)
+
+    def arrays(self, own: int) -> Searching:
+        """Return what the record holds for the present numbers of bodies; `own` is as in `Observed`."""
+        x, y = self.lanes[:, : _lanes_of(len(self.x))]
+        observed = self._bound.observed._replace(x=x, y=y, size=len(self.x), own=own)
+        return self._bound._replace(
+            position=self.position, reach=self.reach, observed=observed, neighbours=self.room
         )
 
     def fit(self, position: Floats, reach: Floats, observed: int) -> None:

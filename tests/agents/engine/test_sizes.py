@@ -113,6 +113,55 @@ def test_following_is_binding_again(name: str, monkeypatch: pytest.MonkeyPatch) 
     assert seen(WORLDS[name](), lambda world, steps: world.run(steps)) == followed
 
 
+def test_lists_grow_after_records_have_followed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lists are made anew for the agents that there are then, not for those of the last binding."""
+    found = []
+    for is_followed in (True, False):
+        if not is_followed:
+            monkeypatch.setattr(Binding, "follow", lambda binding, group: False)
+        world = World(Box(60, 60), rng=1)
+        robots = world.add(
+            Robot, 20, policy="a-cmommt", awareness="shared", sensing_range=3.0, awareness_range=5.0,
+            position=[(0.01 * i, 0) for i in range(20)],
+        )
+        targets = world.add(Target, 200, policy="stationary", speed=0.0)
+        world.senses(robots, targets)
+        world.run(1)
+        targets.add(1)
+        world.run(1)
+        new = targets.add(100, position=[(0.01 * i, 0.5) for i in range(100)])
+        world.run(1)
+        robots.add(1, position=(0.3, 0.2))
+        world.run(1)
+        found.append((
+            [len(agent.observed_targets) for agent in robots], [len(agent.neighbours) for agent in robots],
+            len(new[0].observers), world.observed, robots.position.tobytes(), robots.action.heading.tobytes(),
+        ))  # fmt: skip
+    assert found[0] == found[1]
+    assert found[0][2] > 15
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_lists_with_little_room_grow_while_records_follow(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("teamsight.world.proximity.search.first_room", lambda observers, observed: 3)
+    monkeypatch.setattr("teamsight.world.proximity.search.MOST_PAIRS", 30)
+    followed = seen(WORLDS[name](), lambda world, steps: world.run(steps))
+    monkeypatch.setattr(Binding, "follow", lambda binding, group: False)
+    assert seen(WORLDS[name](), lambda world, steps: world.run(steps)) == followed
+
+
+def test_only_the_group_that_changes_forgets_its_actions() -> None:
+    world = cmommt(policy="a-cmommt")
+    world.run(2)
+    world.targets.add(1)
+    world.run(2)
+    before = world.robots.action.distance.tolist()
+    world.targets.add(1)
+    assert world._engine.fits
+    assert world.robots.action.distance.tolist() == before
+    assert any(before)
+
+
 def test_an_empty_group_fills_again() -> None:
     world = cmommt(policy="a-cmommt")
     world.run(3)
