@@ -49,7 +49,8 @@ class Table:
     """Named columns with one row for each agent, event or step, and room for more rows.
 
     A column is an attribute, an array of shape (rows, …): a view that is valid until rows are added or removed. Its
-    memory stays where it is as long as there is room for all rows, so that compiled code may keep its address.
+    memory stays where it is as long as there is room for all rows, so that compiled code may keep its address; `arrange`,
+    and `declare` of a column that is there, move it.
 
     Parameters
     ----------
@@ -142,14 +143,6 @@ class Table:
         self._room = rows
         self._resize(self._rows)
         return True
-
-    def keep(self, which: Array) -> None:
-        """Keep some rows, by index or by mask, and leave out all others; where columns are stays."""
-        rows = len(self)
-        index = np.flatnonzero(which) if which.dtype == np.bool_ else which
-        for array in self._arrays.values():
-            array[: len(index)] = array[:rows][index]
-        self._resize(len(index))
 
     def remove(self, row: int) -> None:
         """Leave out one row; where columns are stays."""

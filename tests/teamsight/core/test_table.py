@@ -20,7 +20,7 @@ FIELDS = (
     Field("note", np.object_, fill=None),
 )
 operations = st.lists(
-    st.tuples(st.sampled_from(["append", "remove", "keep", "arrange", "cut", "declare", "assign", "reset", "pickle"]), st.integers(0, 9)),
+    st.tuples(st.sampled_from(["append", "remove", "arrange", "cut", "declare", "assign", "reset", "pickle"]), st.integers(0, 9)),
     max_size=25,
 )
 
@@ -51,10 +51,6 @@ def test_a_table_is_a_list_of_rows(plan: list[tuple[str, int]]) -> None:
         elif kind == "remove" and rows:
             table.remove(value % len(rows))
             del rows[value % len(rows)]
-        elif kind == "keep":
-            mask = np.arange(len(rows)) % (value + 1) != 0
-            table.keep(mask)
-            rows = [row for row, is_kept in zip(rows, mask, strict=True) if is_kept]
         elif kind == "arrange":
             index = [(value + k) % (len(rows) + 1) - 1 for k in range(len(rows))]
             fills = {name: field.fill for name, field in table.fields.items()} | {"place": [0.5, 0.5]}
