@@ -49,8 +49,8 @@ class Table:
     """Named columns with one row for each agent, event or step, and room for more rows.
 
     A column is an attribute, an array of shape (rows, …): a view that is valid until rows are added or removed. Its
-    memory stays where it is as long as there is room for all rows, so that compiled code may keep its address; `arrange`,
-    and `declare` of a column that is there, move it.
+    memory stays where it is as long as there is room for all rows, so that compiled code may keep its address; only
+    `arrange`, and `declare` of a column that is there, move it.
 
     Parameters
     ----------
