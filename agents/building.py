@@ -92,11 +92,9 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     check_needs(group)
     group.founders = [founders]
     group.members.arrived_at[:] = data.timeline.tick
-    group.bodies.member[:] = np.arange(size)
     group.bodies.position[:], group.bodies.heading[:] = start.position[0], start.heading[0]
     for ability, values in abilities.items():
         group.bodies[ability][:] = group.members[ability][:] = values
-    group.begin()
     group.time = data.time
     group.first_cycle = plan.cycle
     if plan.cycle != EVERY_STEP:

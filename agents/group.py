@@ -197,6 +197,7 @@ class Group(Generic[A]):
         self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
         self.agent_class, self.first_size = agent_class, size
         self.bodies = Table(BODIES, size)
+        self.bodies.member[:] = np.arange(size)
         begun = (field for field in BODIES if field.reset == "first")
         self.members = Table((*begun, Field("arrived_at", np.int64, unit="ticks")), size)
         put(self, rules=(policy, awareness), others=(), timetable=None)

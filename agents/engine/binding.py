@@ -430,15 +430,20 @@ class Binding:
             [self._group_records[self._data.groups.index(group)] for group in counted_groups(self._relations)[number]],
         )  # fmt: skip
 
+    @property
+    def _first_body(self) -> dict[int, int]:
+        """The index of the first agent of each group, by its number, among all bodies."""
+        groups = self._data.groups
+        first = accumulate([0, *map(len, groups)])
+        return {group.number: number for group, number in zip(groups, first, strict=False)}
+
     def _number_bodies(self) -> None:
         """Number the bodies of the world, group by group."""
-        groups = self._data.groups
-        first = [0, *accumulate(map(len, groups))]
-        self._first_body = {group.number: number for group, number in zip(groups, first, strict=False)}
+        first_body = self._first_body
         for relation, rows in zip(self._relations, self._body_rows, strict=True):
             at = 0
             for group in relation.observed:
-                number = self._first_body[group.number]
+                number = first_body[group.number]
                 rows[at : at + len(group)] = np.arange(number, number + len(group))
                 at += len(group)
 
@@ -451,8 +456,6 @@ class Binding:
         if not self._sizes or not all(relation.has_wide_cells for relation in self._relations):
             return False
         self._sizes.follow(group)
-        first = [0, *accumulate(map(len, self._data.groups))]
-        self._first_body = {group.number: number for group, number in zip(self._data.groups, first, strict=False)}
         return True
 
     def _can_follow(self) -> bool:
