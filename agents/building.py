@@ -160,7 +160,10 @@ def founders_of(
     else:
         placement = checked_positions(arena, given.placement, (size, 2))
     heading = None if given.heading is None else checked_headings(given.heading, (size, 2))
-    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first)
+    longest = abilities["sensing_range"]
+    return Founders(
+        number, size, placement, longest if isinstance(longest, float) else float(longest.max()), heading, first
+    )
 
 
 def plural(name: str) -> str:
@@ -364,8 +367,8 @@ def newcomers(
     numbers = {} if cycle is None else cycle.numbers(count)._asdict()
     present = group.bodies.member
     states = [
-        state_of_more(policy, state, present, member)
-        for policy, state in zip(group.policies, group.states, strict=True)
+        state_of_more(policy, state, present, member, is_in_table=group.is_in_table(index))
+        for index, (policy, state) in enumerate(zip(group.policies, group.states, strict=True))
     ]
     bodies = {
         "identity": -1, "member": member, "position": position, "heading": heading, **abilities, **numbers, **own,

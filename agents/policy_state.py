@@ -135,7 +135,7 @@ def first_state_of_members(policy: Any, members: Integers, members_so_far: int) 
     return state
 
 
-def state_of_more(policy: Any, state: Any, present: Integers, new: Integers) -> Any:
+def state_of_more(policy: Any, state: Any, present: Integers, new: Integers, *, is_in_table: bool) -> Any:
     """Return the state of the robots that are `present` with first states for `new` ones, all given by member.
 
     Of a state that a table holds, only that of the new ones.
@@ -147,10 +147,10 @@ def state_of_more(policy: Any, state: Any, present: Integers, new: Integers) -> 
     """
     so_far, size = int(new[-1]) + 1, len(present)
     total = size + len(new)
-    if not has_rows(state, size):
-        fresh = first_state_of_members(policy, np.append(present, new), so_far)
-    else:
+    if is_in_table or has_rows(state, size):
         fresh = first_state(policy, so_far)
         if has_rows(fresh, so_far) and all(a.shape[1:] == b.shape[1:] for a, b in zip(fresh, state, strict=True)):
             return PolicyState(*(array[so_far - len(new) :] for array in fresh))
+    else:
+        fresh = first_state_of_members(policy, np.append(present, new), so_far)
     return with_more_rows(state, fresh, size, total, f"policy={label(policy)}: start({so_far})")

@@ -26,7 +26,7 @@ from teamsight.agents.awareness.interface import (
 )
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine import loop
-from teamsight.agents.engine.detection import DETECT, is_checked
+from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of, is_checked, relays_of
 from teamsight.agents.engine.due import bind_due, follow_due
 from teamsight.agents.engine.interactions import BEGIN, RECORD_SCORES, BoundInteractions
 from teamsight.agents.engine.records import (
@@ -48,7 +48,6 @@ from teamsight.agents.engine.records import (
     WorldArrays,
 )
 from teamsight.agents.engine.relation import counted_groups
-from teamsight.agents.engine.relays import SHOW_LATE, delay_of, relays_of
 from teamsight.agents.engine.sizes import Sizes
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import team_of
@@ -63,8 +62,8 @@ from teamsight.world.noise import LANES, Stream, stream_number
 from teamsight.world.proximity.shapes import farthest_of
 
 if TYPE_CHECKING:
+    from teamsight.agents.engine.detection import RelayArrays
     from teamsight.agents.engine.relation import Relation
-    from teamsight.agents.engine.relays import RelayArrays
     from teamsight.agents.group import Group
     from teamsight.agents.recording.history import Stretch, Trail
     from teamsight.agents.recording.transitions import TransitionLog

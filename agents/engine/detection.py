@@ -1,18 +1,23 @@
-"""Detection: what sensors make of the agents in range, and their readings on the way to the percept."""
+"""Detection: what sensors make of the agents in range, and readings on the way: to the percept, and to teammates."""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.sensing.interface import DETECTING, Detecting, View, sense_entry
 from teamsight.agents.sensing.sensor import Sensor, put
 from teamsight.core.kernel import Entry, Packed, Record, call, kernel
 from teamsight.core.neighbour_list import NeighbourList, neighbour_room
 
+if TYPE_CHECKING:
+    from teamsight.agents.group import Group
+
+Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
 
@@ -163,36 +168,34 @@ detection_at = DETECTION.at
 
 
 @kernel
-def _keep(detection: Any, entries: int) -> None:
-    """Keep the present list until it is due."""
-    readings = detection.readings
-    slot = detection.tick[0] % readings.tick.shape[0]
-    readings.tick[slot] = detection.tick[0]
-    for i in range(detection.sensed.start.shape[0]):
-        readings.start[slot, i] = detection.sensed.start[i]
-    for k in range(entries):
-        readings.identity[slot, k] = detection.identity[k]
-        readings.place[slot, k] = detection.place[k]
-        readings.offset[slot, k, 0] = detection.sensed.offset[k, 0]
-        readings.offset[slot, k, 1] = detection.sensed.offset[k, 1]
-        readings.distance[slot, k] = detection.sensed.distance[k]
+def _keep(readings: Any, tick: int, entries: Any, identity: Any, place: Any) -> None:
+    """Keep the list of a tick until it is due; `identity` and `place` say whom its entries show."""
+    slot = tick % readings.tick.shape[0]
+    readings.tick[slot] = tick
+    for i in range(entries.start.shape[0]):
+        readings.start[slot, i] = entries.start[i]
+    for k in range(entries.start[entries.start.shape[0] - 1]):
+        readings.identity[slot, k] = identity[k]
+        readings.place[slot, k] = place[k]
+        readings.offset[slot, k, 0] = entries.offset[k, 0]
+        readings.offset[slot, k, 1] = entries.offset[k, 1]
+        readings.distance[slot, k] = entries.distance[k]
 
 
 @kernel
-def _show(detection: Any) -> None:
-    """Show the list that is due; none if nothing was measured at that tick."""
-    readings, shown = detection.readings, detection.shown
-    due = detection.tick[0] - detection.delay
+def _show(readings: Any, due: int, shown: Any, place: Any) -> bool:
+    """Show the list of a tick; none if nothing was measured then. Return whether there is one."""
     slot = due % readings.tick.shape[0]
     is_there = due >= 0 and readings.tick[slot] == due
     for i in range(shown.start.shape[0]):
         shown.start[i] = readings.start[slot, i] if is_there else 0
     for k in range(shown.start[shown.start.shape[0] - 1]):
         shown.identity[k] = readings.identity[slot, k]
-        detection.shown_place[k] = readings.place[slot, k]
+        place[k] = readings.place[slot, k]
         shown.offset[k, 0] = readings.offset[slot, k, 0]
         shown.offset[k, 1] = readings.offset[slot, k, 1]
         shown.distance[k] = readings.distance[slot, k]
+    return is_there
 
 
 @kernel
@@ -204,11 +207,12 @@ def _leave_out_inactive(entries: Any, index: Any, searched: Any) -> None:
     """
     at = 0
     k = 0
-    for i in range(searched.reach.shape[0]):
+    for i in range(entries.start.shape[0] - 1):
         end = entries.start[i + 1]
+        senses = searched.reach.shape[0] == 0 or searched.reach[i] >= 0.0
         while k < end:
             body = index[k]
-            if searched.reach[i] >= 0.0 and not math.isnan(searched.x[body if body >= 0 else ~body]):
+            if senses and not math.isnan(searched.x[body if body >= 0 else ~body]):
                 index[at] = body
                 put(entries, at, entries.identity[k], entries.offset[k, 0], entries.offset[k, 1], entries.distance[k])
                 at += 1
@@ -284,8 +288,8 @@ def _detect(address: int) -> int:
         found += np.uint64(is_true)
     _count_true(detection, found == entries)
     if detection.delay > 0:
-        _keep(detection, need)
-        _show(detection)
+        _keep(detection.readings, detection.tick[0], detection.sensed, detection.identity, detection.place)
+        _show(detection.readings, detection.tick[0] - detection.delay, detection.shown, detection.shown_place)
         if detection.searched.reach.shape[0] > 0:
             _leave_out_inactive(detection.shown, detection.shown_place, detection.searched)
     return 0
@@ -355,3 +359,132 @@ class Detection:
             identity, place, np.zeros(size + 1, np.int64), true_index, view.tick,
             is_checked(self._sensor), self._sensor.delay, readings, shown, shown_place, self._searched,
         ))  # fmt: skip
+
+
+class RelayArrays(NamedTuple):
+    """The record of a relay of a group's targets and headings.
+
+    Attributes
+    ----------
+    tick : ndarray, shape (1,), int64
+        The tick of the present positions.
+    delay : int
+        The number of ticks until teammates know what the group senses.
+    heading : ndarray, shape (n, 2), float64
+        The present headings.
+    targets : NeighbourList
+        The targets that the group senses now.
+    place : ndarray, shape (k,), int64
+        The index of each of them among the observed.
+    searched : Searched
+        Which targets are inactive: nobody shows them. Without `reach`, since an inactive robot still relays.
+    readings : ReadingArrays
+        Those of the last ticks.
+    headings : ndarray, shape (slots, n, 2), float64
+        The headings of the last ticks.
+    shown, shown_place, shown_heading
+        What teammates know.
+    """
+
+    tick: Annotated[Integers, 1]
+    delay: int
+    heading: Annotated[Floats, "n", 2]
+    targets: NeighbourList
+    place: Annotated[Integers, ".place"]
+    searched: Searched
+    readings: ReadingArrays
+    headings: Annotated[Floats, "slots", "n", 2]
+    shown: NeighbourList
+    shown_place: Annotated[Integers, ".shown"]
+    shown_heading: Annotated[Floats, "n", 2]
+
+
+RELAY = Record(RelayArrays)
+_relay_at = RELAY.at
+
+
+def _relay(address: int) -> int:
+    """Keep the present targets and headings of a group, and show those that are due; none if there were none then."""
+    here = _relay_at(address)
+    slots = here.readings.tick.shape[0]
+    _keep(here.readings, here.tick[0], here.targets, here.targets.identity, here.place)
+    due = here.tick[0] - here.delay
+    is_there = _show(here.readings, due, here.shown, here.shown_place)
+    for i in range(here.heading.shape[0]):
+        for axis in range(2):
+            here.headings[here.tick[0] % slots, i, axis] = here.heading[i, axis]
+            here.shown_heading[i, axis] = here.headings[due % slots, i, axis] if is_there else here.heading[i, axis]
+    if here.searched.x.shape[0] > 0:
+        _leave_out_inactive(here.shown, here.shown_place, here.searched)
+    return 0
+
+
+SHOW_LATE = Entry(_relay)
+
+
+class RelayReadings(Readings):
+    """The targets that a group has sensed in the last ticks, and its headings.
+
+    Attributes
+    ----------
+    headings : ndarray, shape (slots, n, 2), float64
+        The headings.
+    """
+
+    def __init__(self, delay: int) -> None:
+        super().__init__(delay)
+        self.headings = np.zeros((delay + 1, 0, 2))
+
+    def fit(self, observers: Integers, everyone: Integers, room: int) -> None:
+        """Adapt to the present agents; see `Readings.fit`."""
+        row_of = {member: row for row, member in enumerate(self._observers.tolist())}
+        old, self.headings = self.headings, np.zeros((self.delay + 1, len(observers), 2))
+        for row, member in enumerate(observers.tolist()):
+            if member in row_of:
+                self.headings[:, row] = old[:, row_of[member]]
+        super().fit(observers, everyone, room)
+
+
+def relays_of(groups: list[Group], tick: Integers) -> dict[tuple[int, int], Packed[RelayArrays]]:
+    """Return the relays of a world, by the number of the group that relays and the delay, and forget all others."""
+    delays = {delay_of(group) for group in groups} - {0}
+    found = {}
+    for group in groups:
+        mine = [delay for delay in sorted(delays) if _is_known_late(groups, group, delay)]
+        for name in [name for name, kept in group.readings.items() if isinstance(kept, RelayReadings)]:
+            if name not in map(_name, mine):
+                del group.readings[name]
+        for delay in mine:
+            found[group.number, delay] = _relay_of(group, delay, tick)
+    return found
+
+
+def delay_of(group: Group) -> int:
+    """Return the number of ticks after which a group knows of its teammates."""
+    channel = group.channels.get(TEAMMATES)
+    return channel.sensor.delay if channel and channel.sensor else 0
+
+
+def _is_known_late(groups: list[Group], group: Group, delay: int) -> bool:
+    return group.team is not None and any(
+        other.team == group.team and delay_of(other) == delay for other in groups
+    )
+
+
+def _name(delay: int) -> str:
+    return f"{TEAMMATES} after {delay}"
+
+
+def _relay_of(group: Group, delay: int, tick: Integers) -> Packed[RelayArrays]:
+    relation, targets = group.relations.get(TARGETS), group.room(TARGETS)
+    readings = group.readings.setdefault(_name(delay), RelayReadings(delay))
+    assert isinstance(readings, RelayReadings)
+    room = len(targets.identity)
+    readings.fit(group.bodies.member, relation.everyone if relation else np.zeros(0, np.int64), room)
+    none = np.zeros(0, np.int64)
+    x = relation.search.x if relation and relation.is_conditional else np.zeros(0)
+    return RELAY.pack(RelayArrays(
+        tick, delay, group.bodies.heading, targets, relation.place if relation else none, Searched(np.zeros(0), x),
+        readings.arrays, readings.headings, neighbour_room(len(group), room), np.zeros(room, np.int64),
+        group.bodies.heading.copy(),
+    ))  # fmt: skip

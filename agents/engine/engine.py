@@ -13,7 +13,7 @@ from teamsight.agents.channel import TEAMMATES, leave
 from teamsight.agents.decisions import give_timetables, is_every_step
 from teamsight.agents.engine import loop
 from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail
-from teamsight.agents.engine.detection import DETECT
+from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of
 from teamsight.agents.engine.interactions import (
     BAD_HEADING,
     BAD_POSITION,
@@ -29,7 +29,6 @@ from teamsight.agents.engine.interactions import (
 from teamsight.agents.engine.python_policies import Deliberation, carry, due_rows
 from teamsight.agents.engine.records import DONE
 from teamsight.agents.engine.relation import Relation, needs_detection
-from teamsight.agents.engine.relays import SHOW_LATE, delay_of
 from teamsight.agents.engine.watching import report
 from teamsight.agents.events.timeline import DECIDE
 from teamsight.agents.group import Group, team_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from teamsight import Disc, Robot, Sensor, Target, World
-from teamsight.agents.engine.relays import RelayReadings
+from teamsight.agents.engine.detection import RelayReadings
 from tests.sensed_worlds import assert_one_answer, herd, percept_of, shown
 
 DELAY = 3
