@@ -357,9 +357,8 @@ def newcomers(
     first, tick = len(group.members), data.timeline.tick
     checks.count("count", count, most=MOST_AGENTS - len(group))
     abilities = _abilities(data, group, count, given)
-    founders = founders_of(
-        data.arena, group.number, first, count, Places(*(given[name] for name in Places._fields)), abilities
-    )
+    places = Places(given["placement"], given["position"], given["heading"])
+    founders = founders_of(data.arena, group.number, first, count, places, abilities)
     position, heading = _start_of(data, group, founders)
     member = np.arange(first, first + count)
     own = group.columns.of_new(count, columns)

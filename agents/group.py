@@ -198,8 +198,8 @@ class Group(Generic[A]):
         self.agent_class, self.first_size = agent_class, size
         self.bodies = Table(BODIES, size)
         self.bodies.member[:] = np.arange(size)
-        begun = (field for field in BODIES if field.reset == "first")
-        self.members = Table((*begun, Field("arrived_at", np.int64, unit="ticks")), size)
+        begun = [field for field in BODIES if field.reset == "first"]
+        self.members = Table([*begun, Field("arrived_at", np.int64, unit="ticks")], size)
         put(self, rules=(policy, awareness), others=(), timetable=None)
         self.columns = Columns(name, self.bodies, host.bind_again)
         self._agents: list[A] = []
@@ -589,8 +589,9 @@ class Group(Generic[A]):
         names = tuple(name for name in self.channels if name not in OWN_FIELDS)
         percept = self.percept_of(self.room(TARGETS), teammates, filled(self.perception.relayed), names)
         return percept._replace(
-            targets=filled(percept.targets), channels=channels_of(names, map(filled, percept.channels))
-        )
+            sensing_range=self.sensing_range, awareness_range=self.awareness_range, targets=filled(percept.targets),
+            channels=channels_of(names, map(filled, percept.channels)),
+        )  # fmt: skip
 
     def percept_of(
         self, targets: NeighbourList, teammates: NeighbourList, relayed: NeighbourList, channels: tuple[str, ...]
@@ -598,7 +599,7 @@ class Group(Generic[A]):
         """Return a percept that shows these neighbours, and the arrays of further channels."""
         bodies = self.bodies
         moved = bodies.moved if self.timetable is None else self.timetable.travelled
-        body = (bodies.heading, moved, bodies.speed, self.sensing_range, self.awareness_range)
+        body = (bodies.heading, moved, bodies.speed, bodies.sensing_range, bodies.awareness_range)
         others = channels_of(channels, map(self.room, channels))
         return Percept(
             *body, targets, teammates, relayed, self.perception.situation, others, self.time,

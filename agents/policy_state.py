@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ class IN_TABLE:  # noqa: N801 (a mark, which pickles as itself)
     """In place of the state of a policy that is in the table of its group: one that is a `PolicyState`."""
 
 
+@cache
 def columns_of_state(index: int) -> tuple[str, str]:
     """Return the columns that hold the floats and the ints of the state of a policy, by its index in its group."""
     return f"floats of policy {index}", f"ints of policy {index}"

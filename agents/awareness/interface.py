@@ -345,7 +345,7 @@ class Perception:
     def fit(self, size: int) -> None:
         """Follow the number of robots; arrays stay where they are."""
         self.nothing, self.shown, self.relayed = (
-            one._replace(start=one.start[: size + 1]) for one in self._lists
+            one if size == self._rows else one._replace(start=one.start[: size + 1]) for one in self._lists
         )
         self.situation = self._situations_room[:size]
         self._situated_at: tuple[int, int] | None = None

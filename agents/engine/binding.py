@@ -52,8 +52,8 @@ from teamsight.agents.engine.sizes import Sizes
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import team_of
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE
-from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.kernel import Entry, Packed, Record, array_at
+from teamsight.core.kernel.record import address_of
 from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
@@ -225,7 +225,7 @@ def _source(group: Group, found: Found, row: int) -> Packed[SourceArrays]:
     array, table = found.array, group.timetable
     choice = np.zeros(0, np.int64) if table is None else table.policy
     stride = int(np.prod(array.shape[1:]))
-    address = array.ctypes.data + found.offset * array.itemsize
+    address = address_of(array) + found.offset * array.itemsize
     return SOURCE.pack(SourceArrays(
         address, stride, _KINDS[array.dtype], row, group.bodies.identity, found.policy, choice
     ))  # fmt: skip
@@ -240,6 +240,10 @@ class Binding:
         The argument of the loop.
     progress : ndarray of `PROGRESS`, shape (1,)
         The state of the loop.
+    state : ndarray, shape (k,), int64
+        The same, element by element.
+    stretch : Stretch
+        The history into which steps are recorded.
     watching : Packed of WatchingArrays
         What watchers have returned.
     watchers : list of Watcher
@@ -260,11 +264,12 @@ class Binding:
         trail: Trail | None,
         logs: list[TransitionLog],
     ) -> None:
-        self._data, self._relations, self._logs = data, relations, logs
+        self._data, self._relations, self._logs, self.stretch = data, relations, logs, stretch
         groups = data.groups
         self._is_open, self._room_of = data.is_open, [group.bodies.room for group in groups]
         rows = sum(self._room_of)
         self.progress = np.zeros(1, PROGRESS)
+        self.state = self.progress.view(np.int64)
         self.progress["tick"] = data.timeline.tick
         self._met = {_side(relation): np.zeros(rows, np.int64) for relation in relations}
         self._body_rows = [
@@ -292,11 +297,8 @@ class Binding:
         if trail:
             positions = trail.kept.whole("position")
             self._trail = TRAIL.pack(TrailArrays(self.progress, self._group_records, trail.every, positions))
-        self.world = WORLD.pack(WorldArrays(
-            data.moment, data.time, self.progress, self._group_records, self._relation_records,
-            stretch.steps.whole("found"), stretch.present, np.zeros((0, 2), np.int64), 0,
-            self._copying(back=True) if written else None,
-        ))  # fmt: skip
+        self._restore = self._copying(back=True) if written else None
+        self.world: Packed[WorldArrays] = Packed(WORLD)
         self.watching = WATCHING.pack(WatchingArrays(self.progress, self._watchers(), True))
         self.run = [Phase("run", loop.RUN, self.world)]
         self.begin: list[Phase] = []
@@ -307,7 +309,7 @@ class Binding:
     def _copying(self, *, back: bool) -> Packed[CopyingArrays]:
         """Return the record that keeps what a step that fails must not have changed, or the one that restores it."""
         pairs = [(copy, array) if back else (array, copy) for array, copy in self._kept if array.nbytes]
-        rows = [(array.ctypes.data, copy.ctypes.data, array.nbytes) for array, copy in pairs]
+        rows = [(address_of(array), address_of(copy), array.nbytes) for array, copy in pairs]
         return COPYING.pack(CopyingArrays(np.array(rows, np.int64).reshape(-1, 3)))
 
     def _assemble(self) -> None:
@@ -347,14 +349,20 @@ class Binding:
         end.append(Phase("record", loop.RECORD, self.world))
         if self._trail:
             end.append(Phase("leave trail", loop.LEAVE_TRAIL, self._trail))
+        self.look.clear()
         if self.watchers:
             end.append(Phase("watch", loop.WATCH, self.watching))
+            self.look.append(Phase("look", loop.WATCH, WATCHING.pack(self.watching.value._replace(is_step=False))))
         self.phases = [*begin, *decide, *before, *move, *search, *end]
         self.begin[:], self.see[:] = begin, [*search, Phase("record present", loop.RECORD_PRESENT, self.world)]
-        self.look[:] = [Phase("look", loop.WATCH, WATCHING.pack(self.watching.value._replace(is_step=False)))]
         self.deciding, self.searching = len(begin), len(begin + decide + before + move)
-        rows = [(phase.entry.address, phase.record.address) for phase in self.phases]
-        self.world.update(phases=np.array(rows), move=self.searching - len(move))
+        data, stretch = self._data, self.stretch
+        self.world.put(WorldArrays(
+            data.moment, data.time, self.progress, self._group_records, self._relation_records,
+            stretch.steps.whole("found"), stretch.present,
+            np.array([(phase.entry.address, phase.record.address) for phase in self.phases]),
+            self.searching - len(move), self._restore,
+        ))  # fmt: skip
 
     def _groups(self) -> list[GroupArrays]:
         """Bind all groups, each with the groups of its team."""
@@ -564,6 +572,7 @@ class Binding:
 
     def record_into(self, stretch: Stretch, trail: Trail | None) -> None:
         """Make the loop write into the present buffers of the history and of the positions."""
+        self.stretch = stretch
         self.progress["row"] = len(stretch.steps)
         found, scores = stretch.steps.whole("found"), stretch.steps.whole("scores")
         if self.world.value.history is not found:
@@ -583,8 +592,9 @@ class Binding:
 
 def can_fail(data: WorldData) -> bool:
     """Whether a step of a world can fail after bodies have moved: by an arena, interaction or sensor of the user."""
-    sensors = (channel.sensor or Sensor() for group in data.groups for channel in group.channels.values())
-    return is_watched(data.arena) or bool(data.interactions) or any(is_checked(sensor) for sensor in sensors)
+    sensors = (channel.sensor for group in data.groups for channel in group.channels.values())
+    own = any(sensor is not None and is_checked(sensor) for sensor in sensors)
+    return own or is_watched(data.arena) or bool(data.interactions)
 
 
 def _side(relation: Relation) -> str | int:

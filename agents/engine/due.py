@@ -16,7 +16,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.interface import SENSING, Sensing
 from teamsight.agents.decisions import ROUNDING
 from teamsight.core.kernel import Entry, Packed, Record, call, inlined, kernel
-from teamsight.core.kernel.record import Window, entry_moves, move, show_rows, window
+from teamsight.core.kernel.record import Window, address_of, entry_moves, move, show_rows, window
 from teamsight.policies.compiled import Decision
 from teamsight.policies.interface import Action, Policy
 from teamsight.policies.registry import label
@@ -275,7 +275,7 @@ def follow_due(group: Group, packed: Packed[DueArrays], sizes: Sizes, earlier: S
     sizes.add(due.sensing.word("scene.first"), earlier)
     moves = due.sensing_window.moves
     at = int(np.flatnonzero(moves[:, 0] == due.sensing.slots["scene.first"])[0])
-    sizes.add(moves.ctypes.data + moves.strides[0] * at + moves.strides[1], earlier)
+    sizes.add(address_of(moves) + moves.strides[0] * at + moves.strides[1], earlier)
     for choice in due.choices:
         if (decision := choice.value.decision) is not None:
             sizes.add_rows(decision, group, is_decision=True)

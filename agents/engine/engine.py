@@ -522,11 +522,12 @@ class Engine:
         return self.stretch.reading(name, self._is_recorded)
 
     def _make_room(self, steps: int) -> None:
-        trail = self.trails[-1] if self._every else None
-        self.stretch.make_room(steps)
+        stretch, trail = self.stretch, self.trails[-1] if self._every else None
+        is_moved = stretch.steps.make_room(steps, most_spare=None) or stretch is not self._binding.stretch
         if trail:
-            trail.kept.make_room(steps // self._every + 1, most_spare=None)
-        self._binding.record_into(self.stretch, trail)
+            is_moved = trail.kept.make_room(steps // self._every + 1, most_spare=None) or is_moved
+        if is_moved:
+            self._binding.record_into(stretch, trail)
         if self.transitions.make_room(steps):
             self._binding.rebind_logs()
 
@@ -596,12 +597,13 @@ class Engine:
             self._binding.rebind(self.relations.index(phase.of))
 
     def _read_back(self) -> None:
-        progress = self._binding.progress[0]
-        self._data.timeline.set(int(progress["tick"]))
-        self._data.time[0] = progress["tick"]
-        self._has_moved = bool(progress["phase"])
+        tick, _, phase, row, trail_row, *_ = self._binding.state.tolist()
+        self._data.timeline.set(tick)
+        self._data.time[0] = tick
+        self._has_moved = phase > 0
         steps = self.stretch.steps
-        self._is_recorded = self._is_recorded or int(progress["row"]) > len(steps)
-        steps.count(int(progress["row"]))
+        if row > len(steps):
+            self._is_recorded = True
+            steps.count(row)
         if self._every:
-            self.trails[-1].kept.count(int(progress["trail_row"]))
+            self.trails[-1].kept.count(trail_row)

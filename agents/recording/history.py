@@ -144,10 +144,6 @@ class Stretch:
         other._sums, other._summed = Sums(), 0
         return other
 
-    def make_room(self, steps: int) -> None:
-        """Make room for this many more steps."""
-        self.steps.make_room(steps, most_spare=None)
-
     @property
     def rows(self) -> int:
         """The number of recorded steps."""

@@ -105,11 +105,15 @@ class Table:
 
     def declare(self, field: Field, values: npt.ArrayLike | None = None) -> Array:
         """Add a column, or replace it, with these elements or the fill; return it."""
-        array = np.zeros((self._room, *field.shape), field.dtype)
-        array[: self._rows] = field.fill if values is None else values
-        self._fields[field.name], self._arrays[field.name] = field, array
-        self.__dict__.pop(field.name, None)
-        return self[field.name]
+        name, dtype, shape, fill, *_ = field
+        array = np.zeros((self._room, *shape), dtype)
+        self._fields[name], self._arrays[name] = field, array
+        self.__dict__[name] = view = array if self._rows == self._room else array[: self._rows]
+        if values is not None:
+            view[:] = values
+        elif fill is not False and fill != 0:
+            view[:] = fill
+        return view
 
     def drop(self, *names: str) -> None:
         """Remove columns, if they are there."""
