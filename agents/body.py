@@ -248,7 +248,6 @@ class Body(mesa_compat.Agent):
     @property
     def percept(self) -> PerceptOfOne:
         """Its present percept."""
-        self.group.host.perceive(self.group)
         return percept_of_one(self.group.percept, self.row)
 
     def decide(self, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:

@@ -501,21 +501,21 @@ class Group(Generic[A]):
 
     def set_state(self, index: int, state: Any) -> None:
         """Replace the state of a policy, given by its index in `policies`; in place if it has the same shape."""
-        names = columns_of_state(index)
+        names, is_moved = columns_of_state(index), True
         self._states += [None] * (index + 1 - len(self._states))
-        if state is IN_TABLE:
-            self._states[index] = state
-            return
-        if not has_rows(state, len(self)):
+        self._states[index] = IN_TABLE if has_rows(state, len(self)) else state
+        if state is not IN_TABLE and self._states[index] is not IN_TABLE:
             self.bodies.drop(*names)
-            self._states[index] = state
-            return
-        for name, array in zip(names, state, strict=True):
-            if name in self.bodies and self.bodies[name].shape == array.shape:
-                self.bodies[name][:] = array
-            else:
-                self.bodies.declare(Field(name, array.dtype, array.shape[1:]), array)
-        self._states[index] = IN_TABLE
+        elif state is not IN_TABLE:
+            is_moved = False
+            for name, array in zip(names, state, strict=True):
+                if name in self.bodies and self.bodies[name].shape == array.shape:
+                    self.bodies[name][:] = array
+                else:
+                    self.bodies.declare(Field(name, array.dtype, array.shape[1:]), array)
+                    is_moved = True
+        if is_moved and getattr(self.policies[index], "shows", ()):
+            self.host.bind_again()
 
     def set_policies(self, policies: Sequence[Any], states: Sequence[Any]) -> None:
         """Let robots have these further policies; `states` are those of all, the group's policy first."""
@@ -575,7 +575,8 @@ class Group(Generic[A]):
         return not self.is_compiled or any(policy.reads_teammates for policy in self.policies)
 
     def neighbours(self, channel: str) -> NeighbourList:
-        """Return what the sensor of a channel shows, whatever the degree of awareness shows."""
+        """Return what the sensor of a channel shows now, whatever the degree of awareness shows."""
+        self.host.find_neighbours()
         return filled(self.room(channel))
 
     def room(self, channel: str) -> NeighbourList:
@@ -585,9 +586,15 @@ class Group(Generic[A]):
     @property
     def percept(self) -> Percept:
         """The present percept, as views that the next step overwrites."""
-        teammates = self.neighbours(TEAMMATES) if self.awareness.shows_teammates else filled(self.perception.shown)
+        self.host.perceive(self)
+        return self.perceived
+
+    @property
+    def perceived(self) -> Percept:
+        """The percept of the last time that the group perceived."""
+        shown = self.room(TEAMMATES) if self.awareness.shows_teammates else self.perception.shown
         names = tuple(name for name in self.channels if name not in OWN_FIELDS)
-        percept = self.percept_of(self.room(TARGETS), teammates, filled(self.perception.relayed), names)
+        percept = self.percept_of(self.room(TARGETS), filled(shown), filled(self.perception.relayed), names)
         return percept._replace(
             sensing_range=self.sensing_range, awareness_range=self.awareness_range, targets=filled(percept.targets),
             channels=channels_of(names, map(filled, percept.channels)),

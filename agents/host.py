@@ -479,7 +479,7 @@ class WorldHost:
         return self._data.timeline.tick, self._engine.searches
 
     def perceive(self, group: Group) -> None:
-        """Update ``group.percept``."""
+        """Let a group perceive the present; see `Group.perceived`."""
         self._engine.perceive(group)
 
     def decide(self, agent: Body, percept: PerceptOfOne, rng: np.random.Generator) -> tuple[float, float]:

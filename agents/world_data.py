@@ -133,7 +133,7 @@ class WorldData:
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
             group.set_state(0, state)
-            if not (is_kept and group.is_in_table(0)):
+            if not is_kept:
                 group.begin()
         for one, begun in zip(self.interactions, states.interactions, strict=True):
             one.restart(begun, is_kept=is_kept)
@@ -150,6 +150,7 @@ def _is_shipped(group: Group) -> bool:
     awareness = group.rules[1]
     return (
         group.is_compiled
+        and group.is_in_table(0)
         and all(type(policy).__module__.startswith("teamsight.policies.") for policy in group.policies)
         and type(awareness).__module__.startswith("teamsight.agents.awareness.")
         and all(channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +33,7 @@ from teamsight.agents.engine.watching import report
 from teamsight.agents.events.timeline import DECIDE
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Trail
-from teamsight.agents.recording.transitions import TransitionLogs
+from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE, TransitionLogs
 from teamsight.agents.resolve import check_channels, check_fit
 from teamsight.agents.sensing.interface import sense_entry
 from teamsight.agents.sensing.sensor import Sensor
@@ -51,20 +51,20 @@ if TYPE_CHECKING:
     from teamsight.policies.interface import Action
 
 
-def kernels_needed(data: WorldData) -> Callable[[], list[Entry]]:
+def kernels_needed(data: WorldData, recorded: Sequence[Entry] = ()) -> Callable[[], list[Entry]]:
     """Return a function that lists the kernels for the steps of a world; it does not keep the world alive."""
     known = weakref.ref(data)
 
     def entries() -> list[Entry]:
         world = known()
-        return _entries_of(world) if world is not None else []
+        return _entries_of(world, recorded) if world is not None else []
 
     return entries
 
 
-def _entries_of(data: WorldData) -> list[Entry]:
+def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
     groups = data.groups
-    found = [loop.RUN, loop.SEARCH, loop.RECORD, loop.RECORD_PRESENT, advance_entry(data.arena)]
+    found = [loop.RUN, loop.SEARCH, loop.RECORD, loop.RECORD_PRESENT, advance_entry(data.arena), *recorded]
     for group in groups:
         found += _entries_of_group(group)
         found += [relation.search.entry for relation in group.relations.values()]
@@ -308,6 +308,12 @@ class Engine:
         self.transitions.groups = [other for other in self.transitions.groups if other is not group]
         self.is_bound = False
 
+    def _plan(self) -> None:
+        """Let the report of compilations know which kernels are needed."""
+        recorded = [loop.LEAVE_TRAIL] * bool(self._every)
+        recorded += [RECORD_BEFORE, RECORD_AFTER] * bool(self.transitions.groups)
+        REPORT.plan(kernels_needed(self._data, recorded))
+
     def prepare(self) -> None:
         """Prepare a step: bind the records and search for neighbours, where either is out of date."""
         if not self.is_bound:
@@ -323,12 +329,12 @@ class Engine:
                     self.trails.append(trail)
                 partakers = [group for one in self._data.interactions for group in one.groups]
                 self.transitions.begin(self._data.groups, partakers)
-                REPORT.plan(kernels_needed(self._data))
+                self._plan()
                 self._binding = Binding(self._data, self.relations, self.stretch, trail, self.transitions.in_use)
                 self._binding.progress["phase"] = self._binding.searching if self._has_moved else 0
                 self.is_bound, self.is_seen, self._has_watchers = True, False, True
         if not self._has_watchers:
-            REPORT.plan(kernels_needed(self._data))
+            self._plan()
             self._binding.rebind_watchers()
             self._has_watchers = True
         if self.is_seen and not self._changes:

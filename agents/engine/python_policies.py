@@ -69,7 +69,7 @@ class Deliberation:
     def percept(self) -> Percept:
         """What the whole group perceives, as arrays that cannot be written to."""
         if self._percept is None:
-            self._percept = _protected(self.group.percept)
+            self._percept = _protected(self.group.perceived)
         return self._percept
 
     @property

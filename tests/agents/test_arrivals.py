@@ -261,3 +261,14 @@ def test_uniform_speeds_are_drawn_again_for_the_first_targets_only() -> None:
     model.reset(3)
     other.reset(3)
     assert model.targets.speed.tolist() == [*other.targets.speed.tolist(), 0.5, 0.5]
+
+
+def test_percepts_and_neighbours_of_a_group_are_those_of_the_agents_that_are_there() -> None:
+    model = CMOMMT(robots=3, targets=5, radius=1.5, awareness="pairwise", rng=fresh_seed())
+    model.run(2)
+    for change in (model.robots.add, model.robots.add, model.robots[1].remove):
+        change()
+        near, percept = model.robots.neighbours("teammates"), model.robots.percept
+        assert len(near.start) == len(percept.targets.start) == len(model.robots) + 1
+        expected = [robot.unique_id for one in model.robots for robot in one.neighbours]
+        assert near.identity.tolist() == expected

@@ -149,3 +149,22 @@ def test_a_policy_cannot_show_more_than_it_has() -> None:
 
     with pytest.raises(ValueError, match=r"first 3 fields .* has 2"):
         check_policy(Boaster())
+
+
+class Growing(SlowMoody):
+    """The same, with a state of another shape after each decision, and of a type that no table holds at every other."""
+
+    def decide(self, percept: Any, state: Any, noise: Any) -> tuple[Action, PolicyState]:
+        action, after = super().decide(percept, state, noise)
+        fields = after.floats.shape[2] % 3 + 1
+        floats = np.zeros((len(after.floats), 1, fields + 1))
+        floats[:, 0, 0] = after.floats[:, 0, 0]
+        return action, PolicyState(floats, after.ints if fields % 2 else after.ints.astype(np.int32))
+
+
+def test_columns_show_a_state_whose_shape_changes() -> None:
+    worlds = team(SlowMoody()), team(Growing())
+    for world in worlds:
+        world.run(7)
+    one, other = (world.groups[0].position.tobytes() for world in worlds)
+    assert one == other
