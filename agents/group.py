@@ -514,7 +514,8 @@ class Group(Generic[A]):
                 else:
                     self.bodies.declare(Field(name, array.dtype, array.shape[1:]), array)
                     is_moved = True
-        if is_moved and getattr(self.policies[index], "shows", ()):
+        policy = self.policies[index]
+        if is_moved and isinstance(policy, Policy) and policy.shows:
             self.host.bind_again()
 
     def set_policies(self, policies: Sequence[Any], states: Sequence[Any]) -> None:

@@ -323,8 +323,7 @@ class WorldHost:
         if group.is_growing:
             name = group.agent_class.__name__
             raise RuntimeError(
-                f"{what}: called in {name}.__init__, while agents of {group.name!r} are made; plan it with "
-                "world.clock.at(world.clock.now, …)"
+                f"{what}: called in {name}.__init__, while agents of {group.name!r} are made; {_WHEN}"
             )
         if group not in self._data.groups:
             raise ValueError(f"{what}: {group.name!r} is not in this world; add a group with world.add")
@@ -332,7 +331,7 @@ class WorldHost:
     def adjust(self, group: Group, **changes: Any) -> None:
         """Change the settings of a group; see `World.adjust`."""
         data, engine = self._data, self._engine
-        data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
+        data.timeline.check_undecided("adjust()", _WHEN)
         if group not in data.groups:
             raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
         given = {name: value for name, value in changes.items() if value is not None}
@@ -505,35 +504,33 @@ class WorldHost:
 
     def set_active(self, agent: Body, active: bool) -> None:
         """Let an agent take part, or not; neighbour lists show it at once."""
-        data, engine = self._data, self._engine
-        group, row = agent.group, agent.row
         # A mask of NumPy's has elements of its own type.
         active = checks.flag("active", bool(active) if isinstance(active, np.bool_) else active)
-        data.timeline.check_undecided("active", "plan it with world.clock.at(world.clock.now, …)")
-        data.sources.switched(agent, None, active)
-        if group.bodies.active[row] != active:
-            with deferred():
-                group.bodies.active[row] = active
-                engine.change(group, row)
-                data.sources.note_change("active" if active else "inactive", agent)
+        if self._switch(agent, agent.group.bodies.active, active, "active", None):
+            self._data.sources.note_change("active" if active else "inactive", agent)
 
     def set_works(self, agent: Body, channel: str, works: bool) -> None:
         """Put one agent's sensor of a channel in order, or out of order; neighbour lists show it at once."""
-        data, engine = self._data, self._engine
-        group, row = agent.group, agent.row
-        array = channel_of(group, channel).works
         what = "repair_sensor()" if works else "break_sensor()"
-        data.timeline.check_undecided(what, "plan it with world.clock.at(world.clock.now, …)")
-        data.sources.switched(agent, channel, works)
-        if array[row] != works:
+        self._switch(agent, channel_of(agent.group, channel).works, works, what, channel)
+
+    def _switch(self, agent: Body, column: npt.NDArray[np.bool_], on: bool, what: str, channel: str | None) -> bool:
+        """Set the element of an agent in a column, and call the sources; return whether that has changed it."""
+        group, row = agent.group, agent.row
+        self._data.timeline.check_undecided(what, _WHEN)
+        self._data.sources.switched(agent, channel, on)
+        if is_changed := bool(column[row] != on):
             with deferred():
-                array[row] = works
-                engine.change(group, row)
+                column[row] = on
+                if not group.has_conditions:
+                    group.has_conditions, self._engine.is_bound = True, False
+                self._engine.is_seen = False
+        return is_changed
 
     def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
         """Replace the sensor of a channel from the next step on."""
         data, engine = self._data, self._engine
-        data.timeline.check_undecided("sensors[…]", "plan it with world.clock.at(world.clock.now, …)")
+        data.timeline.check_undecided("sensors[…]", _WHEN)
         _check_range(data, sensor)
         with deferred():
             channel.sensor = sensor

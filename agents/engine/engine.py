@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -71,8 +71,6 @@ def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
         sensors = (channel.sensor or Sensor() for channel in group.channels.values())
         sensing = [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
         found += [DETECT, *sensing] if sensing else []
-    if any(group.has_conditions for group in groups):
-        found.append(loop.CHANGE)
     if any(delay_of(group) for group in groups):
         found.append(SHOW_LATE)
     if data.interactions:
@@ -194,10 +192,6 @@ def check_places(data: WorldData) -> None:
             )
 
 
-# More changes at a time than this take longer one by one than a search.
-_MOST = 12
-
-
 def connect(data: WorldData) -> list[Relation]:
     """Return the relations of a world, and set those of each group.
 
@@ -222,36 +216,6 @@ def connect(data: WorldData) -> list[Relation]:
     return relations
 
 
-class Changes:
-    """The agents whose condition has changed, by group and row: whether one is active, or whether a sensor works."""
-
-    def __init__(self) -> None:
-        self._changed: dict[tuple[int, int], None] = {}
-
-    def __len__(self) -> int:
-        return len(self._changed)
-
-    def note(self, group: int, row: int) -> None:
-        """Note that an agent has changed."""
-        self._changed[group, row] = None
-
-    def clear(self) -> None:
-        """Forget the changes, since the lists show them."""
-        self._changed.clear()
-
-    def apply(self, binding: Binding, relations: Iterable[Relation]) -> bool:
-        """Write the changes into the lists; return whether that was done, or all must be searched again."""
-        if len(self) > _MOST or any(relation.detection for relation in relations):
-            return False
-        with deferred():
-            for group, row in self._changed:
-                binding.progress["group"], binding.progress["body"] = group, row
-                if loop.CHANGE(binding.world) != DONE:
-                    return False
-            loop.RECORD_PRESENT(binding.world)
-        return True
-
-
 #: How often in one step a degree of awareness may ask for larger buffers; each time they grow by a quarter.
 MOST_GROWTH = 8
 
@@ -272,7 +236,7 @@ class Engine:
     fits : int
         How often the records have followed a change of the number of agents.
     searches : int
-        The number of neighbour searches between steps, and of changes of their lists.
+        The number of neighbour searches between steps.
     stretch : Stretch
         The history of the steps since groups last changed.
     trails : list of Trail
@@ -297,7 +261,6 @@ class Engine:
         self.is_seen = False
         # Whether the watchers have seen the present positions, and whether the records hold those that there are.
         self._is_watched, self._has_watchers = False, True
-        self._changes = Changes()
         self.searches = self.fits = 0
         self.deliberations: dict[Group, Deliberation] = {}
 
@@ -337,21 +300,12 @@ class Engine:
             self._plan()
             self._binding.rebind_watchers()
             self._has_watchers = True
-        if self.is_seen and not self._changes:
+        if self.is_seen:
             return
-        can_change = self.is_seen and not self._has_moved
-        if not (can_change and self._changes.apply(self._binding, self.relations)):
-            self._data.moment[0] = self._data.timeline.tick + self._has_moved
-            self._call(self._binding.see)
-        self._changes.clear()
+        self._data.moment[0] = self._data.timeline.tick + self._has_moved
+        self._call(self._binding.see)
         self.is_seen, self._is_recorded, self._is_watched = True, False, False
         self.searches += 1
-
-    def change(self, group: Group, row: int) -> None:
-        """Note that the condition of one agent has changed: whether it is active, or whether a sensor of it works."""
-        if not group.has_conditions:
-            group.has_conditions, self.is_bound = True, False
-        self._changes.note(group.number, row)
 
     def watch(self, watcher: Watcher) -> None:
         """Call a watcher after each step, from now on."""
@@ -484,7 +438,6 @@ class Engine:
         """Adapt to agents that came to a group or left it; `is_moved` says whether columns of its table were moved."""
         data = self._data
         if self.is_bound and not is_moved and self._binding.follow(group):
-            self._changes.clear()
             self.is_seen, self.fits = False, self.fits + 1
             if data.watchers:
                 self.rewatch()
@@ -498,7 +451,6 @@ class Engine:
         # Binding begins trails and logs, so with either it is done again.
         self.is_bound = self.is_bound and is_kept and not (self._every or self.transitions.groups)
         self.is_seen = self._is_recorded = False
-        self._changes.clear()
         self._has_moved = False
         if self.is_bound:
             self._binding.rewind()

@@ -28,15 +28,15 @@ HISTORY_COLUMNS, CONDITIONAL_COLUMNS = 3, 5
 #: What a phase returns: it is done, or it needs room for this many entries or more, or it cannot be carried out.
 DONE, NO_ROOM, FAILED = 0, 1, -1
 
-_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "halted", "stopped", "group", "body", "what", "where")
+_PROGRESS = ("tick", "steps", "phase", "row", "trail_row", "halted", "stopped", "body", "what", "where")
 PROGRESS = np.dtype([(name, np.int64) for name in _PROGRESS])
 """The state of the loop.
 
 ``steps`` are still to be made. ``phase`` is that from which the next one goes on: 0, or one after a move whose
 neighbours there was no room for. ``row`` and ``trail_row`` are the next rows of the history and of the recorded
 positions. ``halted`` is the phase at which the last call stopped. ``stopped`` is 1 if a watcher has stopped the loop
-after a step. ``group`` and ``body`` are those for `CHANGE`. ``what`` is wrong after an interaction, with a ``body`` of
-the role of number ``where``, or with the score of this number.
+after a step. ``what`` is wrong after an interaction, with a ``body`` of the role of number ``where``, or with the score
+of this number.
 """
 
 

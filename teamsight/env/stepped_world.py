@@ -121,8 +121,7 @@ class SteppedWorld:
     def has_changed(self) -> bool:
         """Whether a world that the user has was changed or stepped since the last step of the environment."""
         world, engine = self._world, self._world._engine
-        is_same = engine.is_bound and engine.is_seen and world.running and world._data.timeline.tick == self._tick
-        return not is_same or bool(engine._changes)
+        return not (engine.is_bound and engine.is_seen and world.running and world._data.timeline.tick == self._tick)
 
     def sync(self) -> None:
         """Let Python know of the steps that compiled code has made."""
