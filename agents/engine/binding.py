@@ -324,15 +324,11 @@ class Binding:
             move.append(Phase("begin", BEGIN, interactions.record))
         for group, record in zip(self._data.groups, self._group_records, strict=True):
             does = record.value
-            if does.due:
-                begin.append(Phase("perceive", loop.PERCEIVE_DUE, record, group))
-                decide.append(Phase("decide", loop.DECIDE_DUE, record, group))
-            else:
-                begin.append(Phase("perceive", loop.PERCEIVE, record, group))
-                if not does.is_sound:
-                    decide.append(Phase("decide", loop.DECIDE, record, group))
-                elif does.decide and does.decision:
-                    decide.append(Phase("decide", does.decide, does.decision, group))
+            begin.append(Phase("perceive", loop.PERCEIVE, record, group))
+            if does.due or not does.is_sound:
+                decide.append(Phase("decide", loop.DECIDE_DUE if does.due else loop.DECIDE, record, group))
+            elif does.decide and does.decision:
+                decide.append(Phase("decide", does.decide, does.decision, group))
             move.append(Phase("move", does.advance, does.move, group))
             if interactions:
                 move += interactions.phases(group)
@@ -395,7 +391,7 @@ class Binding:
         situate = situate_entry(group.awareness) if perception.is_situated else None
         due = decision = None
         if group.needs_timetable:
-            due = None if group.has_decided else bind_due(group, self._data.key, sensing, partial(self._decide, group))
+            due = None if group.has_decided else bind_due(group, self._data.key, partial(self._decide, group))
         elif group.is_compiled and not group.has_decided:
             decision = self._decide(group, group.rules[0], group.policy_state, group.action)
         return GroupArrays(
@@ -490,7 +486,7 @@ class Binding:
             sizes.add_rows(sensing, group)
             sizes.add(sensing.word("scene.first"), earlier)
             if own.due is not None:
-                follow_due(group, own.due, sizes, earlier)
+                follow_due(group, own.due, sizes)
             elif own.decision is not None:
                 sizes.add_rows(own.decision, group, is_decision=True)
             if (shown := self._team_records.get(group.number)) is not None:

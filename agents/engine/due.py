@@ -1,7 +1,7 @@
-"""The robots of a group that are due: the record and the kernels with which only these perceive and decide.
+"""The robots of a group that are due: the record and the kernels with which only these decide.
 
-Robots whose rows follow each other and that share a policy are a *run*. The kernels of the degree of awareness and of
-the policy are called once for each run; windows of their records show them only its rows. Nothing is copied.
+Robots whose rows follow each other and that share a policy are a *run*. The kernel of the policy is called once for
+each run; the window of its record shows it only these rows. Nothing is copied. If any robot is due, all perceive.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.interface import SENSING, Sensing
 from teamsight.agents.decisions import ROUNDING
 from teamsight.core.kernel import Entry, Packed, Record, call, inlined, kernel
-from teamsight.core.kernel.record import Window, address_of, entry_moves, move, show_rows, window
+from teamsight.core.kernel.record import Window, show_rows, window
 from teamsight.policies.compiled import Decision
 from teamsight.policies.interface import Action, Policy
 from teamsight.policies.registry import label
@@ -57,12 +56,6 @@ class DueArrays(NamedTuple):
         The runs that are due: first row, row after the last, policy.
     number : ndarray, shape (1,), int64
         Their number.
-    sensing, sensing_window
-        The record of the degree of awareness, of its own, and its window.
-    shown_start, relayed_start : ndarray, shape (n + 1,), int64
-        Of the lists that the degree of awareness writes.
-    shown_moves, relayed_moves : ndarray, shape (moves, 3), int64
-        How these lists begin at another entry.
     choices : list of Packed of ChoiceArrays
         The policies.
     """
@@ -90,12 +83,6 @@ class DueArrays(NamedTuple):
     chosen_distance: Annotated[Floats, "n"]
     runs: Annotated[Integers, "n", 3]
     number: Annotated[Integers, 1]
-    sensing: Packed[Sensing]
-    sensing_window: Window
-    shown_start: Annotated[Integers, "n + 1"]
-    relayed_start: Annotated[Integers, "n + 1"]
-    shown_moves: Annotated[Integers, "entry moves", 3]
-    relayed_moves: Annotated[Integers, "entry moves", 3]
     choices: list[Packed[ChoiceArrays]]
 
 
@@ -130,51 +117,6 @@ def list_due(address: int, tick: int) -> int:
         count += 1
     due.number[0] = count
     return count
-
-
-@inlined
-def _fill_starts(start: Any, first: int, last: int, entry: int) -> None:
-    for i in range(first, last + 1):
-        start[i] = entry
-
-
-@kernel
-def perceive_due(address: int, perceive: int, situate: int, room: int) -> int:
-    """Call the kernels of the degree of awareness for each run; return the room that its lists need."""
-    due = due_at(address)
-    robots = due.member.shape[0]
-    words = due.sensing_window.words
-    shown = 0
-    relayed = 0
-    row = 0
-    for r in range(due.number[0]):
-        first = due.runs[r, 0]
-        last = due.runs[r, 1]
-        show_rows(due.sensing_window, first, last)
-        if perceive != 0:
-            # The robots in between perceive nobody.
-            _fill_starts(due.shown_start, row, first, shown)
-            _fill_starts(due.relayed_start, row, first, relayed)
-            move(words, due.shown_moves, shown)
-            move(words, due.relayed_moves, relayed)
-            need = max(shown, relayed) + call(perceive, due.sensing)
-            if need > room:
-                return int(need)
-            # A kernel counts from 0; a list that it does not write stays empty.
-            due.shown_start[first] = 0
-            due.relayed_start[first] = 0
-            for i in range(first, last + 1):
-                due.shown_start[i] += shown
-                due.relayed_start[i] += relayed
-            shown = due.shown_start[last]
-            relayed = due.relayed_start[last]
-            row = last
-        if situate != 0:
-            call(situate, due.sensing)
-    if perceive != 0:
-        _fill_starts(due.shown_start, row, robots, shown)
-        _fill_starts(due.relayed_start, row, robots, relayed)
-    return 0
 
 
 @inlined
@@ -236,7 +178,6 @@ _NO_WINDOW = Window(np.zeros(0, np.int64), 0, np.zeros((0, 3), np.int64))
 def bind_due(
     group: Group,
     key: npt.NDArray[np.uint64],
-    sensing: Sensing,
     decision_of: Callable[[Any, Any, Action], Packed[Decision]],
 ) -> Packed[DueArrays]:
     """Return the record of the robots of a group that are due.
@@ -251,32 +192,22 @@ def bind_due(
     chosen = group.action
     if table.arrives_at.shape[1]:
         chosen = Action(np.zeros((rows, 2))[:size], np.zeros(rows)[:size])
-    seen = SENSING.pack(sensing)
     numbers = table.numbers
     arrays = DueArrays(
         key, stream_number(Stream.CYCLE, group.number), bodies.member, bodies.active, bodies.moved,
         table.start, numbers.period, numbers.jitter, numbers.delay, table.sensings, table.next_at, table.decided_at,
         table.trip, table.travelled, table.policy, table.arrives_at, table.waiting, *group.action, *chosen,
         np.zeros((rows, 3), np.int64)[:size], np.zeros(1, np.int64),
-        seen, window(seen, numbers=("scene.first",)),
-        sensing.teammates.start, sensing.relayed.start,
-        entry_moves(seen, "teammates"), entry_moves(seen, "relayed"),
         [CHOICE.pack(one) for one in _choices(group, chosen, decision_of)],
     )  # fmt: skip
     group.due = arrays
     return DUE.pack(arrays)
 
 
-def follow_due(group: Group, packed: Packed[DueArrays], sizes: Sizes, earlier: Sequence[Group]) -> None:
-    """Let the records of the robots that are due follow the sizes of groups; `earlier` are those before in the team."""
-    due = packed.value
-    for record in (packed, due.sensing):
-        sizes.add_rows(record, group)
-    sizes.add(due.sensing.word("scene.first"), earlier)
-    moves = due.sensing_window.moves
-    at = int(np.flatnonzero(moves[:, 0] == due.sensing.slots["scene.first"])[0])
-    sizes.add(address_of(moves) + moves.strides[0] * at + moves.strides[1], earlier)
-    for choice in due.choices:
+def follow_due(group: Group, packed: Packed[DueArrays], sizes: Sizes) -> None:
+    """Let the records of the robots that are due follow the size of their group."""
+    sizes.add_rows(packed, group)
+    for choice in packed.value.choices:
         if (decision := choice.value.decision) is not None:
             sizes.add_rows(decision, group, is_decision=True)
 

@@ -87,9 +87,9 @@ def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
 
 def _entries_of_group(group: Group) -> list[Entry]:
     """Return the kernels of a policy and a degree of awareness."""
-    entries = [loop.PERCEIVE_DUE, loop.DECIDE_DUE] if group.needs_timetable else [loop.PERCEIVE]
-    if not (group.needs_timetable or group.is_sound):
-        entries.append(loop.DECIDE)
+    entries = [loop.PERCEIVE]
+    if group.needs_timetable or not group.is_sound:
+        entries.append(loop.DECIDE_DUE if group.needs_timetable else loop.DECIDE)
     if group.is_compiled:
         entries += [policy.entry() for policy in group.policies]
     if group.reads_teammates and (perceive := perceive_entry(group.awareness)) is not None:

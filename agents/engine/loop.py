@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents.engine.due import decide_due, list_due, perceive_due
+from teamsight.agents.engine.due import decide_due, list_due
 from teamsight.agents.engine.records import (
     DONE,
     FAILED,
@@ -65,8 +65,10 @@ def _draw(group: Any) -> None:
 
 
 def _perceive(address: int) -> int:
-    """Draw the noise of a group and update its percept."""
+    """Draw the noise of a group and update its percept, if any of it decides at this tick."""
     group = group_at(address)
+    if group.due != 0 and list_due(group.due, group.tick[0]) == 0:
+        return DONE
     _draw(group)
     if group.perceive != 0:
         need = call(group.perceive, group.sensing)
@@ -75,16 +77,6 @@ def _perceive(address: int) -> int:
     if group.situate != 0:
         call(group.situate, group.sensing)
     return DONE
-
-
-def _perceive_due(address: int) -> int:
-    """As `_perceive`, for those of a group that decide at this tick."""
-    group = group_at(address)
-    if list_due(group.due, group.tick[0]) == 0:
-        return DONE
-    _draw(group)
-    need = perceive_due(group.due, group.perceive, group.situate, group.room)
-    return need if need > group.room else DONE
 
 
 @kernel
@@ -111,7 +103,7 @@ def _decide_due(address: int) -> int:
     return DONE if group.is_sound != 0 else _check_actions(group.move)
 
 
-PERCEIVE, PERCEIVE_DUE, DECIDE, DECIDE_DUE = map(Entry, (_perceive, _perceive_due, _decide, _decide_due))
+PERCEIVE, DECIDE, DECIDE_DUE = map(Entry, (_perceive, _decide, _decide_due))
 
 
 def _copy(address: int) -> int:

@@ -402,7 +402,7 @@ class Window(NamedTuple):
     moves: Annotated[Integers, ".moves", 3]
 
 
-def window(packed: Packed[Any], *, last_axis: tuple[str, ...] = (), numbers: tuple[str, ...] = ()) -> Window:
+def window(packed: Packed[Any], *, last_axis: tuple[str, ...] = ()) -> Window:
     """Return the window of a record over the axis whose length is called "n".
 
     Parameters
@@ -411,14 +411,9 @@ def window(packed: Packed[Any], *, last_axis: tuple[str, ...] = (), numbers: tup
         The record; it must not be replaced as long as the window is used.
     last_axis : tuple of str
         Arrays, by path, whose last axis has the rows too, under another name.
-    numbers : tuple of str
-        Numbers, by path, that are those of the first row and grow by 1 from row to row.
     """
     length, moves = -1, []
     for leaf in packed.leaves:
-        if leaf.path in numbers:
-            moves.append((leaf.slot, packed.words[leaf.slot], 1))
-            continue
         if not leaf.lengths:
             continue
         array: npt.NDArray[Any] = attrgetter(leaf.path)(packed.value)
@@ -430,20 +425,9 @@ def window(packed: Packed[Any], *, last_axis: tuple[str, ...] = (), numbers: tup
     return Window(packed.words, length, np.array(moves, np.int64).reshape(-1, 3))
 
 
-def entry_moves(packed: Packed[Any], path: str) -> Integers:
-    """Return the moves to show a neighbour list of a record, given by its path, from one of its entries on."""
-    moves = []
-    for leaf in packed.leaves:
-        if leaf.path.startswith(f"{path}.") and leaf.lengths and leaf.lengths[0].name == "k":
-            array: npt.NDArray[Any] = attrgetter(leaf.path)(packed.value)
-            moves.append((leaf.slot, packed.words[leaf.slot], array.itemsize * int(np.prod(array.shape[1:]))))
-            room = leaf.lengths[0].slot, packed.words[leaf.lengths[0].slot], -1
-    return np.array([*moves, room], np.int64)
-
-
 @inlined
 def move(words: Any, moves: Any, first: int) -> None:
-    """Show rows, or entries, from `first` on."""
+    """Show rows from `first` on."""
     for at in range(moves.shape[0]):
         words[moves[at, 0]] = moves[at, 1] + first * moves[at, 2]
 

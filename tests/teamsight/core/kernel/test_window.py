@@ -10,29 +10,26 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight.core.kernel import Entry, Packed, Record
-from teamsight.core.kernel.record import Window, entry_moves, move, show_rows, window
-from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room
+from teamsight.core.kernel.record import Window, show_rows, window
+from teamsight.core.neighbour_list import Filled, neighbour_room
 
 Floats = npt.NDArray[np.float64]
 
 
 class Sums(NamedTuple):
-    """For each row, the sum of its neighbours' distances, of its two numbers, of its noise, and its index."""
+    """For each row, the sum of its neighbours' distances, of its two numbers, and of its noise."""
 
     way: Annotated[Floats, "n", 2]
     seen: Filled
     noise: Annotated[Floats, "draws", "lanes"]
-    first: int
-    result: Annotated[Floats, "n", 4]
-    rest: NeighbourList
+    result: Annotated[Floats, "n", 3]
 
 
 class Call(NamedTuple):
-    """A call on some rows, and entries of a list from one on."""
+    """A call on some rows."""
 
     window: Window
-    entries: Annotated[npt.NDArray[np.int64], "entries", 3]
-    rows: Annotated[npt.NDArray[np.int64], 3]
+    rows: Annotated[npt.NDArray[np.int64], 2]
 
 
 SUMS, CALL = Record(Sums), Record(Call)
@@ -49,17 +46,12 @@ def _sum(address: int) -> int:
         sums.result[i, 2] = 0.0
         for draw in range(sums.noise.shape[0]):
             sums.result[i, 2] += sums.noise[draw, i]
-        sums.result[i, 3] = sums.first + i
-    for k in range(sums.rest.distance.shape[0]):
-        sums.rest.distance[k] = k
-        sums.rest.offset[k, 1] = k
     return int(sums.seen.distance.shape[0])
 
 
 def _show(address: int) -> int:
     here = call_at(address)
     show_rows(here.window, here.rows[0], here.rows[1])
-    move(here.window.words, here.entries, here.rows[2])
     return 0
 
 
@@ -73,21 +65,14 @@ def test_a_kernel_sees_the_rows_of_its_window(data: Any, degree: list[int], seed
     start = np.append(0, np.cumsum(degree))
     seen = neighbour_room(size, int(start[-1]) + 3)
     seen.start[:], seen.distance[:] = start, rng.random(len(seen.distance))
-    rest = neighbour_room(size, 6)
-    rest.distance[:] = rest.offset[:] = -1
-    way, noise, result = rng.random((size, 2)), rng.random((3, size + 2)), np.full((size, 4), -1.0)
-    packed: Packed[Sums] = SUMS.pack(Sums(way, seen, noise, 40, result, rest))
+    way, noise, result = rng.random((size, 2)), rng.random((3, size + 2)), np.full((size, 3), -1.0)
+    packed: Packed[Sums] = SUMS.pack(Sums(way, seen, noise, result))
     first = data.draw(st.integers(0, size - 1))
-    last, entry = data.draw(st.integers(first + 1, size)), data.draw(st.integers(0, 6))
-    shown = window(packed, last_axis=("noise",), numbers=("first",))
-    call = CALL.pack(Call(shown, entry_moves(packed, "rest"), np.array([first, last, entry])))
+    last = data.draw(st.integers(first + 1, size))
+    call = CALL.pack(Call(window(packed, last_axis=("noise",)), np.array([first, last])))
     assert SHOW(call) == 0
     assert SUM(packed) == start[last]
-    expected = np.full((size, 4), -1.0)
+    expected = np.full((size, 3), -1.0)
     for row in range(first, last):
-        expected[row] = (
-            seen.distance[start[row] : start[row + 1]].sum(), way[row].sum(), noise[:, row].sum(), 40 + row,
-        )  # fmt: skip
+        expected[row] = seen.distance[start[row] : start[row + 1]].sum(), way[row].sum(), noise[:, row].sum()
     np.testing.assert_allclose(result, expected)
-    assert rest.distance.tolist() == [-1] * entry + list(range(6 - entry))
-    assert rest.offset[:, 1].tolist() == [-1] * entry + list(range(6 - entry))
