@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness import Awareness
+from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.body import Body, checked_headings, checked_positions
 from teamsight.agents.decisions import EVERY_STEP, Cycle, cycle_of, give_timetable
 from teamsight.agents.fixed import put

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.awareness import AWARENESS, Awareness
-from teamsight.agents.awareness.interface import OWN_SECTORS, check_width
-from teamsight.agents.awareness.registry import awareness_named
+from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, check_width
+from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.core import checks
-from teamsight.policies import registry
 from teamsight.policies.declarations import check_declarations
 from teamsight.policies.interface import IDENTITIES, Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
-from teamsight.policies.registry import POLICIES, label, options_of
+from teamsight.policies.registry import POLICIES, label, options_of, policy_named
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -79,7 +77,7 @@ def policy_of(value: Any, options: Mapping[str, Any] | None = None, name: str = 
     """
     given = checked_options(options, name)
     if isinstance(value, str):
-        made = registry.policy_of(value, given, name)
+        made = policy_named(value, given, name)
         # The policy of a plug-in is checked like an object of the user.
         return made if POLICIES.is_built_in(value) else policy_of(made, None, f"{name}={value!r}: its policy")
     if given:

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+import teamsight.policies.compiled as compiled
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
-from teamsight.policies import compiled
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.channels import channels_of, columns_of
 from teamsight.policies.compiled import (

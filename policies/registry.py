@@ -35,7 +35,7 @@ POLICIES: Registry[Callable[..., Policy]] = Registry(
 _MADE: dict[str, Policy] = {}
 
 
-def policy_of(name: str, options: Mapping[str, Any] | None = None, parameter: str = "policy") -> Policy:
+def policy_named(name: str, options: Mapping[str, Any] | None = None, parameter: str = "policy") -> Policy:
     """Return the policy of a name.
 
     Parameters

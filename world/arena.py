@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.world import limits
 from teamsight.world.contract import ENDLESS, Arena, Points, kernel_period
+from teamsight.world.limits import length
 from teamsight.world.polygons import round_boundary, walls_of
 from teamsight.world.walls import Walls, confine_box, confine_disc, confine_torus, no_walls
 
@@ -35,7 +35,7 @@ class Disc(Arena):
     confine = confine_disc
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", limits.length("radius", self.radius))
+        object.__setattr__(self, "radius", length("radius", self.radius))
 
     @property
     def size(self) -> tuple[float, ...]:
@@ -79,8 +79,8 @@ class _Rectangle(Arena):
     height: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "width", limits.length("width", self.width))
-        object.__setattr__(self, "height", limits.length("height", self.height))
+        object.__setattr__(self, "width", length("width", self.width))
+        object.__setattr__(self, "height", length("height", self.height))
 
     @property
     def size(self) -> tuple[float, ...]:

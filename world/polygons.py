@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.world import limits
+from teamsight.world.limits import length
 
 Points = npt.NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def checked_vertices(vertices: npt.ArrayLike) -> Points:
     if not np.isfinite(points).all():
         raise ValueError(f"vertices={given}: must be finite numbers")
     sides = np.ptp(points, axis=0)
-    limits.length("the longer side of the polygon", float(sides.max()))
+    length("the longer side of the polygon", float(sides.max()))
     largest = float(np.abs(points).max())
     if largest > _FARTHEST * sides.max():
         raise ValueError(

@@ -13,11 +13,21 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.kernel import kernel
-from teamsight.world import limits, polygons
 from teamsight.world.arena import Disc
 from teamsight.world.contract import Arena, Obstructed, Points
 from teamsight.world.free_places import fits, nearest_free, place_freely
-from teamsight.world.polygons import round_boundary
+from teamsight.world.limits import LONGEST, length
+from teamsight.world.polygons import (
+    checked_vertices,
+    distance_to_walls,
+    gaps,
+    is_convex,
+    is_within,
+    round_boundary,
+    signed_area,
+    triangles,
+    walls_of,
+)
 from teamsight.world.sight import Sight, open_sight
 from teamsight.world.walls import ROUNDING, Walls, confine_walls, walls_size
 
@@ -48,10 +58,10 @@ class Circle:
             centre = np.array(self.centre, float)
         except (TypeError, ValueError):
             raise TypeError(f"centre={given}: must be two numbers, such as (0, 0)") from None
-        if centre.shape != (2,) or not (np.abs(centre) <= limits.LONGEST).all():
-            raise ValueError(f"centre={given}: must be two numbers of at most {limits.LONGEST:g}, such as (0, 0)")
+        if centre.shape != (2,) or not (np.abs(centre) <= LONGEST).all():
+            raise ValueError(f"centre={given}: must be two numbers of at most {LONGEST:g}, such as (0, 0)")
         object.__setattr__(self, "centre", tuple(centre.tolist()))
-        object.__setattr__(self, "radius", limits.length("radius", self.radius))
+        object.__setattr__(self, "radius", length("radius", self.radius))
 
     @property
     def bounds(self) -> tuple[Points, Points]:
@@ -106,12 +116,12 @@ class Polygon(Arena):
     confine = confine_walls
 
     def __init__(self, vertices: Sequence[Sequence[float]] | npt.NDArray[Any]) -> None:
-        self.vertices = polygons.checked_vertices(vertices)
+        self.vertices = checked_vertices(vertices)
         self.vertices.flags.writeable = False
 
     @cached_property
     def walls(self) -> Walls:
-        return Walls(polygons.walls_of(self.vertices), np.empty((0, 3)))
+        return Walls(walls_of(self.vertices), np.empty((0, 3)))
 
     @property
     def near_walls(self) -> Walls:
@@ -133,7 +143,7 @@ class Polygon(Arena):
         """The least length of a wall, or distance between walls that are not next to each other [length]."""
         segments = self.walls.segments
         lengths = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
-        return float(min([lengths.min(), *(gap.min() for _, _, gap in polygons.gaps(self.vertices) if len(gap))]))
+        return float(min([lengths.min(), *(gap.min() for _, _, gap in gaps(self.vertices) if len(gap))]))
 
     @cached_property
     def _slack(self) -> float:
@@ -145,7 +155,7 @@ class Polygon(Arena):
 
     @cached_property
     def area(self) -> float:
-        return polygons.signed_area(self.vertices)
+        return signed_area(self.vertices)
 
     @property
     def bounds(self) -> tuple[Points, Points]:
@@ -153,7 +163,7 @@ class Polygon(Arena):
 
     @cached_property
     def sight(self) -> Sight:
-        if polygons.is_convex(self.vertices):
+        if is_convex(self.vertices):
             return open_sight()
         return Sight(*self.walls, np.zeros(2), 10.0 * self._slack)
 
@@ -163,23 +173,23 @@ class Polygon(Arena):
 
     def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]:
         position = np.asarray(position, float)
-        inside = polygons.is_within(position, self.vertices)
+        inside = is_within(position, self.vertices)
         outside = ~inside
-        inside[outside] = polygons.distance_to_walls(position[outside], self.walls.segments) <= self._slack
+        inside[outside] = distance_to_walls(position[outside], self.walls.segments) <= self._slack
         return inside
 
     def covers(self, position: npt.ArrayLike, slack: float = 0.0) -> npt.NDArray[np.bool_]:
         """Return for each position, shape (..., 2), whether it is inside by more than `slack` [length]."""
         position = np.asarray(position, float)
-        inside = polygons.is_within(position, self.vertices)
-        inside[inside] = polygons.distance_to_walls(position[inside], self.walls.segments) > slack
+        inside = is_within(position, self.vertices)
+        inside[inside] = distance_to_walls(position[inside], self.walls.segments) > slack
         return inside
 
     @cached_property
     def _triangles(self) -> tuple[Points, Points]:
         """Triangles that it consists of, shape (t, 3, 2), and their shares of the area, summed up, shape (t,)."""
-        found = polygons.triangles(self.vertices)
-        areas = np.array([polygons.signed_area(triangle) for triangle in found])
+        found = triangles(self.vertices)
+        areas = np.array([signed_area(triangle) for triangle in found])
         return found, np.cumsum(areas) / areas.sum()
 
     def draw(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Points:

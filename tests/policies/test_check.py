@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from teamsight.policies import POLICIES, Action, Percept, Policy, check_policy, column_of, turned
-from teamsight.policies.registry import policy_of
+from teamsight.policies.registry import policy_named
 
 
 @pytest.mark.short
 @pytest.mark.parametrize("name", POLICIES)
 def test_every_policy_of_the_registry_keeps_the_contract(name: str) -> None:
-    policy = policy_of(name)
+    policy = policy_named(name)
     assert isinstance(policy, Policy)
     check_policy(policy)
 

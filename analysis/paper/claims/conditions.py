@@ -74,7 +74,7 @@ def span(values: Sequence[float]) -> str:
 
 def _team(experiment: str, setting: Mapping[str, Any]) -> str:
     from teamsight.agents.resolve import shared_options
-    from teamsight.policies.registry import label, policy_of
+    from teamsight.policies.registry import label, policy_named
 
     treatment = EXPERIMENTS[experiment].treatment_under(setting)
     if callable(treatment):
@@ -82,7 +82,7 @@ def _team(experiment: str, setting: Mapping[str, Any]) -> str:
         treatment = treatment(0).treatment
     policy = given = treatment["policy"]
     if isinstance(given, str):
-        policy = policy_of(given, shared_options(given, setting.get("policy_options", {})))
+        policy = policy_named(given, shared_options(given, setting.get("policy_options", {})))
     shown = {name: value for name, value in treatment.items() if name != "policy"}
     shown |= {name: getattr(policy, name) for name in _OPTIONS if hasattr(policy, name)}
     return f"{given if isinstance(given, str) else label(policy)} ({_listed(shown)})"

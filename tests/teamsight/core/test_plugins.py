@@ -125,7 +125,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_plug_in(tmp_path: Path) ->
         "ValueError: model='floking': unknown; did you mean 'flocking'? plug-ins are flocking"
     )
     assert "known are teamsight.awareness" in error_of(FIND.format("teamsight.model", "x"), tmp_path)
-    code = "import sys\nfrom teamsight.core import checks\nfrom teamsight.policies.registry import policy_of\npolicy_of('flea')"
+    code = "import sys\nfrom teamsight.core import checks\nfrom teamsight.policies.registry import policy_named\npolicy_of('flea')"
     install(tmp_path / "late", "late-robots", f"{POLICIES}flee = plugged:number\n")
     assert error_of(code, tmp_path / "late").endswith("flee, lattice-walk, lazy-collective, lazy-cooperative, p-cmommt, random-walk, stationary")
 
@@ -234,7 +234,7 @@ def test_commands_find_plug_ins_and_list_them(tmp_path: Path) -> None:
 @pytest.mark.short
 def test_names_of_our_own_never_look_for_plug_ins() -> None:
     code = (
-        "import sys; from teamsight.policies.registry import POLICIES, policy_of; policy_of('stationary'); list(POLICIES)\n"
+        "import sys; from teamsight.policies.registry import POLICIES, policy_named; policy_named('stationary'); list(POLICIES)\n"
         "from teamsight.agents.awareness.registry import awareness_named; awareness_named('ring')\n"
         "print('teamsight.core.plugins' in sys.modules)"
     )

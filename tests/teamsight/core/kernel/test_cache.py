@@ -149,11 +149,11 @@ import teamsight.agents.cmommt, teamsight.agents.world, teamsight.policies, team
 assert not compiled, compiled
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import AWARENESS
-from teamsight.policies.registry import POLICIES, policy_of
+from teamsight.policies.registry import POLICIES, policy_named
 
 for arena in (Disc(2.0), Box(3.0, 4.0), Torus(3.0, 4.0)):
     for policy in POLICIES:
-        degree, needs = policy_of(policy).degree, set(policy_of(policy).needs)
+        degree, needs = policy_named(policy).degree, set(policy_named(policy).needs)
         fitting = [name for name, kind in AWARENESS.items() if needs <= set(kind.delivers)]
         for awareness in fitting if degree is None else (degree,):
             world = World(arena, rng=1)
