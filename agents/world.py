@@ -34,7 +34,7 @@ from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction
-from teamsight.world.proximity.shapes import shape_given
+from teamsight.world.limits import shape_given
 
 if TYPE_CHECKING:
     from teamsight.agents.events.contact_log import ContactLog
@@ -289,7 +289,7 @@ class World(MesaModel):
         TypeError, ValueError
             If a role has no group, a group two roles, or a score the name of another. Nothing is changed then.
         """
-        from teamsight.agents.interactions import interact
+        from teamsight.agents.engine.interactions import interact
 
         interact(self._data, self._engine, interaction, groups)
         return interaction
@@ -381,7 +381,7 @@ class World(MesaModel):
             "awareness_range": awareness_range, "speed": speed, "turn_limit": turn_limit, "cycle": cycle,
         }  # fmt: skip
         if isinstance(group, Interaction):
-            from teamsight.agents.interactions import adjust_interaction
+            from teamsight.agents.engine.interactions import adjust_interaction
 
             # Fields may have the names of settings.
             given = {name: value for name, value in settings.items() if value is not None}

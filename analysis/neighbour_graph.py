@@ -20,7 +20,7 @@ from teamsight.analysis.cliques import largest_clique
 from teamsight.analysis.teams import active_team_graph, check_team
 from teamsight.core import checks
 from teamsight.core.neighbour_list import NeighbourList
-from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.search import proximity_graph
 
 if TYPE_CHECKING:
     from teamsight.agents.world import World

@@ -1,4 +1,4 @@
-"""Where cells become faster than comparing all pairs, which sets MOST_PAIRS in world/proximity/search.py.
+"""Where cells become faster than comparing all pairs, which sets MOST_PAIRS in world/search.py.
 
 python benchmarks/crossover.py
 """
@@ -16,7 +16,7 @@ from scaling import radius_for
 
 from teamsight.core.kernel import Entry, Packed, Record, call
 from teamsight.world.arena import Arena, Disc, Torus
-from teamsight.world.proximity.search import MOST_PAIRS, Search, Searching
+from teamsight.world.search import MOST_PAIRS, Search, Searching
 
 SIZES = (15, 20, 30, 45, 60, 80, 120, 200, 400)
 ROUNDS = 9

@@ -14,7 +14,7 @@ from teamsight.core.kernel import Entry, Record
 from teamsight.world.arena import Arena
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import Stream, philox, stream_number
-from teamsight.world.proximity.search import Search, proximity_graph
+from teamsight.world.search import Search, proximity_graph
 
 Points = npt.NDArray[np.float64]
 

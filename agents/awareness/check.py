@@ -24,7 +24,7 @@ from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, filled, no_neighbours
 from teamsight.policies.check import PERCEPT_AXES
 from teamsight.policies.interface import Floats, Integers
-from teamsight.world.proximity.shapes import farthest_of
+from teamsight.world.limits import farthest_of
 
 
 class Sample(NamedTuple):

@@ -22,7 +22,7 @@ from teamsight.policies.registry import label
 from teamsight.world.noise import TICKS_A_BLOCK, Stream, philox, stream_number
 
 if TYPE_CHECKING:
-    from teamsight.agents.engine.sizes import Sizes
+    from teamsight.agents.engine.binding import Sizes
     from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]

@@ -14,7 +14,7 @@ from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.compiled import Decision
 from teamsight.world.motion import Move
-from teamsight.world.proximity.search import Searching
+from teamsight.world.search import Searching
 from teamsight.world.shapes import Region
 
 Floats = npt.NDArray[np.float64]

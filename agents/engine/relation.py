@@ -15,14 +15,14 @@ from teamsight.agents.engine.records import Conditions
 from teamsight.agents.sensing.interface import View, salt_of
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.neighbour_list import filled
+from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, stream_number
-from teamsight.world.proximity.search import BODY_LANES, Search
-from teamsight.world.proximity.shapes import farthest_of
+from teamsight.world.search import BODY_LANES, Search
 
 if TYPE_CHECKING:
     from teamsight.agents.channel import Channel
+    from teamsight.agents.engine.binding import Sizes
     from teamsight.agents.engine.records import RelationArrays
-    from teamsight.agents.engine.sizes import Sizes
     from teamsight.agents.group import Group
     from teamsight.agents.world_data import WorldData
     from teamsight.core.kernel import Packed

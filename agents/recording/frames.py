@@ -46,7 +46,7 @@ from teamsight.view.scene import (
 )
 from teamsight.world.arena import Arena
 from teamsight.world.contract import shortest
-from teamsight.world.proximity.shapes import farthest_of
+from teamsight.world.limits import farthest_of
 
 Bytes = npt.NDArray[np.uint8]
 

@@ -19,8 +19,8 @@ from teamsight.agents.sensing.interface import (
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, filled
+from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, key_of, stream_number
-from teamsight.world.proximity.shapes import farthest_of
 from teamsight.world.sight import Sight, open_sight
 
 

@@ -16,9 +16,9 @@ from teamsight.core.angles import direction
 from teamsight.core.kernel import bits_of, float_of, inlined, kernel, scratch
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
+from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, key_of, philox, stream_number
-from teamsight.world.proximity.search import proximity_graph
-from teamsight.world.proximity.shapes import farthest_of
+from teamsight.world.search import proximity_graph
 from teamsight.world.sight import is_blocked, open_sight
 
 #: The cosine of half the field of view (−2 if that is a full turn), the field of view [turns], the standard deviations

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.world.arena import Arena
-from teamsight.world.proximity.search import Search, plane_around
+from teamsight.world.search import Search, plane_around
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]

@@ -30,7 +30,7 @@ from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
 from teamsight.world.arena import Disc
-from teamsight.world.proximity.shapes import shape_given
+from teamsight.world.limits import shape_given
 
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena

@@ -11,7 +11,7 @@ from teamsight.analysis.delta import sector_occupancy
 from teamsight.analysis.delta.resample import Block, Floats, Grid, blocks, make_grid
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.runs.simulate import Progress
-from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.search import proximity_graph
 
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena

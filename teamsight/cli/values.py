@@ -254,7 +254,7 @@ def registry(module: str, name: str) -> Callable[[], Iterable[str]]:
 POLICIES = registry("teamsight.policies.registry", "POLICIES")
 DEGREES = registry("teamsight.agents.awareness.registry", "AWARENESS")
 PRESETS = registry("teamsight.agents.presets", "PRESETS")
-RANGE_SHAPES = registry("teamsight.world.proximity.shapes", "SHAPES")
+RANGE_SHAPES = registry("teamsight.world.limits", "SHAPES")
 LEARNERS = registry("teamsight.analysis.learning.registry", "LEARNERS")
 FORMATS = registry("teamsight.analysis.plot.style", "FORMATS")
 REWARDS = registry("teamsight.analysis.learning.registry", "REWARDS")

@@ -10,7 +10,7 @@ import pytest
 
 from teamsight import CMOMMT, Arrivals, Constant, Departures, Disc, Robot, World
 from teamsight.agents import group as groups
-from teamsight.agents.engine.sizes import Sizes
+from teamsight.agents.engine.binding import Sizes
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.core.kernel import Entry, Record
 from teamsight.core.table import Field

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from teamsight.analysis import neighbour_graph
-from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.search import proximity_graph
 
 teams = st.builds(
     lambda size, side, seed: np.random.default_rng(seed).uniform(0, side, (size, 2)),

@@ -34,7 +34,7 @@ def test_a_word_that_is_not_used_is_found_with_its_place_and_cure(path: str, lin
 @pytest.mark.parametrize(
     ("path", "line"),
     [
-        ("world/proximity/search.py", "pairs = compare(position)"),
+        ("world/search.py", "pairs = compare(position)"),
         ("agents/world.py", "the untold story of stagehands"),
         ("policies/handmade/a_cmommt.py", "target_tracks = TargetTracks()"),
         ("analysis/plot/style.py", "axes.plot(x, y, alpha=0.5)"),

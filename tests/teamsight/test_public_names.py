@@ -57,7 +57,7 @@ def test_policies_and_world_import_neither_each_other_nor_frameworks() -> None:
     for packages, banned in [
         ("teamsight.policies", ["mesa", "simpy", "pandas", "networkx", "teamsight.world", "teamsight.agents"]),
         (
-            "teamsight.world.proximity.search, teamsight.world.noise, teamsight.world.motion",
+            "teamsight.world.search, teamsight.world.noise, teamsight.world.motion",
             ["mesa", "pandas", "teamsight.policies", "teamsight.agents"],
         ),
     ]:

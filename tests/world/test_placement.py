@@ -11,7 +11,7 @@ from scipy import stats
 from teamsight.world import placement
 from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.free_places import is_free
-from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.search import proximity_graph
 from teamsight.world.shapes import Circle, Polygon
 
 ARENAS: list[Arena] = [

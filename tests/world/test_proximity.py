@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.proximity.search import MOST_PAIRS, Search, proximity_graph
-from teamsight.world.proximity.shapes import SHAPES
+from teamsight.world.limits import SHAPES
+from teamsight.world.search import MOST_PAIRS, Search, proximity_graph
 
 ARENAS: list[Arena | None] = [
     None, Disc(5.0), Box(12.0, 7.0), Torus(10.0, 8.0), Torus(3.0, 30.0), Cylinder(10.0, 8.0), Cylinder(3.0, 30.0),

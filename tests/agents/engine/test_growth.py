@@ -11,7 +11,7 @@ from chance import fresh_seed
 from teamsight import CMOMMT
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.records import Phase
-from teamsight.world.proximity import search
+from teamsight.world import search
 
 DEGREES = ["none", "ring", "nearest", "pairwise", "shared"]
 

@@ -17,7 +17,7 @@ from teamsight import CMOMMT, Disc, Robot, Target, World
 from teamsight.agents.engine.engine import Engine
 from teamsight.core.kernel import Entry
 from teamsight.policies import Action, Policy
-from teamsight.world.proximity import search
+from teamsight.world import search
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
 

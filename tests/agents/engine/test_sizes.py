@@ -143,8 +143,8 @@ def test_lists_grow_after_records_have_followed(monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.parametrize("name", WORLDS)
 def test_lists_with_little_room_grow_while_records_follow(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("teamsight.world.proximity.search.first_room", lambda observers, observed: 3)
-    monkeypatch.setattr("teamsight.world.proximity.search.MOST_PAIRS", 30)
+    monkeypatch.setattr("teamsight.world.search.first_room", lambda observers, observed: 3)
+    monkeypatch.setattr("teamsight.world.search.MOST_PAIRS", 30)
     followed = seen(WORLDS[name](), lambda world, steps: world.run(steps))
     monkeypatch.setattr(Binding, "follow", lambda binding, group: False)
     assert seen(WORLDS[name](), lambda world, steps: world.run(steps)) == followed

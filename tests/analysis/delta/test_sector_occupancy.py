@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight.analysis.delta import sector_occupancy
-from teamsight.world.proximity.search import proximity_graph
+from teamsight.world.search import proximity_graph
 
 
 @pytest.mark.parametrize(("neighbours", "sectors"), [(0, 3), (1, 5), (3, 4), (5, 3), (4, 1)])

@@ -17,14 +17,14 @@ from numba.cpython.unsafe.numbers import trailing_zeros
 from teamsight.core.kernel import Entry, Record, inlined, kernel, near_eight, near_eight_in_square
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
 from teamsight.world.arena import ENDLESS, Arena, kernel_period
-from teamsight.world.proximity.shapes import DISC, shape_number
+from teamsight.world.limits import DISC, shape_number
 
 
 class Observed(NamedTuple):
     """The bodies that can be observed, and the metric.
 
     `x` and `y` are filled up to full SIMD lanes, and NaN for one that is hidden. `shape` is that of ranges; see
-    `teamsight.world.proximity.shapes`.
+    `teamsight.world.search`.
     """
 
     x: Annotated[npt.NDArray[np.float64], "lanes"]

@@ -1,1 +1,0 @@
-"""The neighbour search: which bodies are within range of which."""
