@@ -186,7 +186,7 @@ class Body(mesa_compat.Agent):
         return f"<{type(self).__name__} {number} of {self.group.name!r}{', inactive' if is_inactive else ''}>"
 
     def _repr_html_(self) -> str | None:
-        from teamsight.agents.drawing import agent_html
+        from teamsight.agents.group_card import agent_html
 
         return shown(lambda: agent_html(self, self.group, self._row))
 

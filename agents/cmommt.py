@@ -32,7 +32,7 @@ from teamsight.world.noise import Stream, stream_number, uniforms
 from teamsight.world.placement import Starts
 
 if TYPE_CHECKING:
-    from teamsight.agents.events.source import EventSource
+    from teamsight.agents.events.sources import EventSource
 
 
 class LiveSetting(Setting[Got, Given]):

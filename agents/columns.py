@@ -83,7 +83,7 @@ class Column(NDArrayOperatorsMixin):
         return f"Column({self._name!r}, {self.values!r})"
 
     def _repr_html_(self) -> str | None:
-        from teamsight.agents.drawing import column_html
+        from teamsight.agents.group_card import column_html
 
         return shown(lambda: column_html(self._name, self.values))
 

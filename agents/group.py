@@ -316,7 +316,7 @@ class Group(Generic[A]):
         return f"<Group {self.name!r}: {len(self)} agents{inactive}, {names}, {self.awareness}>"
 
     def _repr_html_(self) -> str | None:
-        from teamsight.agents.drawing import group_html
+        from teamsight.agents.group_card import group_html
 
         return shown(group_html, self)
 

@@ -11,7 +11,7 @@ import numpy as np
 from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, check_width
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.core import checks
-from teamsight.policies.declarations import check_declarations
+from teamsight.policies.compiled import check_declarations
 from teamsight.policies.interface import IDENTITIES, Policy
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.policies.registry import POLICIES, label, options_of, policy_named

@@ -39,7 +39,7 @@ from teamsight.world.limits import shape_given
 if TYPE_CHECKING:
     from teamsight.agents.events.contact_log import ContactLog
     from teamsight.agents.events.observation_counts import ObservationCounts
-    from teamsight.agents.events.source import EventSource
+    from teamsight.agents.events.sources import EventSource
     from teamsight.agents.events.until import Until
     from teamsight.agents.recording.world_replay import WorldReplay
     from teamsight.agents.world_data import FirstStates

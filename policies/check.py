@@ -18,12 +18,12 @@ from teamsight.policies.channels import channels_of, columns_of
 from teamsight.policies.compiled import (
     CompiledPolicy,
     Decision,
+    check_declarations,
     check_state,
     decision_record,
     dense,
     pack_decision,
 )
-from teamsight.policies.declarations import check_declarations
 from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule, percept_of_one
 

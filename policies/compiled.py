@@ -9,10 +9,27 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core import checks
 from teamsight.core.kernel import Entry, Packed, Record, specialise
 from teamsight.core.parameters import parameters_of
-from teamsight.policies.channels import channels_type, columns_type, selected, selected_columns
-from teamsight.policies.interface import Action, Floats, Integers, Percept, Policy, PolicyArrays, PolicyState
+from teamsight.policies.channels import (
+    OWN_FIELDS,
+    channels_type,
+    checked_channel,
+    columns_type,
+    selected,
+    selected_columns,
+)
+from teamsight.policies.interface import (
+    IDENTITIES,
+    Action,
+    Floats,
+    Integers,
+    Percept,
+    Policy,
+    PolicyArrays,
+    PolicyState,
+)
 
 
 class Decision(NamedTuple):
@@ -166,3 +183,56 @@ def pack_decision(
 def dense(value: Any) -> Any:
     """Return an array, or the arrays of a NamedTuple, C-contiguous."""
     return type(value)(*map(dense, value)) if isinstance(value, tuple) else np.ascontiguousarray(value)
+
+
+def check_declarations(name: str, policy: Policy) -> None:
+    """Refuse a policy whose declarations have a wrong type; see `Policy`.
+
+    Parameters
+    ----------
+    name : str
+        The policy, for error messages.
+    policy : Policy
+        The policy.
+
+    Raises
+    ------
+    TypeError, ValueError
+        Naming the attribute.
+    """
+    decides_in_kernel = isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
+    if decides_in_kernel and not hasattr(type(policy), "kernel"):
+        raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
+    for attribute in ("draws", "inputs", "effort"):
+        checks.count(f"{name}.{attribute}", getattr(policy, attribute), least=0)
+    for attribute in ("channels", "columns", "shows", "needs"):
+        _check_names(f"{name}.{attribute}", getattr(policy, attribute))
+    for need in policy.needs:
+        checks.choice(f"{name}.needs", need, (*OWN_FIELDS, IDENTITIES))
+    checks.flag(f"{name}.decides_together", policy.decides_together)
+    for channel in policy.channels:
+        if channel in OWN_FIELDS:
+            raise ValueError(f"{name}.channels: {channel!r} is a field of percepts, percept.{channel}; leave it out")
+        checked_channel(channel)
+    for column in (*policy.columns, *policy.shows):
+        if not column.isidentifier() or hasattr(tuple, column):
+            raise ValueError(f"{name}.columns: {column!r} cannot be an attribute of percept.columns; rename the column")
+    if policy.shows:
+        _check_shows(name, policy)
+
+
+def _check_shows(name: str, policy: Policy) -> None:
+    """Refuse a policy that shows more of its state than it has."""
+    state = policy.start(1)
+    fields = state.floats.shape[2] if isinstance(state, PolicyState) and state.floats.shape[1] else 0
+    if fields < len(policy.shows):
+        raise ValueError(
+            f"{name}.shows={policy.shows}: are the first {len(policy.shows)} fields of its state.floats[:, 0], which "
+            f"has {fields}; return PolicyState(np.zeros((size, 1, {len(policy.shows)})), …) from start(size)"
+        )
+
+
+def _check_names(what: str, names: Any) -> None:
+    if not isinstance(names, tuple) or not all(isinstance(name, str) for name in names):
+        example = f"({names!r},)" if isinstance(names, str) else "('predators',)"
+        raise TypeError(f"{what}={checks.shown(names)}: must be a tuple of names, such as {example}")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
     from teamsight.agents.decisions import Cycle
-    from teamsight.agents.events.source import EventSource
+    from teamsight.agents.events.sources import EventSource
     from teamsight.agents.sensing.check import check_sensor
     from teamsight.agents.sensing.sensor import Sensor
     from teamsight.agents.world import World
@@ -51,7 +51,7 @@ _HOMES = {
     "ChargingPlaces": "teamsight.agents.components.batteries",
     "Constant": "teamsight.agents.components.durations",
     "Departures": "teamsight.agents.components.arrivals",
-    "EventSource": "teamsight.agents.events.source",
+    "EventSource": "teamsight.agents.events.sources",
     "Exponential": "teamsight.agents.components.durations",
     "Failures": "teamsight.agents.components.failures",
     "SensorDropouts": "teamsight.agents.components.failures",

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from teamsight.world.contract import Arena, Obstacle, Obstructed, Outline
     from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
     from teamsight.world.shapes import Circle, Polygon
-    from teamsight.world.sight import Sight
-    from teamsight.world.walls import Walls
+    from teamsight.world.walls import Sight, Walls
 
 _HOMES = {
     "Arena": "teamsight.world.contract",
@@ -33,7 +32,7 @@ _HOMES = {
     "Obstructed": "teamsight.world.contract",
     "Outline": "teamsight.world.contract",
     "Polygon": "teamsight.world.shapes",
-    "Sight": "teamsight.world.sight",
+    "Sight": "teamsight.world.walls",
     "Torus": "teamsight.world.arena",
     "Walls": "teamsight.world.walls",
     "check_arena": "teamsight.world.check",

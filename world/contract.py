@@ -19,8 +19,17 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.world.limits import FINEST
-from teamsight.world.sight import Sight, open_sight
-from teamsight.world.walls import ROUNDING, Walls, clearance, confine_walls, joined, repeated, walls_size
+from teamsight.world.walls import (
+    ROUNDING,
+    Sight,
+    Walls,
+    clearance,
+    confine_walls,
+    joined,
+    open_sight,
+    repeated,
+    walls_size,
+)
 
 Points = npt.NDArray[np.float64]
 

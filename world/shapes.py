@@ -28,8 +28,7 @@ from teamsight.world.polygons import (
     triangles,
     walls_of,
 )
-from teamsight.world.sight import Sight, open_sight
-from teamsight.world.walls import ROUNDING, Walls, confine_walls, walls_size
+from teamsight.world.walls import ROUNDING, Sight, Walls, confine_walls, open_sight, walls_size
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from teamsight.agents.building import OWN_OF_GROUP, divided, forget_members, newcomers
 from teamsight.agents.components.durations import Duration, Times, lasting, time_to, together
 from teamsight.agents.components.failures import Coming, check_members
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.sources import EventSource
 from teamsight.agents.mesa.compat import next_identity, set_next_identity
 from teamsight.core import checks
 

@@ -14,7 +14,7 @@ from teamsight.agents.columns import Column
 from teamsight.agents.components.durations import Duration, Times, lasting
 from teamsight.agents.components.failures import Disabling, check_members
 from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.sources import EventSource
 from teamsight.agents.events.timeline import AgentLeftError
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor

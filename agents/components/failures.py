@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from teamsight.agents.components.durations import Duration, Times, lasting, time_to
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.sources import EventSource
 from teamsight.core import checks
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.sources import EventSource
 from teamsight.agents.sensing.sensor import MOST_DELAY, Sensor
 from teamsight.core import checks
 

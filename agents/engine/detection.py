@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TARGETS, TEAMMATES
-from teamsight.agents.sensing.interface import DETECTING, Detecting, View, sense_entry
-from teamsight.agents.sensing.sensor import Sensor, put
+from teamsight.agents.sensing.sensor import DETECTING, Detecting, Sensor, View, put, sense_entry
 from teamsight.core.kernel import Entry, Packed, Record, call, kernel
 from teamsight.core.neighbour_list import NeighbourList, neighbour_room
 

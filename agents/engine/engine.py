@@ -35,8 +35,7 @@ from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Trail
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE, TransitionLogs
 from teamsight.agents.resolve import check_channels, check_fit
-from teamsight.agents.sensing.interface import sense_entry
-from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.sensing.sensor import Sensor, sense_entry
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.report import REPORT

@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.detection import Detection, Readings, Searched
 from teamsight.agents.engine.records import Conditions
-from teamsight.agents.sensing.interface import View, salt_of
-from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.sensing.sensor import Sensor, View, salt_of
 from teamsight.core.neighbour_list import filled
 from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, stream_number

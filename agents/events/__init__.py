@@ -8,11 +8,11 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.agents.events.contact_log import ContactLog
-    from teamsight.agents.events.source import EventSource
+    from teamsight.agents.events.sources import EventSource
 
 _HOMES = {
     "ContactLog": "teamsight.agents.events.contact_log",
-    "EventSource": "teamsight.agents.events.source",
+    "EventSource": "teamsight.agents.events.sources",
 }
 
 __all__ = ["ContactLog", "EventSource"]

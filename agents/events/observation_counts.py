@@ -11,7 +11,7 @@ import pandas as pd
 from teamsight.agents.engine.records import GroupArrays, RelationArrays, group_at, relation_at
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.events.contact_log import places
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.sources import EventSource
 from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.world.motion import move_at
 

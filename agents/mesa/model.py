@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 import mesa
 
 from teamsight.agents.building import check_keywords
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.sources import EventSource
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.collector import collecting_once
 from teamsight.core import checks

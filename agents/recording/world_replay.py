@@ -13,7 +13,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
-from teamsight.view.files import check_replaceable
+from teamsight.view.page import check_replaceable
 from teamsight.view.replay import RecordedTrack, Replay, check_ending
 from teamsight.view.scene import MOST_SLOTS
 

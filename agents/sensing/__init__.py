@@ -8,13 +8,12 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.agents.sensing.check import check_sensor
-    from teamsight.agents.sensing.interface import View
-    from teamsight.agents.sensing.sensor import NOBODY, Sensor, normals, rotation, uniform, words_of
+    from teamsight.agents.sensing.sensor import NOBODY, Sensor, View, normals, rotation, uniform, words_of
 
 _HOMES = {
     "NOBODY": "teamsight.agents.sensing.sensor",
     "Sensor": "teamsight.agents.sensing.sensor",
-    "View": "teamsight.agents.sensing.interface",
+    "View": "teamsight.agents.sensing.sensor",
     "check_sensor": "teamsight.agents.sensing.check",
     "normals": "teamsight.agents.sensing.sensor",
     "rotation": "teamsight.agents.sensing.sensor",

@@ -6,22 +6,22 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents.sensing.interface import (
+from teamsight.agents.sensing.sensor import (
     DETECTING,
     Detecting,
     Detector,
     Floats,
     Integers,
+    Sensor,
     View,
     salt_of,
     sense_entry,
 )
-from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, key_of, stream_number
-from teamsight.world.sight import Sight, open_sight
+from teamsight.world.walls import Sight, open_sight
 
 
 def sample_view(

@@ -73,7 +73,7 @@ def _watch(seed: int) -> None:
 def _prepare(place: Path, force: bool) -> None:
     """Refuse a file that cannot be written or must not be replaced, before the work."""
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.view.files import check_replaceable
+    from teamsight.view.page import check_replaceable
     from teamsight.view.replay import check_ending
 
     check_ending(place)

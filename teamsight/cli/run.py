@@ -167,7 +167,7 @@ def _prepare(settings: RunSettings, about: dict[str, Any]) -> None:
     from teamsight.analysis.runs import files
 
     if settings.record:
-        from teamsight.view.files import check_replaceable
+        from teamsight.view.page import check_replaceable
 
         files.prepare_folder(settings.record.parent)
         check_replaceable(settings.record, force=settings.force)

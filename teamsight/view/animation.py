@@ -16,8 +16,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.status_line import StatusLine, has_reader, seconds
 from teamsight.core.version import __version__
-from teamsight.view.files import SOFTWARE
-from teamsight.view.page import Track
+from teamsight.view.page import SOFTWARE, Track
 
 if TYPE_CHECKING:
     from PIL.Image import Image

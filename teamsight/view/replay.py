@@ -11,8 +11,7 @@ from typing import Self
 
 from teamsight.core.checks import shown
 from teamsight.core.files import open_regular
-from teamsight.view.files import check_replaceable, write
-from teamsight.view.page import Track, page, tracks_in
+from teamsight.view.page import Track, check_replaceable, page, tracks_in, write
 from teamsight.view.scene import Frame, Scene
 
 #: The files that a replay can be saved as, by the endings of their names.

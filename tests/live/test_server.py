@@ -206,7 +206,7 @@ def test_a_model_that_has_failed_runs_after_what_mends_it(
     with opened(page) as socket:
         until(socket, "state", lambda one: one["failed"])
         go_on = hold(page)
-        ask(socket, "set", name="breaks_at", value=1000, track=None)
+        ask(socket, "set", name="breaks_at", value=10**6, track=None)
         ask(socket, "run")
         ask(socket, "every", value=2)
         assert until(socket, "state", lambda one: one["every"] == 2)["failed"]

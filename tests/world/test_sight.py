@@ -15,7 +15,7 @@ from naive import geometry as naive
 
 from teamsight.core.kernel import Entry, Record
 from teamsight.world import Arena, Box, Circle, Disc, Polygon, Torus
-from teamsight.world.sight import Sight, is_blocked
+from teamsight.world.walls import Sight, is_blocked
 
 
 class Looks(NamedTuple):

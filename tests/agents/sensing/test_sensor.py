@@ -13,10 +13,10 @@ from naive import sensing as naive
 
 from teamsight.agents.sensing import Sensor, View
 from teamsight.agents.sensing.check import sample_view
-from teamsight.agents.sensing.interface import detect, salt_of
+from teamsight.agents.sensing.sensor import detect, salt_of
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Torus
-from teamsight.world.sight import Sight
+from teamsight.world.walls import Sight
 
 
 def a_share() -> Any:

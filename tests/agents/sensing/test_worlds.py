@@ -15,7 +15,7 @@ from sensed_worlds import ARENAS, SENSORS, assert_one_answer, fingerprint, herd,
 from teamsight import Disc, Robot, Sensor, Target, Torus, World
 from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
 from teamsight.agents.sensing import View
-from teamsight.agents.sensing.interface import salt_of
+from teamsight.agents.sensing.sensor import salt_of
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies import ACmommt
 from teamsight.world.noise import Stream, stream_number

@@ -125,7 +125,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_plug_in(tmp_path: Path) ->
         "ValueError: model='floking': unknown; did you mean 'flocking'? plug-ins are flocking"
     )
     assert "known are teamsight.awareness" in error_of(FIND.format("teamsight.model", "x"), tmp_path)
-    code = "import sys\nfrom teamsight.core import checks\nfrom teamsight.policies.registry import policy_named\npolicy_of('flea')"
+    code = "import sys\nfrom teamsight.core import checks\nfrom teamsight.policies.registry import policy_named\npolicy_named('flea')"
     install(tmp_path / "late", "late-robots", f"{POLICIES}flee = plugged:number\n")
     assert error_of(code, tmp_path / "late").endswith("flee, lattice-walk, lazy-collective, lazy-cooperative, p-cmommt, random-walk, stationary")
 
