@@ -14,6 +14,7 @@ import types as python_types
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
+from operator import attrgetter
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -21,6 +22,7 @@ import numpy.typing as npt
 from numba.core.dispatcher import Dispatcher
 from numba.cpython.unsafe.numbers import trailing_zeros
 
+from teamsight.core.contracts import are_equal
 from teamsight.core.kernel.digest import enclosed, is_library, names_in
 from teamsight.core.kernel.entry import Entry
 from teamsight.core.kernel.errors import shown
@@ -134,10 +136,31 @@ class Guard(Generic[T]):
     def __init__(self, record: Record[T], writable: tuple[str, ...], axes: Mapping[str, Axis]) -> None:
         self._record, self._writable, self._axes = record, writable, axes
 
-    def run(self, owner: str, kernel: str, entry: Entry, value: T) -> tuple[int, T]:
-        """Run an entry on copies of the arrays of a record, both ways; see `interpret` and `execute`."""
-        self.interpret(owner, kernel, entry, value)
-        return self.execute(owner, kernel, entry, value)
+    def run(
+        self, owner: str, kernel: str, entry: Entry, value: T, noise: Mapping[str, int] | None = None
+    ) -> tuple[int, T]:
+        """Run an entry on copies of the arrays of a record, both ways; see `interpret` and `execute`.
+
+        Rows of noise are longer than there are bodies, as in a world: `noise` has the number of bodies for the path of
+        each array of noise. The numbers behind must have no effect.
+        """
+        sizes = noise or {}
+        self.interpret(owner, kernel, entry, value, sizes)
+        rows = {path: attrgetter(path)(value)[..., size:] for path, size in sizes.items()}
+        for beyond in rows.values():
+            beyond[:] = np.nan
+        found = self.execute(owner, kernel, entry, value)
+        leaves = {leaf.path: leaf for leaf in self._record.node.leaves()}
+        written = [path for path in leaves if path.startswith(self._writable)]
+        for path, beyond in rows.items():
+            beyond[:] = 0.5
+            again = self.execute(owner, kernel, entry, value)[1]
+            if not are_equal(*([attrgetter(each)(done) for each in written] for done in (found[1], again))):
+                what, cure = self._axis(path, leaves[path].lengths[-1])
+                raise ValueError(
+                    f"{owner}: {kernel} uses {path} beyond the {sizes[path]} {what}, or other random numbers; {cure}"
+                )
+        return found
 
     def interpret(
         self, owner: str, kernel: str, entry: Entry, value: T, limits: Mapping[str, int] | None = None
