@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -67,7 +66,6 @@ def _confine_all(address: int) -> int:
     return 0
 
 
-_entry = cache(specialise)
 # Steps of each call that also run as plain Python.
 _INTERPRETED = 8
 
@@ -120,7 +118,7 @@ def _check_steps(arena: Arena, begin: Points, step: Points, heading: Points) -> 
     """Make the steps; return the positions and headings after them, shape (n, 4)."""
     given = np.ascontiguousarray(np.concatenate([begin, step, heading], axis=1))
     name = type(arena).__name__
-    entry = _entry(_confine_all, name.lower(), confine=type(arena).confine)
+    entry = specialise(_confine_all, name.lower(), confine=type(arena).confine)
     steps = Steps(given, np.full((len(given), 4), np.nan), np.array(arena.size, float))
     few = slice(None, None, max(1, len(given) // _INTERPRETED))
     _GUARD.interpret(name, "confine", entry, steps._replace(given=given[few], reached=steps.reached[few]))

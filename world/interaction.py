@@ -160,9 +160,6 @@ def interact_at(address: int) -> int:
     return COMPLETED
 
 
-_ENTRIES: dict[tuple[Any, ...], Entry] = {}
-
-
 class Interaction:
     """What happens between the bodies of some groups after they have moved, as a kernel: the base class.
 
@@ -240,8 +237,5 @@ class Interaction:
 
     def entry(self, kinds: Kinds) -> Entry:
         """Return the compiled call of this kind of interaction, for these types of columns."""
-        kind = type(self).kernel, kinds
-        if kind not in _ENTRIES:
-            bound = {"interaction_kernel": type(self).kernel, "interacting_at": interacting_record(kinds).at}
-            _ENTRIES[kind] = specialise(interact_at, type(self).__name__.lower(), **bound)
-        return _ENTRIES[kind]
+        bound = {"interaction_kernel": type(self).kernel, "interacting_at": interacting_record(kinds).at}
+        return specialise(interact_at, type(self).__name__.lower(), **bound)

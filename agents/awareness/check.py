@@ -235,8 +235,8 @@ def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
             raise ValueError(f"{name}: perceive returns {need} for robots without a team; it must be 0")
         return need, {"teammates": done.teammates, "relayed": done.relayed}
 
-    rooms = (0, 1, len(sample.scene.teammates.identity)) if sample.groups else ()
-    written = lists_in_any_room(f"{name}: perceive", run, rooms)
+    less = (0, 1, len(sample.scene.teammates.identity)) if sample.groups else ()
+    written = lists_in_any_room(f"{name}: perceive", run, less)
     for kind, known in (("teammates", sample.team_identity), ("relayed", sample.target_identity)):
         seen, what = written[kind], f"{name}: perceive writes {kind} of robot"
         if len(seen.identity) and kind not in degree.delivers:

@@ -146,8 +146,8 @@ def check_sensor(sensor: Sensor, *, seed: int = 1) -> None:
     views.append(sample_view(7, 9, 2.0, rng, among=True, sight=Sight(segments, discs, np.zeros(2), 0.0)))
     views.append(sample_view(7, 9, 2.0, rng, among=True, square=True))
     for view in views:
-        rooms = (0, 1, int(view.in_range.start[-1]))
-        sensed = lists_in_any_room(f"{name}: sense", partial(_sense, sensor, view), rooms)["sensed"]
+        less = (0, 1, int(view.in_range.start[-1]))
+        sensed = lists_in_any_room(f"{name}: sense", partial(_sense, sensor, view), less)["sensed"]
         _check_entries(f"{name}: sense writes for observer", view, sensed)
     for view in views:
         _check_rows(name, sensor, view)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from functools import cache
 from typing import Annotated, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -98,12 +97,9 @@ def sense_at(address: int) -> int:
     return sense_kernel(view, parameters, sensed)  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
-_specialised = cache(specialise)
-
-
 def sense_entry(sensor: Detector) -> Entry:
     """Return the entry that writes what a sensor senses; it returns the number of entries needed."""
-    return _specialised(sense_at, type(sensor).__name__, sense_kernel=type(sensor).sense)
+    return specialise(sense_at, type(sensor).__name__, sense_kernel=type(sensor).sense)
 
 
 def detect(sensor: Detector, view: View) -> NeighbourList:

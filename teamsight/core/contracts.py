@@ -127,10 +127,10 @@ def lists_written(what: str, run: Callable[[int], tuple[int, Lists]], room: int 
     return {kind: filled(seen) for kind, seen in lists.items()}
 
 
-def lists_in_any_room(what: str, run: Callable[[int], tuple[int, Lists]], rooms: tuple[int, ...]) -> Lists:
-    """Return the neighbour lists that a kernel writes; refuse others after a call with one of these rooms."""
+def lists_in_any_room(what: str, run: Callable[[int], tuple[int, Lists]], less: tuple[int, ...]) -> Lists:
+    """Return the neighbour lists that a kernel writes; refuse others after a call with less room."""
     ample = lists_written(what, run)
-    for room in rooms:
+    for room in less:
         for kind, seen in lists_written(what, run, room).items():
             if not are_equal(seen, ample[kind]):
                 raise ValueError(
@@ -142,7 +142,7 @@ def lists_in_any_room(what: str, run: Callable[[int], tuple[int, Lists]], rooms:
 
 def descends(row: npt.NDArray[np.int64], number: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
     """Return for each entry of neighbour lists whether its number does not exceed the one before in its row."""
-    return (np.diff(row, prepend=-1) == 0) & (np.diff(number, prepend=-1) <= 0)
+    return np.array((np.diff(row, prepend=-1) == 0) & (np.diff(number, prepend=-1) <= 0))
 
 
 def refuse_entries(what: str, row: npt.NDArray[np.int64], wrong: Any, text: str, *columns: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import types as python_types
 from collections.abc import Callable
+from functools import cache
 from time import perf_counter
 from typing import Any
 
@@ -88,8 +89,9 @@ class Entry:
         return (Entry, (self.function,))
 
 
+@cache
 def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
-    """Make an entry from a template whose free names are bound to the kernels given.
+    """Return the entry of a template whose free names are bound to the kernels given, always the same one.
 
     Parameters
     ----------

@@ -156,7 +156,7 @@ class Guard(Generic[T]):
             beyond[:] = 0.5
             again = self.execute(owner, kernel, entry, value)[1]
             if not are_equal(*([attrgetter(each)(done) for each in written] for done in (found[1], again))):
-                what, cure = self._axis(path, leaves[path].lengths[-1])
+                what, cure = self._axis(path, (leaves[path].lengths or ())[-1])
                 raise ValueError(
                     f"{owner}: {kernel} uses {path} beyond the {sizes[path]} {what}, or other random numbers; {cure}"
                 )

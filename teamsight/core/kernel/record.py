@@ -33,7 +33,7 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from teamsight.core.kernel.intrinsics import array_value
+from teamsight.core.kernel.intrinsics import WORD, array_value
 from teamsight.core.kernel.parts import inlined
 
 
@@ -148,9 +148,6 @@ def _scalar(kind: Any) -> Any:
     return kind
 
 
-_WORD = ir.IntType(64)
-
-
 def _unpacking(node: Node) -> Any:
     """Return the kernel that reads a record."""
 
@@ -160,7 +157,7 @@ def _unpacking(node: Node) -> Any:
         kind = _type(node)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            words = builder.inttoptr(arguments[0], _WORD.as_pointer())
+            words = builder.inttoptr(arguments[0], WORD.as_pointer())
             return _value(context, builder, words, node, kind)
 
         return kind(numba.types.int64), generate
@@ -201,7 +198,7 @@ def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any)
 
 def _load_word(builder: Any, words: Any, slot: int) -> Any:
     """Write code that reads a word of a record."""
-    return builder.load(builder.gep(words, [_WORD(slot)]))
+    return builder.load(builder.gep(words, [WORD(slot)]))
 
 
 def _length_value(builder: Any, words: Any, length: Length) -> Any:
@@ -209,11 +206,11 @@ def _length_value(builder: Any, words: Any, length: Length) -> Any:
         return cgutils.intp_t(length.plus)
     if length.last:
         address, slot, plus = length.last
-        array = builder.inttoptr(_load_word(builder, words, address), _WORD.as_pointer())
-        at = builder.add(_load_word(builder, words, slot), _WORD(plus - 1))
+        array = builder.inttoptr(_load_word(builder, words, address), WORD.as_pointer())
+        at = builder.add(_load_word(builder, words, slot), WORD(plus - 1))
         return builder.load(builder.gep(array, [at]))
     size = _load_word(builder, words, length.slot)
-    return builder.add(size, _WORD(length.plus)) if length.plus else size
+    return builder.add(size, WORD(length.plus)) if length.plus else size
 
 
 T = TypeVar("T")
