@@ -400,16 +400,17 @@ def window(packed: Packed[Any], *, last_axis: tuple[str, ...] = (), numbers: tup
     for leaf in packed.leaves:
         if leaf.path in numbers:
             moves.append((leaf.slot, packed.words[leaf.slot], 1))
-            continue
-        if not leaf.lengths:
-            continue
-        array: npt.NDArray[Any] = attrgetter(leaf.path)(packed.value)
-        if leaf.lengths[0].name == "n":
+        elif leaf.lengths and leaf.lengths[0].name == "n":
             length = leaf.lengths[0].slot
-            moves.append((leaf.slot, packed.words[leaf.slot], array.itemsize * int(np.prod(array.shape[1:]))))
+            moves.append(_move(packed, leaf, 0))
         elif leaf.path in last_axis:
-            moves.append((leaf.slot, packed.words[leaf.slot], array.itemsize))
+            moves.append(_move(packed, leaf, -1))
     return Window(packed.words, length, np.array(moves, np.int64).reshape(-1, 3))
+
+
+def _move(packed: Packed[Any], leaf: Leaf, axis: int) -> tuple[int, int, int]:
+    """Return the word of an array's address, its value, and its change from one element of an axis to the next."""
+    return leaf.slot, packed.words[leaf.slot], attrgetter(leaf.path)(packed.value).strides[axis]
 
 
 def entry_moves(packed: Packed[Any], path: str) -> Integers:
@@ -417,10 +418,9 @@ def entry_moves(packed: Packed[Any], path: str) -> Integers:
     moves = []
     for leaf in packed.leaves:
         if leaf.path.startswith(f"{path}.") and leaf.lengths and leaf.lengths[0].name == "k":
-            array: npt.NDArray[Any] = attrgetter(leaf.path)(packed.value)
-            moves.append((leaf.slot, packed.words[leaf.slot], array.itemsize * int(np.prod(array.shape[1:]))))
-            room = leaf.lengths[0].slot, packed.words[leaf.lengths[0].slot], -1
-    return np.array([*moves, room], np.int64)
+            moves.append(_move(packed, leaf, 0))
+            room = leaf.lengths[0].slot
+    return np.array([*moves, (room, packed.words[room], -1)], np.int64)
 
 
 @inlined
