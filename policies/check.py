@@ -74,8 +74,6 @@ def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, n
         part of the action unwritten.
     """
     name, size = type(policy).__name__, len(percept.heading)
-    if getattr(type(policy), "kernel", None) is None:
-        raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
     for member, dimensions in (("parameters", 1), ("table", 2)):
         numbers(f"{name}.{member}", getattr(policy, member), dimensions, are_finite=False)
     check_state(policy, state, size)

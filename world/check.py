@@ -41,6 +41,7 @@ _LENGTHS = (0.0, 5e-324, 1e-300, 1e-17, 1e-12, 1e-6, 0.01, 0.3, 1.0, 7.3, 1e3)
 _WAYS = 24
 # Those along the axes are exact, so that positions found there lie on the wall itself.
 _AROUND = np.stack([wave(2 * np.pi * np.arange(_WAYS) / _WAYS) for wave in (np.cos, np.sin)], axis=-1).round(15)
+_HERE_AND_AROUND = np.concatenate([np.zeros((1, 2)), _AROUND])
 _HALVINGS = 60
 _WALKERS, _WALK = 64, 300
 
@@ -146,10 +147,7 @@ def _check_short_steps(arena: Arena, places: Points, extent: float, rng: np.rand
     heading = random_headings(len(places), rng)
     for length in (0.0, 1e-3 * extent):
         # Free: in many directions, no wall at the step's length nor at twice that.
-        free = np.ones(len(places), bool)
-        for share in (1.0, 2.0):
-            for around in _circle(places, share * length):
-                free &= np.asarray(arena.contains(around))
+        free = np.all([_inside_around(arena, places, share * length) for share in (1.0, 2.0)], axis=(0, 1))
         step = length * heading
         reached = _check_steps(arena, places, step, heading)
         wrong = np.abs(arena.displacement(places + step, reached[:, :2])).max(axis=1) > 1e-9 * extent
@@ -160,9 +158,11 @@ def _check_short_steps(arena: Arena, places: Points, extent: float, rng: np.rand
             raise ValueError(f"{result}, although no wall is near; add the step to the position and keep the heading")
 
 
-def _circle(places: Points, radius: float) -> list[Points]:
-    """Return the positions, and the points around them in all directions."""
-    return [places, *(places + radius * way for way in _AROUND)]
+def _inside_around(arena: Arena, places: Points, radius: float) -> npt.NDArray[np.bool_]:
+    """Return whether positions, and the points around them, are inside, shape (1 + directions, n)."""
+    # Along an axis that repeats, the arena continues.
+    around = (arena.displacement(np.zeros(2), places + radius * way) for way in _HERE_AND_AROUND)
+    return np.array([arena.contains(each) for each in around])
 
 
 _SAMPLES = 100_000
@@ -324,13 +324,12 @@ def _placing(name: str, u: Any, v: Any, margin: float, k: int) -> str:
 
 def _nearest_to_wall(arena: Arena, places: Points, margin: float) -> tuple[int, list[float] | None]:
     """Return the row of a position nearer to the wall than the margin and a point outside, or None instead of it."""
-    for ahead in _circle(places, margin * (1 - 1e-6)):
-        # Along an axis that repeats, the arena continues.
-        is_free = np.asarray(arena.contains(arena.displacement(np.zeros(2), ahead)))
-        if not is_free.all():
-            k = int(np.argmin(is_free))
-            return k, ahead[k].tolist()
-    return 0, None
+    radius = margin * (1 - 1e-6)
+    outside = np.argwhere(~_inside_around(arena, places, radius))
+    if not len(outside):
+        return 0, None
+    way, k = outside[0].tolist()
+    return k, (places[k] + radius * _HERE_AND_AROUND[way]).tolist()
 
 
 def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Generator) -> None:
@@ -348,8 +347,7 @@ def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Genera
                 "and finite"
             )
         # Points on the wall may be outside by a rounding error: a point near them must be inside.
-        around = _circle(moved, 1e-9 * float(sides.max()))
-        is_inside = np.any([arena.contains(arena.displacement(np.zeros(2), near)) for near in around], axis=0)
+        is_inside = _inside_around(arena, moved, 1e-9 * float(sides.max())).any(axis=0)
         nearer = (0, None) if margin == 0 else _nearest_to_wall(arena, moved, margin * (1 - _COARSE))
         k, ahead = nearer if is_inside.all() else (int(np.argmin(is_inside)), None)
         if not is_inside[k] or ahead is not None:

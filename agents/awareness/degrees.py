@@ -36,10 +36,6 @@ class NoAwareness(Awareness):
     formula = "n"
     shows = "no teammate is perceived"
 
-    def width(self, team_size: int) -> Width:
-        checks.count("team_size", team_size)
-        return super().width(team_size)
-
 
 @kernel
 def group_of(team: Any, place: int) -> int:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core import checks
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room, no_neighbours
 from teamsight.core.parameters import parameters_of
@@ -220,6 +221,7 @@ class Awareness:
 
     def width(self, team_size: int) -> Width:
         """Return the number of inputs of a robot in a team of this size; by default its own and `added`."""
+        checks.count("team_size", team_size)
         return Width(OWN_SECTORS, self.added)
 
     def rings(self, team_size: int) -> tuple[int, ...]:

@@ -342,12 +342,8 @@ def _replaced(value: Any, used: set[str], copies: dict[Any, Any]) -> Any:
         vars(module).update({name: _replaced(part, used, copies) for name, part in parts.items()})
         return module
     if isinstance(getattr(value, "node", None), Node):
-        return _same
+        return lambda content: content
     return next((new for old, new in _FORMS if value is old), value)
-
-
-def _same(value: Any) -> Any:
-    return value
 
 
 # What x86-64 makes of NaN and of numbers that are too large.
