@@ -12,7 +12,7 @@ from teamsight.core import checks
 from teamsight.core.contracts import class_name, numbers, random_headings
 from teamsight.core.kernel import Record, specialise
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
-from teamsight.world.arena import Arena, Points
+from teamsight.world.contract import Arena, Points, farthest_inside
 
 
 class Steps(NamedTuple):
@@ -94,11 +94,8 @@ def _at_the_wall(arena: Arena, places: Points, extent: float) -> Points:
     low, high = (np.asarray(corner, float) for corner in arena.bounds)
     inside = np.repeat(places, _WAYS, axis=0)
     way = np.tile(_AROUND, (len(places), 1))
-    near, far = np.zeros(len(inside)), np.full(len(inside), 2.0 * extent)
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (near + far)
-        is_inside = np.asarray(arena.contains(inside + middle[:, None] * way))
-        near, far = np.where(is_inside, middle, near), np.where(is_inside, far, middle)
+    far = np.full(len(inside), 2.0 * extent)
+    near = farthest_inside(lambda share: arena.contains(inside + share[:, None] * way), far, _HALVINGS)
     found = inside + near[:, None] * way
     centre = 0.5 * (low + high)
     corners = [low, high, [low[0], high[1]], [high[0], low[1]], [high[0], centre[1]], [centre[0], low[1]]]
@@ -347,7 +344,7 @@ def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Genera
                 "and finite"
             )
         # Points on the wall may be outside by a rounding error: a point near them must be inside.
-        is_inside = _inside_around(arena, moved, 1e-9 * float(sides.max())).any(axis=0)
+        is_inside = np.asarray(_inside_around(arena, moved, 1e-9 * float(sides.max())).any(axis=0))
         nearer = (0, None) if margin == 0 else _nearest_to_wall(arena, moved, margin * (1 - _COARSE))
         k, ahead = nearer if is_inside.all() else (int(np.argmin(is_inside)), None)
         if not is_inside[k] or ahead is not None:

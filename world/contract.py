@@ -123,11 +123,14 @@ _HALVINGS = 50
 _DIRECTIONS = 64
 
 
-def _is_free(arena: Arena, points: Points, around: Points) -> npt.NDArray[np.bool_]:
-    """Return for each point whether all points around it are inside."""
-    # The arena continues across the seam of an axis that repeats.
-    places = arena.displacement(np.zeros(2), points[:, None] + around)
-    return np.asarray(np.all(arena.contains(places), axis=1))
+def farthest_inside(is_inside: Callable[[Points], Any], far: Points, halvings: int) -> Points:
+    """Return the largest numbers from 0 to `far` at which `is_inside`, if it is from 0 up to there, by bisection."""
+    near = np.zeros(len(far))
+    for _ in range(halvings):
+        middle = 0.5 * (near + far)
+        found = is_inside(middle)
+        near, far = np.where(found, middle, near), np.where(found, far, middle)
+    return near
 
 
 # More obstacles are counted where a world is described.
@@ -256,15 +259,21 @@ class Arena(ABC):
         is_open = np.asarray(self.period) > 0
         angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
         around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
+
+        def is_free(places: Points) -> npt.NDArray[np.bool_]:
+            """Return for each point whether all points around it are inside."""
+            # The arena continues across the seam of an axis that repeats.
+            near = self.displacement(np.zeros(2), places[:, None] + around)
+            return np.asarray(np.all(self.contains(near), axis=1))
+
+        def moved(share: Points) -> Points:
+            return np.where(is_open, moving, moving * share[:, None])
+
         # Each look costs time: only points that have to move are moved.
-        stuck = np.flatnonzero(~_is_free(self, points, around))
+        stuck = np.flatnonzero(~is_free(points))
         moving = points[stuck]
-        near, far = np.zeros(len(stuck)), np.ones(len(stuck))
-        for _ in range(_HALVINGS if len(stuck) else 0):
-            middle = 0.5 * (near + far)
-            is_free = _is_free(self, np.where(is_open, moving, moving * middle[:, None]), around)
-            near, far = np.where(is_free, middle, near), np.where(is_free, far, middle)
-        points[stuck] = np.where(is_open, moving, moving * near[:, None])
+        if len(stuck):
+            points[stuck] = moved(farthest_inside(lambda share: is_free(moved(share)), np.ones(len(stuck)), _HALVINGS))
         return points
 
     def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points:

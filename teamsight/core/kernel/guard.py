@@ -150,7 +150,7 @@ class Guard(Generic[T]):
         for beyond in rows.values():
             beyond[:] = np.nan
         found = self.execute(owner, kernel, entry, value)
-        leaves = {leaf.path: leaf for leaf in self._record.node.leaves()}
+        leaves = self._record.leaves
         written = [path for path in leaves if path.startswith(self._writable)]
         for path, beyond in rows.items():
             beyond[:] = 0.5

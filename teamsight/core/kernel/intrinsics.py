@@ -86,7 +86,7 @@ def _below(count: int, values: Any) -> tuple[Any, Any]:
     """Return the signature and the generator of an intrinsic that compares `count` float32 with a limit."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = _lanes_at(context, builder, values, *arguments[:2], ir.FloatType(), count)
+        place = _lanes_at(context, builder, values, arguments[0], arguments[1], ir.FloatType(), count)
         limits = _in_all(builder, place.type.pointee, arguments[2])
         bits = builder.fcmp_ordered("<", builder.load(place, align=4), limits)
         word = builder.bitcast(bits, ir.IntType(count))
