@@ -71,12 +71,13 @@ def _confine_all(address: int) -> int:
 _INTERPRETED = 8
 
 
-def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
+def _check_confine(arena: Arena, box: Points, places: Points, rng: np.random.Generator) -> None:
     """Refuse an arena whose `confine` returns a position outside, or a heading that is not a unit vector.
 
-    Steps begin at `places` inside; `extent` is the longer side of the box around the arena.
+    Steps begin at `places` inside; `box` are the bounds.
     """
-    begin = np.concatenate([places[:256], _at_the_wall(arena, places[:64], extent)])
+    extent = float(np.ptp(box, axis=0).max())
+    begin = np.concatenate([places[:256], _at_the_wall(arena, box, places[:64], extent)])
     for length in _LENGTHS:
         for heading in _headings(begin, rng):
             _check_steps(arena, begin, length * extent * heading, heading)
@@ -89,17 +90,16 @@ def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Ge
         place, heading = reached[:, :2].copy(), reached[:, 2:].copy()
 
 
-def _at_the_wall(arena: Arena, places: Points, extent: float) -> Points:
+def _at_the_wall(arena: Arena, box: Points, places: Points, extent: float) -> Points:
     """Return positions at the wall, found from `places` in all directions, with corners and the centre."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
     inside = np.repeat(places, _WAYS, axis=0)
     way = np.tile(_AROUND, (len(places), 1))
     far = np.full(len(inside), 2.0 * extent)
     near = farthest_inside(lambda share: arena.contains(inside + share[:, None] * way), far, _HALVINGS)
     found = inside + near[:, None] * way
-    centre = 0.5 * (low + high)
-    corners = [low, high, [low[0], high[1]], [high[0], low[1]], [high[0], centre[1]], [centre[0], low[1]]]
-    found = np.concatenate([found, np.array(corners), [centre, [0.0, 0.0]]])
+    # The corners, the middles of the sides, the centre, and the origin.
+    grid = np.stack(np.meshgrid(*np.linspace(*box, 3).T), axis=-1).reshape(-1, 2)
+    found = np.concatenate([found, grid, np.zeros((1, 2))])
     return found[np.asarray(arena.contains(found))]
 
 
@@ -199,19 +199,17 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
     name = class_name(arena, Arena, "Disc(2.0)")
     begin_check()
     rng = np.random.default_rng(seed)
-    _check_numbers(name, arena)
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
-    extent = float((high - low).max())
-    samples = rng.uniform(low, high, (_SAMPLES, 2))
+    box = _check_numbers(name, arena)
+    samples = rng.uniform(*box, (_SAMPLES, 2))
     _check_contains(name, arena, samples[:6])
-    _check_box(name, arena, samples, rng)
-    places = _check_place(name, arena, samples, rng)
-    _check_inside(name, arena, places, rng)
-    check_confine(arena, places[rng.permutation(len(places))[:1000]], extent, rng)
+    _check_box(name, arena, box, samples, rng)
+    places = _check_place(name, arena, box, samples, rng)
+    _check_inside(name, arena, box, places, rng)
+    _check_confine(arena, box, places[rng.permutation(len(places))[:1000]], rng)
 
 
-def _check_numbers(name: str, arena: Arena) -> None:
-    """Check `size`, `bounds`, `period` and `area` as numbers."""
+def _check_numbers(name: str, arena: Arena) -> Points:
+    """Check `size`, `bounds`, `period` and `area` as numbers; return the bounds, shape (2, 2)."""
     numbers(f"{name}.size", arena.size)
     bounds = numbers(f"{name}.bounds", arena.bounds, 2)
     if bounds.shape != (2, 2) or not (bounds[0] < bounds[1]).all():
@@ -226,6 +224,7 @@ def _check_numbers(name: str, arena: Arena) -> None:
                 f"{name}.period[{axis}]={repeats:g}: must be 0, or the side of the bounds along that axis, {side:g}"
             )
     checks.number(f"{name}.area", arena.area, above=0)
+    return bounds
 
 
 def _check_contains(name: str, arena: Arena, few: Points) -> None:
@@ -253,9 +252,9 @@ def _called(what: str, cure: str, function: Callable[..., Any], *arguments: Any)
         raise ValueError(f"{what} raises {said}; {cure}") from error
 
 
-def _check_box(name: str, arena: Arena, samples: Points, rng: np.random.Generator) -> None:
+def _check_box(name: str, arena: Arena, box: Points, samples: Points, rng: np.random.Generator) -> None:
     """Check that nothing is inside beyond the bounds, and that `area` agrees with `contains`."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
+    low, high = box
     sides = high - low
     around = rng.uniform(low - sides, high + sides, (_SAMPLES, 2))
     beyond = ((around < low - 1e-9 * sides) | (around > high + 1e-9 * sides)).any(axis=1)
@@ -265,22 +264,22 @@ def _check_box(name: str, arena: Arena, samples: Points, rng: np.random.Generato
             f"{name}.contains({around[outside[0]].tolist()}) is True, although that is beyond the bounds "
             f"{low.tolist()}, {high.tolist()}; widen the bounds"
         )
-    share, box = float(np.mean(arena.contains(samples))), float(sides.prod())
-    if abs(share - arena.area / box) > _TOLERANCE:
+    share, whole = float(np.mean(arena.contains(samples))), float(sides.prod())
+    if abs(share - arena.area / whole) > _TOLERANCE:
         raise ValueError(
-            f"{name}.area={arena.area:g}: by contains() it is {share * box:.4g}, a share of {share:.3f} of the bounds; "
-            f"they must agree to {_TOLERANCE:g} of the bounds"
+            f"{name}.area={arena.area:g}: by contains() it is {share * whole:.4g}, a share of {share:.3f} of the "
+            f"bounds; they must agree to {_TOLERANCE:g} of the bounds"
         )
 
 
-def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Generator) -> Points:
+def _check_place(name: str, arena: Arena, box: Points, samples: Points, rng: np.random.Generator) -> Points:
     """Check `place`; return positions inside."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
+    extent = float(np.ptp(box, axis=0).max())
     edges = np.stack(np.meshgrid(_EDGES, _EDGES), axis=-1).reshape(-1, 2)
     u, v = np.concatenate([edges, rng.random((_PLACES, 2)).clip(2.0**-54, 1 - 2.0**-53)]).T
     # No margin, one that surely fits, and one that surely does not.
-    small = 0.01 * min(np.sqrt(arena.area), float((high - low).min()))
-    for margin in (0.0, small, 10.0 * float((high - low).max())):
+    small = 0.01 * min(np.sqrt(arena.area), float(np.ptp(box, axis=0).min()))
+    for margin in (0.0, small, 10.0 * extent):
         places = _placed(name, arena, u, v, margin)
         inside = np.asarray(arena.contains(places))
         if not inside.all():
@@ -297,7 +296,7 @@ def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Genera
                     f"{ahead} is outside; return positions at least the margin from the wall"
                 )
     places = _placed(name, arena, u, v, 0.0)
-    _check_uniform(name, arena, places[len(edges) :], samples)
+    _check_uniform(name, arena, box, places[len(edges) :], samples)
     _placed(name, arena, 0.5, 0.5, 0.0)
     return places
 
@@ -329,9 +328,9 @@ def _nearest_to_wall(arena: Arena, places: Points, margin: float) -> tuple[int, 
     return k, (places[k] + radius * _HERE_AND_AROUND[way]).tolist()
 
 
-def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Generator) -> None:
+def _check_inside(name: str, arena: Arena, box: Points, places: Points, rng: np.random.Generator) -> None:
     """Check that `inside` moves points from anywhere inside, and keeps those that are."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
+    low, high = box
     sides = high - low
     few = places[rng.permutation(len(places))[:_MOVED]]
     points = np.concatenate([rng.uniform(low - sides, high + sides, (_MOVED, 2)), few])
@@ -358,15 +357,13 @@ def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Genera
         raise ValueError(f"{name}.inside({few[k].tolist()}) moves a point that is inside; return it unchanged")
 
 
-def _check_uniform(name: str, arena: Arena, places: Points, samples: Points) -> None:
+def _check_uniform(name: str, arena: Arena, box: Points, places: Points, samples: Points) -> None:
     """Compare the share of positions in each cell of a grid over the bounds with its share of the area."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
     inside = samples[np.asarray(arena.contains(samples))]
-    edges = [np.linspace(low[axis], high[axis], _CELLS + 1) for axis in range(2)]
-    wanted, found = (np.histogram2d(part[:, 0], part[:, 1], bins=edges)[0] / len(part) for part in (inside, places))
+    wanted, found = (np.histogram2d(*part.T, bins=_CELLS, range=box.T)[0] / len(part) for part in (inside, places))
     worst = np.unravel_index(np.argmax(np.abs(found - wanted)), wanted.shape)
     if abs(found[worst] - wanted[worst]) > _TOLERANCE:
-        x, y = (low + (np.array(worst) + 0.5) * (high - low) / _CELLS).tolist()
+        x, y = (box[0] + (np.array(worst) + 0.5) * np.ptp(box, axis=0) / _CELLS).tolist()
         raise ValueError(
             f"{name}.place puts {found[worst]:.3f} of all positions into the cell around ({x:.3g}, {y:.3g}), which has "
             f"{wanted[worst]:.3f} of the area; positions must be uniform over the area (in a disc, radius ∝ √u)"

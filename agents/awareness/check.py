@@ -257,26 +257,22 @@ def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
     blank = np.full((size, width), _UNWRITTEN).view(np.float32)
     entry = situate_entry(degree)
     situation = _run(degree, "situate", entry, sample, situation=blank)[1].situation
-    place = f"{name}: situate, of robot {{}} in a team of {sample.team_size},"
-    unwritten = situation.view(np.uint32) == _UNWRITTEN
-    if unwritten.any():
-        i, j = np.argwhere(unwritten)[0].tolist()
-        raise ValueError(
-            f"{place.format(i)} leaves input {j} of {width} unwritten; write every element, 1 where nothing is sensed, "
-            f"or correct width({sample.team_size})"
-        )
-    wrong = ~(np.abs(situation) <= _MOST)
-    if wrong.any():
-        i, j = np.argwhere(wrong)[0].tolist()
-        raise ValueError(
-            f"{place.format(i)} writes {situation[i, j]} to input {j}; readings must be finite and at most {_MOST:g}: "
-            "write 1 where nothing is sensed"
-        )
     other = np.full((size, width), 0.5, np.float32)
     again = _run(degree, "situate", entry, sample, situation=other)[1].situation
-    if not np.array_equal(situation, again):
-        i, j = np.argwhere(situation != again)[0].tolist()
-        raise ValueError(
-            f"{place.format(i)} writes {situation[i, j]:g} or {again[i, j]:g} to input {j}, depending on what it was; "
-            "write before you read"
-        )
+    for wrong, text in (
+        (
+            situation.view(np.uint32) == _UNWRITTEN,
+            f"leaves input {{0}} of {width} unwritten; write every element, 1 where nothing is sensed, or correct "
+            f"width({sample.team_size})",
+        ),
+        (
+            ~(np.abs(situation) <= _MOST),
+            f"writes {{1}} to input {{0}}; readings must be finite and at most {_MOST:g}: write 1 where nothing is "
+            "sensed",
+        ),
+        (situation != again, "writes {1:g} or {2:g} to input {0}, depending on what it was; write before you read"),
+    ):
+        if wrong.any():
+            i, j = np.argwhere(wrong)[0].tolist()
+            said = text.format(j, situation[i, j], again[i, j])
+            raise ValueError(f"{name}: situate, of robot {i} in a team of {sample.team_size}, {said}")
