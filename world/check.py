@@ -98,7 +98,7 @@ def _at_the_wall(arena: Arena, box: Points, places: Points, extent: float) -> Po
     near = farthest_inside(lambda share: arena.contains(inside + share[:, None] * way), far, _HALVINGS)
     found = inside + near[:, None] * way
     # The corners, the middles of the sides, the centre, and the origin.
-    grid = np.stack(np.meshgrid(*np.linspace(*box, 3).T), axis=-1).reshape(-1, 2)
+    grid = np.stack(np.meshgrid(*np.linspace(box[0], box[1], 3).T), axis=-1).reshape(-1, 2)
     found = np.concatenate([found, grid, np.zeros((1, 2))])
     return found[np.asarray(arena.contains(found))]
 
@@ -200,7 +200,7 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
     begin_check()
     rng = np.random.default_rng(seed)
     box = _check_numbers(name, arena)
-    samples = rng.uniform(*box, (_SAMPLES, 2))
+    samples = rng.uniform(box[0], box[1], (_SAMPLES, 2))
     _check_contains(name, arena, samples[:6])
     _check_box(name, arena, box, samples, rng)
     places = _check_place(name, arena, box, samples, rng)
@@ -360,7 +360,7 @@ def _check_inside(name: str, arena: Arena, box: Points, places: Points, rng: np.
 def _check_uniform(name: str, arena: Arena, box: Points, places: Points, samples: Points) -> None:
     """Compare the share of positions in each cell of a grid over the bounds with its share of the area."""
     inside = samples[np.asarray(arena.contains(samples))]
-    wanted, found = (np.histogram2d(*part.T, bins=_CELLS, range=box.T)[0] / len(part) for part in (inside, places))
+    wanted, found = (np.histogram2d(x, y, bins=_CELLS, range=box.T)[0] / len(x) for x, y in (inside.T, places.T))
     worst = np.unravel_index(np.argmax(np.abs(found - wanted)), wanted.shape)
     if abs(found[worst] - wanted[worst]) > _TOLERANCE:
         x, y = (box[0] + (np.array(worst) + 0.5) * np.ptp(box, axis=0) / _CELLS).tolist()

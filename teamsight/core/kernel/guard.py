@@ -119,6 +119,10 @@ class _Checked(np.ndarray[Any, Any]):
         return f"uses index {at} of {self.path}, whose number of {what} is {size}; {cure}"
 
 
+# All elements of all arrays may be used.
+_ALL: Mapping[str, int] = {}
+
+
 class Guard(Generic[T]):
     """The trial of kernels that get their arrays from one kind of record.
 
@@ -137,16 +141,15 @@ class Guard(Generic[T]):
         self._record, self._writable, self._axes = record, writable, axes
 
     def run(
-        self, owner: str, kernel: str, entry: Entry, value: T, noise: Mapping[str, int] | None = None
+        self, owner: str, kernel: str, entry: Entry, value: T, noise: Mapping[str, int] = _ALL
     ) -> tuple[int, T]:
         """Run an entry on copies of the arrays of a record, both ways; see `interpret` and `execute`.
 
         Rows of noise are longer than there are bodies, as in a world: `noise` has the number of bodies for the path of
         each array of noise. The numbers behind must have no effect.
         """
-        sizes = noise or {}
-        self.interpret(owner, kernel, entry, value, sizes)
-        rows = {path: attrgetter(path)(value)[..., size:] for path, size in sizes.items()}
+        self.interpret(owner, kernel, entry, value, noise)
+        rows = {path: attrgetter(path)(value)[..., size:] for path, size in noise.items()}
         for beyond in rows.values():
             beyond[:] = np.nan
         found = self.execute(owner, kernel, entry, value)
@@ -158,12 +161,12 @@ class Guard(Generic[T]):
             if not are_equal(*([attrgetter(each)(done) for each in written] for done in (found[1], again))):
                 what, cure = self._axis(path, (leaves[path].lengths or ())[-1])
                 raise ValueError(
-                    f"{owner}: {kernel} uses {path} beyond the {sizes[path]} {what}, or other random numbers; {cure}"
+                    f"{owner}: {kernel} uses {path} beyond the {noise[path]} {what}, or other random numbers; {cure}"
                 )
         return found
 
     def interpret(
-        self, owner: str, kernel: str, entry: Entry, value: T, limits: Mapping[str, int] | None = None
+        self, owner: str, kernel: str, entry: Entry, value: T, limits: Mapping[str, int] = _ALL
     ) -> None:
         """Run an entry as plain Python on copies of the arrays of a record.
 
@@ -194,7 +197,7 @@ class Guard(Generic[T]):
         """
         # Raises if it cannot be compiled.
         entry.address  # noqa: B018
-        run, given = _as_python(entry.function), self._checked(value, limits or {})
+        run, given = _as_python(entry.function), self._checked(value, limits)
         try:
             with np.errstate(all="ignore"):
                 run(given)
