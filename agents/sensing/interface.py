@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
-from typing import Annotated, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +11,9 @@ import numpy.typing as npt
 from teamsight.core.kernel import Entry, Record, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
 from teamsight.world.sight import Sight
+
+if TYPE_CHECKING:
+    from teamsight.agents.sensing.sensor import Sensor
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -62,16 +64,6 @@ class View(NamedTuple):
     farthest: float = 1.0
 
 
-class Detector(Protocol):
-    """The part of a sensor that its entry needs; see `Sensor`."""
-
-    sense: ClassVar[Callable[..., int]]
-
-    @property
-    def parameters(self) -> Floats:
-        """The constants that the kernel reads, shape (p,)."""
-
-
 def salt_of(channel: str) -> Words:
     """Return the salt of a channel: two 32-bit words, shape (2,), so that each channel has noise of its own."""
     word = hashlib.blake2b(channel.encode(), digest_size=8, person=b"teamsight").digest()
@@ -97,12 +89,12 @@ def sense_at(address: int) -> int:
     return sense_kernel(view, parameters, sensed)  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
-def sense_entry(sensor: Detector) -> Entry:
+def sense_entry(sensor: Sensor) -> Entry:
     """Return the entry that writes what a sensor senses; it returns the number of entries needed."""
     return specialise(sense_at, type(sensor).__name__, sense_kernel=type(sensor).sense)
 
 
-def detect(sensor: Detector, view: View) -> NeighbourList:
+def detect(sensor: Sensor, view: View) -> NeighbourList:
     """Return what a sensor senses of a view.
 
     Parameters
