@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import teamsight.policies.compiled as compiled
+from teamsight.core.contracts import are_equal, numbers, random_headings
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies.actions import check_action, check_answer
@@ -62,23 +62,6 @@ def _guard(channels: tuple[str, ...], columns: tuple[str, ...]) -> Guard[Decisio
 # A value that no kernel computes; it marks what was not written.
 _UNWRITTEN = np.uint64(0x7FF8_5EED_5EED_5EED)
 
-def check_declared(policy: CompiledPolicy) -> None:
-    """Refuse parameters that are not numbers in one dimension, and a table that is not in two."""
-    for member, dimensions in (("parameters", 1), ("table", 2)):
-        value = getattr(policy, member)
-        try:
-            # A table can be large; it is not copied.
-            array = value if isinstance(value, np.ndarray) else np.asarray(value, float)
-        except (TypeError, ValueError):
-            array = np.array("")
-        if array.ndim != dimensions or array.dtype.kind not in "fiub":
-            shown = " ".join(repr(value).split())[:80]
-            raise TypeError(
-                f"{type(policy).__name__}.{member}={shown}: must be numbers in {dimensions} "
-                f"dimension{'s' * (dimensions > 1)}, such as {(1.0, 2.0) if dimensions == 1 else 'np.zeros((3, 2))'}"
-            )
-
-
 def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats) -> None:
     """Run a policy's kernel under guard, on copies of the arguments of `CompiledPolicy.decide`.
 
@@ -91,32 +74,16 @@ def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, n
         part of the action unwritten.
     """
     name, size = type(policy).__name__, len(percept.heading)
-    if getattr(type(policy), "kernel", None) is None:
-        raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
-    check_declared(policy)
+    for member, dimensions in (("parameters", 1), ("table", 2)):
+        numbers(f"{name}.{member}", getattr(policy, member), dimensions, are_finite=False)
     check_state(policy, state, size)
     action = Action(*(np.full(shape, _UNWRITTEN).view(np.float64) for shape in ((size, 2), size)))
-    # In a world, rows of noise are longer than there are robots. The numbers behind must have no effect.
     long = np.zeros((1, len(noise), (size // 8 + 2) * 8))
     long[0, :, :size] = noise
     given = pack_decision(policy, dense(percept), state, long, np.zeros(1, np.int64), action).value
     guard = _guard(policy.channels, policy.columns)
-    guard.interpret(name, "its kernel", policy.entry(), given, {"noise": size})
-    found = []
-    for beyond in (np.nan, 0.5):
-        long[0, :, size:] = beyond
-        done = guard.execute(name, "its kernel", policy.entry(), given)[1]
-        found.append((*done.action, *done.arrays.state))
-    _check_written(name, Action(*found[0][:2]))
-    if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(*found, strict=True)):
-        raise ValueError(
-            f"{name}: its kernel uses noise beyond the {size} robots; rows of noise can be longer: stop at "
-            "percept.heading.shape[0]"
-        )
-
-
-def _check_written(name: str, action: Action) -> None:
-    for part, array in action._asdict().items():
+    done = guard.run(name, "its kernel", policy.entry(), given, {"noise": size})[1]
+    for part, array in done.action._asdict().items():
         is_written = (array.view(np.uint64) != _UNWRITTEN).reshape(len(array), -1).all(axis=1)
         if not is_written.all():
             raise ValueError(
@@ -159,9 +126,8 @@ def sample_percept(
     columns : tuple of str, default ()
         The names of columns.
     """
-    angle = rng.uniform(0, 2 * np.pi, size)
-    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return Percept(
+    heading, identities = random_headings(size, rng), size + most + 51
+    percept = Percept(
         heading=heading,
         moved=0.1 * rng.random(size)[:, None] * heading,
         speed=np.full(size, 0.1),
@@ -176,15 +142,11 @@ def sample_percept(
         reward=np.round(heading[:, 0]),
         ended=heading[:, 0] > 0.75,
         identity=1 + np.arange(size),
-        columns=_sample_columns(columns, size, size + most + 51, rng),
     )
-
-
-def _sample_columns(names: tuple[str, ...], size: int, identities: int, rng: np.random.Generator) -> Any:
     # Some of the others do not have the column.
     without = (rng.random(identities) < 0.2) & (np.arange(identities) > size)
-    values = [np.where(without, np.nan, rng.integers(0, 4, identities)) for _ in names]
-    return columns_of(names, values)
+    values = [np.where(without, np.nan, rng.integers(0, 4, identities)) for _ in columns]
+    return percept._replace(columns=columns_of(columns, values))
 
 
 def _sample_neighbours(size: int, rng: np.random.Generator, most: int) -> NeighbourList:
@@ -234,47 +196,40 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
     check_declarations(name, policy)
     for size in sizes:
         begin_check()
-        with _guarded_decisions():
+        # Each decision runs under guard first.
+        compiled.before_decision = try_decision
+        try:
             _check_steps(name, policy, size, steps)
-
-
-@contextmanager
-def _guarded_decisions() -> Iterator[None]:
-    """Run each decision of compiled policies under guard first."""
-    compiled.before_decision = try_decision
-    try:
-        yield
-    finally:
-        compiled.before_decision = None
+        finally:
+            compiled.before_decision = None
 
 
 def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
     """Check some decisions in full, and, for a kernel, the array accesses of many more."""
     rng = np.random.default_rng(size)
     state = policy.start(size)
-    for step in range(steps):
-        percept = _percept_at(step, size, rng, policy)
+    for percept in _percepts(steps, size, rng, policy):
         state = _check_decision(name, policy, percept, state, rng.random((policy.draws, size)))
     if isinstance(policy, CompiledPolicy) and np.size(policy.table) < _LARGE_TABLE:
         state = policy.start(size)
-        for step in range(_MANY_STEPS):
-            percept = _percept_at(step, size, rng, policy)
+        for percept in _percepts(_MANY_STEPS, size, rng, policy):
             state = policy.decide(percept, state, rng.random((policy.draws, size)))[1]
 
 
-def _percept_at(step: int, size: int, rng: np.random.Generator, policy: Policy) -> Percept:
-    most = _MOST_SEEN[step] if step < len(_MOST_SEEN) else _MOST_SEEN[0]
-    percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns)
-    if step % 2:
-        # Some degrees of awareness hide the identities of teammates.
-        percept.teammates.identity[:] = -1
-    return percept
+def _percepts(steps: int, size: int, rng: np.random.Generator, policy: Policy) -> Iterator[Percept]:
+    for step in range(steps):
+        most = _MOST_SEEN[step] if step < len(_MOST_SEEN) else _MOST_SEEN[0]
+        percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns)
+        if step % 2:
+            # Some degrees of awareness hide the identities of teammates.
+            percept.teammates.identity[:] = -1
+        yield percept
 
 
 def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noise: npt.NDArray[np.float64]) -> Any:
     before = [array.copy() for array in _arrays((percept, state, noise))]
     answer = policy.decide(percept, state, noise)
-    if not _are_equal(before, _arrays((percept, state, noise))):
+    if not are_equal(before, _arrays((percept, state, noise))):
         raise ValueError(f"{name}.decide changes its arguments; copy what you change and return the copy")
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise TypeError(f"{name}.decide returned {type(answer).__name__}; it must return (action, state)")
@@ -286,12 +241,12 @@ def _check_decision(name: str, policy: Policy, percept: Percept, state: Any, noi
             raise ValueError(f"{error}. {blamed}") from None
         raise
     again = policy.decide(percept, state, noise)[0]
-    if not _are_equal(action, again):
+    if not are_equal(action, again):
         raise ValueError(f"{name}.decide returned different actions for equal arguments; use `noise` only")
     if isinstance(policy, CompiledPolicy) and not policy.reads_teammates:
         none = no_neighbours(len(percept.heading))
         alone = policy.decide(percept._replace(teammates=none, relayed=none), state, noise)[0]
-        if not _are_equal(action, alone):
+        if not are_equal(action, alone):
             raise ValueError(f"{name}.reads_teammates is False, but its actions depend on teammates; return True")
     return after
 
@@ -335,18 +290,11 @@ def _arrays(value: Any) -> list[npt.NDArray[Any]]:
     return []
 
 
-def _are_equal(arrays: Iterable[Any], others: Iterable[Any]) -> bool:
-    return all(
-        np.array_equal(one, other, equal_nan=np.asarray(one).dtype.kind == "f")
-        for one, other in zip(arrays, others, strict=True)
-    )
-
-
 def _check_rule(name: str, rule: Rule, percept: Percept) -> None:
     before = [array.copy() for array in _arrays(percept)]
     for i in range(len(percept.heading)):
         answers = [check_answer(name, rule(percept_of_one(percept, i), np.random.default_rng(i)), i) for _ in range(2)]
         if answers[0] != answers[1]:
             raise ValueError(f"{name} returned different answers for equal arguments; use `rng` only")
-    if not _are_equal(before, _arrays(percept)):
+    if not are_equal(before, _arrays(percept)):
         raise ValueError(f"{name} changes its percept; copy what you change")

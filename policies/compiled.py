@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.contracts import check_names
 from teamsight.core.kernel import Entry, Packed, Record, specialise
 from teamsight.core.parameters import parameters_of
 from teamsight.policies.channels import (
@@ -206,7 +207,7 @@ def check_declarations(name: str, policy: Policy) -> None:
     for attribute in ("draws", "inputs", "effort"):
         checks.count(f"{name}.{attribute}", getattr(policy, attribute), least=0)
     for attribute in ("channels", "columns", "shows", "needs"):
-        _check_names(f"{name}.{attribute}", getattr(policy, attribute))
+        check_names(f"{name}.{attribute}", getattr(policy, attribute), "('predators',)")
     for need in policy.needs:
         checks.choice(f"{name}.needs", need, (*OWN_FIELDS, IDENTITIES))
     checks.flag(f"{name}.decides_together", policy.decides_together)
@@ -217,22 +218,10 @@ def check_declarations(name: str, policy: Policy) -> None:
     for column in (*policy.columns, *policy.shows):
         if not column.isidentifier() or hasattr(tuple, column):
             raise ValueError(f"{name}.columns: {column!r} cannot be an attribute of percept.columns; rename the column")
-    if policy.shows:
-        _check_shows(name, policy)
-
-
-def _check_shows(name: str, policy: Policy) -> None:
-    """Refuse a policy that shows more of its state than it has."""
-    state = policy.start(1)
+    state = policy.start(1) if policy.shows else None
     fields = state.floats.shape[2] if isinstance(state, PolicyState) and state.floats.shape[1] else 0
     if fields < len(policy.shows):
         raise ValueError(
             f"{name}.shows={policy.shows}: are the first {len(policy.shows)} fields of its state.floats[:, 0], which "
             f"has {fields}; return PolicyState(np.zeros((size, 1, {len(policy.shows)})), …) from start(size)"
         )
-
-
-def _check_names(what: str, names: Any) -> None:
-    if not isinstance(names, tuple) or not all(isinstance(name, str) for name in names):
-        example = f"({names!r},)" if isinstance(names, str) else "('predators',)"
-        raise TypeError(f"{what}={checks.shown(names)}: must be a tuple of names, such as {example}")

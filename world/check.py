@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cache
+from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core import checks
+from teamsight.core.contracts import class_name, numbers, random_headings
 from teamsight.core.kernel import Record, specialise
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
-from teamsight.world.arena import Arena, Points
+from teamsight.world.contract import Arena, Points, farthest_inside
 
 
 class Steps(NamedTuple):
@@ -38,6 +39,9 @@ steps_at = STEPS.at
 # Steps in units of the arena's extent: none, some too short to change a position, up to many crossings.
 _LENGTHS = (0.0, 5e-324, 1e-300, 1e-17, 1e-12, 1e-6, 0.01, 0.3, 1.0, 7.3, 1e3)
 _WAYS = 24
+# Those along the axes are exact, so that positions found there lie on the wall itself.
+_AROUND = np.stack([wave(2 * np.pi * np.arange(_WAYS) / _WAYS) for wave in (np.cos, np.sin)], axis=-1).round(15)
+_HERE_AND_AROUND = np.concatenate([np.zeros((1, 2)), _AROUND])
 _HALVINGS = 60
 _WALKERS, _WALK = 64, 300
 
@@ -63,59 +67,60 @@ def _confine_all(address: int) -> int:
     return 0
 
 
-_entry = cache(specialise)
 # Steps of each call that also run as plain Python.
 _INTERPRETED = 8
 
 
-def check_confine(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
+def _check_confine(arena: Arena, box: Points, places: Points, rng: np.random.Generator) -> None:
     """Refuse an arena whose `confine` returns a position outside, or a heading that is not a unit vector.
 
-    Steps begin at `places` inside; `extent` is the longer side of the box around the arena.
+    Steps begin at `places` inside; `box` are the bounds.
     """
-    walls = _at_the_wall(arena, places[:64], extent)
-    begin = np.concatenate([places[:256], walls])
+    extent = float(np.ptp(box, axis=0).max())
+    begin = np.concatenate([places[:256], _at_the_wall(arena, box, places[:64], extent)])
     for length in _LENGTHS:
         for heading in _headings(begin, rng):
             _check_steps(arena, begin, length * extent * heading, heading)
     _check_short_steps(arena, places, extent, rng)
-    _check_walk(arena, begin[rng.integers(0, len(begin), _WALKERS)], extent, rng)
+    # Walks of many steps stay inside.
+    place = begin[rng.integers(0, len(begin), _WALKERS)]
+    heading = random_headings(_WALKERS, rng)
+    for _ in range(_WALK):
+        reached = _check_steps(arena, place, extent * rng.choice([0.01, 0.2, 0.9]) * heading, heading)
+        place, heading = reached[:, :2].copy(), reached[:, 2:].copy()
 
 
-def _at_the_wall(arena: Arena, places: Points, extent: float) -> Points:
+def _at_the_wall(arena: Arena, box: Points, places: Points, extent: float) -> Points:
     """Return positions at the wall, found from `places` in all directions, with corners and the centre."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
-    angle = 2 * np.pi * np.arange(_WAYS) / _WAYS
-    # The directions along the axes are exact, so that positions found there lie on the wall itself.
-    ways = np.stack([np.cos(angle), np.sin(angle)], axis=-1).round(15)
     inside = np.repeat(places, _WAYS, axis=0)
-    way = np.tile(ways, (len(places), 1))
-    near, far = np.zeros(len(inside)), np.full(len(inside), 2.0 * extent)
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (near + far)
-        is_inside = np.asarray(arena.contains(inside + middle[:, None] * way))
-        near, far = np.where(is_inside, middle, near), np.where(is_inside, far, middle)
+    way = np.tile(_AROUND, (len(places), 1))
+    far = np.full(len(inside), 2.0 * extent)
+    near = farthest_inside(lambda share: arena.contains(inside + share[:, None] * way), far, _HALVINGS)
     found = inside + near[:, None] * way
-    centre = 0.5 * (low + high)
-    corners = [low, high, [low[0], high[1]], [high[0], low[1]], [high[0], centre[1]], [centre[0], low[1]]]
-    found = np.concatenate([found, np.array(corners), [centre, [0.0, 0.0]]])
+    # The corners, the middles of the sides, the centre, and the origin.
+    grid = np.stack(np.meshgrid(*np.linspace(box[0], box[1], 3).T), axis=-1).reshape(-1, 2)
+    found = np.concatenate([found, grid, np.zeros((1, 2))])
     return found[np.asarray(arena.contains(found))]
 
 
 def _headings(begin: Points, rng: np.random.Generator) -> list[Points]:
     """Return headings: random, along the axes, away from the origin, and perpendicular to that."""
-    angle = rng.uniform(0, 2 * np.pi, len(begin))
     length = np.hypot(begin[:, 0], begin[:, 1])[:, None]
     outward = np.divide(begin, length, out=np.tile([1.0, 0.0], (len(begin), 1)), where=length > 0)
     fixed = [np.tile(way, (len(begin), 1)) for way in ([1.0, 0.0], [0.0, -1.0])]
     across = np.stack([-outward[:, 1], outward[:, 0]], axis=-1)
-    return [np.stack([np.cos(angle), np.sin(angle)], axis=-1), outward, across, *fixed]
+    return [random_headings(len(begin), rng), outward, across, *fixed]
 
 
 def _check_steps(arena: Arena, begin: Points, step: Points, heading: Points) -> npt.NDArray[np.float64]:
     """Make the steps; return the positions and headings after them, shape (n, 4)."""
     given = np.ascontiguousarray(np.concatenate([begin, step, heading], axis=1))
-    reached = _confined(arena, given)
+    name = type(arena).__name__
+    entry = specialise(_confine_all, name.lower(), confine=type(arena).confine)
+    steps = Steps(given, np.full((len(given), 4), np.nan), np.array(arena.size, float))
+    few = slice(None, None, max(1, len(given) // _INTERPRETED))
+    _GUARD.interpret(name, "confine", entry, steps._replace(given=given[few], reached=steps.reached[few]))
+    reached = _GUARD.execute(name, "confine", entry, steps)[1].reached
     finite = np.asarray(np.isfinite(reached).all(axis=1))
     inside = np.asarray(arena.contains(np.where(finite[:, None], reached[:, :2], 0.0)))
     unit: npt.NDArray[np.bool_] = np.abs(reached[:, 2] ** 2 + reached[:, 3] ** 2 - 1.0) <= 1e-6
@@ -130,24 +135,16 @@ def _check_steps(arena: Arena, begin: Points, step: Points, heading: Points) -> 
 
 
 def _result(arena: Arena, given: Any, reached: Any, k: int) -> str:
-    x, y, step_x, step_y, heading_x, heading_y = given[k].tolist()
-    to = reached[k].tolist()
-    return (
-        f"{type(arena).__name__}: confine({x}, {y}, {step_x}, {step_y}, {heading_x}, {heading_y}, size) returns "
-        f"({', '.join(map(str, to))})"
-    )
+    before, after = (", ".join(map(str, row[k].tolist())) for row in (given, reached))
+    return f"{type(arena).__name__}: confine({before}, size) returns ({after})"
 
 
 def _check_short_steps(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
     """Check that a step far from the wall ends at position + step, with its heading."""
-    angle = rng.uniform(0, 2 * np.pi, len(places))
-    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    heading = random_headings(len(places), rng)
     for length in (0.0, 1e-3 * extent):
         # Free: in many directions, no wall at the step's length nor at twice that.
-        free = np.ones(len(places), bool)
-        for share in (1.0, 2.0):
-            for way in _ring(places, share * length):
-                free &= np.asarray(arena.contains(way))
+        free = np.all([_inside_around(arena, places, share * length) for share in (1.0, 2.0)], axis=(0, 1))
         step = length * heading
         reached = _check_steps(arena, places, step, heading)
         wrong = np.abs(arena.displacement(places + step, reached[:, :2])).max(axis=1) > 1e-9 * extent
@@ -158,27 +155,11 @@ def _check_short_steps(arena: Arena, places: Points, extent: float, rng: np.rand
             raise ValueError(f"{result}, although no wall is near; add the step to the position and keep the heading")
 
 
-def _ring(places: Points, radius: float) -> list[Points]:
-    angle = 2 * np.pi * np.arange(_WAYS) / _WAYS
-    return [places + radius * np.array([np.cos(a), np.sin(a)]) for a in angle]
-
-
-def _check_walk(arena: Arena, begin: Points, extent: float, rng: np.random.Generator) -> None:
-    """Check that walks of many steps stay inside."""
-    place, heading = begin, _headings(begin, rng)[0]
-    for _ in range(_WALK):
-        reached = _check_steps(arena, place, extent * rng.choice([0.01, 0.2, 0.9]) * heading, heading)
-        place, heading = reached[:, :2].copy(), reached[:, 2:].copy()
-
-
-def _confined(arena: Arena, given: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the positions and headings after these steps; shapes as in `Steps`."""
-    name = type(arena).__name__
-    entry = _entry(_confine_all, name.lower(), confine=type(arena).confine)
-    steps = Steps(given, np.full((len(given), 4), np.nan), np.array(arena.size, float))
-    few = slice(None, None, max(1, len(given) // _INTERPRETED))
-    _GUARD.interpret(name, "confine", entry, steps._replace(given=given[few], reached=steps.reached[few]))
-    return _GUARD.execute(name, "confine", entry, steps)[1].reached
+def _inside_around(arena: Arena, places: Points, radius: float) -> npt.NDArray[np.bool_]:
+    """Return whether positions, and the points around them, are inside, shape (1 + directions, n)."""
+    # Along an axis that repeats, the arena continues.
+    around = (arena.displacement(np.zeros(2), places + radius * way) for way in _HERE_AND_AROUND)
+    return np.array([arena.contains(each) for each in around])
 
 
 _SAMPLES = 100_000
@@ -186,7 +167,6 @@ _SAMPLES = 100_000
 _TOLERANCE = 0.01
 _CELLS = 4
 _PLACES = 40_000
-_DIRECTIONS = 16
 _MOVED = 2_000
 # The relative error that `Arena.inside` may have in the margin.
 _COARSE = 2e-3
@@ -216,110 +196,65 @@ def check_arena(arena: Arena, *, seed: int = 1) -> None:
     ValueError
         If it breaks the contract. The message names the arena, the call, its result and the cure.
     """
-    name = type(arena).__name__
-    if not isinstance(arena, Arena):
-        name = arena.__name__ if isinstance(arena, type) else name
-        raise TypeError(f"{name}: must be an object of a subclass of Arena, such as Disc(2.0)")
+    name = class_name(arena, Arena, "Disc(2.0)")
     begin_check()
     rng = np.random.default_rng(seed)
-    _check_numbers(name, arena)
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
-    extent = float((high - low).max())
-    samples = rng.uniform(low, high, (_SAMPLES, 2))
-    _check_contains(name, arena, samples)
-    _check_box(name, arena, samples, rng)
-    places = _check_place(name, arena, samples, rng)
-    _check_inside(name, arena, places, rng)
-    check_confine(arena, places[rng.permutation(len(places))[:1000]], extent, rng)
+    box = _check_numbers(name, arena)
+    samples = rng.uniform(box[0], box[1], (_SAMPLES, 2))
+    _check_contains(name, arena, samples[:6])
+    _check_box(name, arena, box, samples, rng)
+    places = _check_place(name, arena, box, samples, rng)
+    _check_inside(name, arena, box, places, rng)
+    _check_confine(arena, box, places[rng.permutation(len(places))[:1000]], rng)
 
 
-def _flat(value: Any) -> str:
-    """Return the repr of a value, in one line of at most 120 characters."""
-    text = " ".join(repr(value).split())
-    return text if len(text) < 120 else f"{text[:117]}…"
-
-
-def _numbers(name: str, value: Any, what: str = "numbers") -> npt.NDArray[np.float64]:
-    try:
-        numbers = np.array([float(number) for number in value])
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}={_flat(value)}: must be {what}, such as (2.0, 0.0)") from None
-    if not np.isfinite(numbers).all():
-        raise ValueError(f"{name}={_flat(value)}: must be finite {what}")
-    return numbers
-
-
-def _pair(name: str, value: Any, least: float) -> npt.NDArray[np.float64]:
-    numbers = _numbers(name, value, "two numbers")
-    if numbers.shape != (2,) or (numbers < least).any():
-        limit = " of at least 0" if least == 0 else ""
-        raise ValueError(f"{name}={_flat(value)}: must be two numbers{limit}")
-    return numbers
-
-
-def _check_numbers(name: str, arena: Arena) -> None:
-    """Check `size`, `bounds`, `period` and `area` as numbers."""
-    _numbers(f"{name}.size", arena.size)
-    bounds = arena.bounds
-    if not isinstance(bounds, (Sequence, np.ndarray)) or len(bounds) != 2:
-        raise TypeError(f"{name}.bounds={_flat(bounds)}: must be two corners, the lower left and the upper right one")
-    low, high = (_pair(f"{name}.bounds[{i}]", corner, -np.inf) for i, corner in enumerate(bounds))
-    if not (low < high).all():
-        raise ValueError(
-            f"{name}.bounds={low.tolist()}, {high.tolist()}: the first corner must be the lower left, the second the "
-            "upper right one"
-        )
-    period = _pair(f"{name}.period", arena.period, 0.0)
-    for axis, (side, repeats) in enumerate(zip(high - low, period, strict=True)):
+def _check_numbers(name: str, arena: Arena) -> Points:
+    """Check `size`, `bounds`, `period` and `area` as numbers; return the bounds, shape (2, 2)."""
+    numbers(f"{name}.size", arena.size)
+    bounds = numbers(f"{name}.bounds", arena.bounds, 2)
+    if bounds.shape != (2, 2) or not (bounds[0] < bounds[1]).all():
+        corners = bounds.tolist()
+        raise ValueError(f"{name}.bounds={corners}: must be two corners, the lower left and the upper right one")
+    period = numbers(f"{name}.period", arena.period)
+    if period.shape != (2,) or (period < 0).any():
+        raise ValueError(f"{name}.period={checks.shown(arena.period)}: must be two numbers of at least 0")
+    for axis, (side, repeats) in enumerate(zip(bounds[1] - bounds[0], period, strict=True)):
         if repeats > 0 and abs(side - repeats) > 1e-9 * side:
             raise ValueError(
                 f"{name}.period[{axis}]={repeats:g}: must be 0, or the side of the bounds along that axis, {side:g}"
             )
-    try:
-        area = float(arena.area)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}.area={_flat(arena.area)}: must be a number") from None
-    if not (np.isfinite(area) and area > 0):
-        raise ValueError(f"{name}.area={area}: must be a finite number above 0")
+    checks.number(f"{name}.area", arena.area, above=0)
+    return bounds
 
 
-def _check_contains(name: str, arena: Arena, samples: Points) -> None:
+def _check_contains(name: str, arena: Arena, few: Points) -> None:
     """Check that `contains` gives the same result for positions of all shapes."""
-    few = samples[:6]
     answers = []
-    for positions in (few, few.reshape(2, 3, 2), few[:0]):
-        shape = positions.shape
-        answer = _contains(name, arena, positions)
+    for positions in (few, few.reshape(2, 3, 2), few[:0], *few):
+        shape, cure = positions.shape, "work along the last axis, as in position[..., 0]"
+        answer = np.asarray(_called(f"{name}.contains of positions of shape {shape}", cure, arena.contains, positions))
         if answer.shape != shape[:-1] or answer.dtype != bool:
             raise ValueError(
                 f"{name}.contains of positions of shape {shape} has the shape {answer.shape} and the type "
-                f"{answer.dtype}; it must be {shape[:-1]} and bool: work along the last axis"
+                f"{answer.dtype}; it must be {shape[:-1]} and bool: {cure}"
             )
         answers.append(answer.ravel())
-    single = [_contains(name, arena, position) for position in few]
-    if any(one.shape != () for one in single):
-        raise ValueError(f"{name}.contains of one position has the shape {single[0].shape}; it must be (), one bool")
-    if not (np.array_equal(answers[0], answers[1]) and np.array_equal(answers[0], [bool(one) for one in single])):
+    whole, folded, _, *single = answers
+    if not (np.array_equal(whole, folded) and np.array_equal(whole, np.concatenate(single))):
         raise ValueError(f"{name}.contains differs between one position and several; work along the last axis")
 
 
-def _contains(name: str, arena: Arena, positions: Points) -> npt.NDArray[Any]:
+def _called(what: str, cure: str, function: Callable[..., Any], *arguments: Any) -> Any:
     try:
-        return np.asarray(arena.contains(positions))
+        return function(*arguments)
     except Exception as error:
-        raise ValueError(
-            f"{name}.contains of positions of shape {positions.shape} raises {_shown(error)}; work along the last "
-            "axis, as in position[..., 0]"
-        ) from error
+        said = f"{type(error).__name__}({str(error)[:80]!r})"
+        raise ValueError(f"{what} raises {said}; {cure}") from error
 
 
-def _shown(error: Exception) -> str:
-    return f"{type(error).__name__}({str(error)[:80]!r})"
-
-
-def _check_box(name: str, arena: Arena, samples: Points, rng: np.random.Generator) -> None:
+def _check_box(name: str, arena: Arena, box: Points, samples: Points, rng: np.random.Generator) -> None:
     """Check that nothing is inside beyond the bounds, and that `area` agrees with `contains`."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
+    low, high = box
     sides = high - low
     around = rng.uniform(low - sides, high + sides, (_SAMPLES, 2))
     beyond = ((around < low - 1e-9 * sides) | (around > high + 1e-9 * sides)).any(axis=1)
@@ -329,28 +264,30 @@ def _check_box(name: str, arena: Arena, samples: Points, rng: np.random.Generato
             f"{name}.contains({around[outside[0]].tolist()}) is True, although that is beyond the bounds "
             f"{low.tolist()}, {high.tolist()}; widen the bounds"
         )
-    share, box = float(np.mean(arena.contains(samples))), float(sides.prod())
-    if abs(share - arena.area / box) > _TOLERANCE:
+    share, whole = float(np.mean(arena.contains(samples))), float(sides.prod())
+    if abs(share - arena.area / whole) > _TOLERANCE:
         raise ValueError(
-            f"{name}.area={arena.area:g}: by contains() it is {share * box:.4g}, a share of {share:.3f} of the bounds; "
-            f"they must agree to {_TOLERANCE:g} of the bounds"
+            f"{name}.area={arena.area:g}: by contains() it is {share * whole:.4g}, a share of {share:.3f} of the "
+            f"bounds; they must agree to {_TOLERANCE:g} of the bounds"
         )
 
 
-def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Generator) -> Points:
+def _check_place(name: str, arena: Arena, box: Points, samples: Points, rng: np.random.Generator) -> Points:
     """Check `place`; return positions inside."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
+    extent = float(np.ptp(box, axis=0).max())
     edges = np.stack(np.meshgrid(_EDGES, _EDGES), axis=-1).reshape(-1, 2)
     u, v = np.concatenate([edges, rng.random((_PLACES, 2)).clip(2.0**-54, 1 - 2.0**-53)]).T
     # No margin, one that surely fits, and one that surely does not.
-    small = 0.01 * min(np.sqrt(arena.area), float((high - low).min()))
-    for margin in (0.0, small, 10.0 * float((high - low).max())):
+    small = 0.01 * min(np.sqrt(arena.area), float(np.ptp(box, axis=0).min()))
+    for margin in (0.0, small, 10.0 * extent):
         places = _placed(name, arena, u, v, margin)
         inside = np.asarray(arena.contains(places))
         if not inside.all():
             k = int(np.argmin(inside))
-            place = f"{_placing(name, u, v, margin, k)} is {places[k].tolist()}"
-            raise ValueError(f"{place}, which is outside according to contains(); {_INSIDE}")
+            raise ValueError(
+                f"{_placing(name, u, v, margin, k)} is {places[k].tolist()}, which is outside according to contains(); "
+                "map all of (0, 1) × (0, 1) inside, also after rounding"
+            )
         if margin == small:
             k, ahead = _nearest_to_wall(arena, places, margin)
             if ahead is not None:
@@ -359,29 +296,19 @@ def _check_place(name: str, arena: Arena, samples: Points, rng: np.random.Genera
                     f"{ahead} is outside; return positions at least the margin from the wall"
                 )
     places = _placed(name, arena, u, v, 0.0)
-    _check_uniform(name, arena, places[len(edges) :], samples)
+    _check_uniform(name, arena, box, places[len(edges) :], samples)
     _placed(name, arena, 0.5, 0.5, 0.0)
     return places
 
 
-_INSIDE = "map all of (0, 1) × (0, 1) inside, also after rounding"
-
-
 def _placed(name: str, arena: Arena, u: Any, v: Any, margin: float) -> Points:
-    try:
-        places = np.asarray(arena.place(u, v, margin), float)
-    except Exception as error:
-        raise ValueError(
-            f"{name}.place of numbers of shape {np.shape(u)}, margin={margin:g} raises {_shown(error)}; accept numbers "
-            "and arrays, and any margin"
-        ) from error
+    what, cure = f"{name}.place of numbers of shape {np.shape(u)}", "accept numbers and arrays, and any margin"
+    places = np.asarray(_called(f"{what}, margin={margin:g}", cure, arena.place, u, v, margin), float)
     if places.shape != (*np.shape(u), 2):
-        raise ValueError(
-            f"{name}.place of numbers of shape {np.shape(u)} has the shape {places.shape}; stack x and y along the "
-            "last axis"
-        )
-    if not np.isfinite(places).all():
-        k = int(np.argmin(np.isfinite(places).all(axis=-1)))
+        raise ValueError(f"{what} has the shape {places.shape}; stack x and y along the last axis")
+    is_finite = np.isfinite(places.reshape(-1, 2)).all(axis=1)
+    if not is_finite.all():
+        k = int(np.argmin(is_finite))
         place = places.reshape(-1, 2)[k].tolist()
         raise ValueError(f"{_placing(name, np.ravel(u), np.ravel(v), margin, k)} is {place}; it must be finite")
     return places
@@ -393,24 +320,17 @@ def _placing(name: str, u: Any, v: Any, margin: float, k: int) -> str:
 
 def _nearest_to_wall(arena: Arena, places: Points, margin: float) -> tuple[int, list[float] | None]:
     """Return the row of a position nearer to the wall than the margin and a point outside, or None instead of it."""
-    for ahead in _circle(places, margin * (1 - 1e-6)):
-        # Along an axis that repeats, the arena continues.
-        is_free = np.asarray(arena.contains(arena.displacement(np.zeros(2), ahead)))
-        if not is_free.all():
-            k = int(np.argmin(is_free))
-            return k, ahead[k].tolist()
-    return 0, None
+    radius = margin * (1 - 1e-6)
+    outside = np.argwhere(~_inside_around(arena, places, radius))
+    if not len(outside):
+        return 0, None
+    way, k = outside[0].tolist()
+    return k, (places[k] + radius * _HERE_AND_AROUND[way]).tolist()
 
 
-def _circle(places: Points, radius: float) -> list[Points]:
-    """Return the positions, and the points around them in all directions."""
-    angles = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    return [places, *(places + radius * np.array([np.cos(angle), np.sin(angle)]) for angle in angles)]
-
-
-def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Generator) -> None:
+def _check_inside(name: str, arena: Arena, box: Points, places: Points, rng: np.random.Generator) -> None:
     """Check that `inside` moves points from anywhere inside, and keeps those that are."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
+    low, high = box
     sides = high - low
     few = places[rng.permutation(len(places))[:_MOVED]]
     points = np.concatenate([rng.uniform(low - sides, high + sides, (_MOVED, 2)), few])
@@ -423,8 +343,7 @@ def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Genera
                 "and finite"
             )
         # Points on the wall may be outside by a rounding error: a point near them must be inside.
-        around = _circle(moved, 1e-9 * float(sides.max()))
-        is_inside = np.any([arena.contains(arena.displacement(np.zeros(2), near)) for near in around], axis=0)
+        is_inside = np.asarray(_inside_around(arena, moved, 1e-9 * float(sides.max())).any(axis=0))
         nearer = (0, None) if margin == 0 else _nearest_to_wall(arena, moved, margin * (1 - _COARSE))
         k, ahead = nearer if is_inside.all() else (int(np.argmin(is_inside)), None)
         if not is_inside[k] or ahead is not None:
@@ -438,15 +357,13 @@ def _check_inside(name: str, arena: Arena, places: Points, rng: np.random.Genera
         raise ValueError(f"{name}.inside({few[k].tolist()}) moves a point that is inside; return it unchanged")
 
 
-def _check_uniform(name: str, arena: Arena, places: Points, samples: Points) -> None:
+def _check_uniform(name: str, arena: Arena, box: Points, places: Points, samples: Points) -> None:
     """Compare the share of positions in each cell of a grid over the bounds with its share of the area."""
-    low, high = (np.asarray(corner, float) for corner in arena.bounds)
     inside = samples[np.asarray(arena.contains(samples))]
-    edges = [np.linspace(low[axis], high[axis], _CELLS + 1) for axis in range(2)]
-    wanted, found = (np.histogram2d(part[:, 0], part[:, 1], bins=edges)[0] / len(part) for part in (inside, places))
+    wanted, found = (np.histogram2d(x, y, bins=_CELLS, range=box.T)[0] / len(x) for x, y in (inside.T, places.T))
     worst = np.unravel_index(np.argmax(np.abs(found - wanted)), wanted.shape)
     if abs(found[worst] - wanted[worst]) > _TOLERANCE:
-        x, y = (low + (np.array(worst) + 0.5) * (high - low) / _CELLS).tolist()
+        x, y = (box[0] + (np.array(worst) + 0.5) * np.ptp(box, axis=0) / _CELLS).tolist()
         raise ValueError(
             f"{name}.place puts {found[worst]:.3f} of all positions into the cell around ({x:.3g}, {y:.3g}), which has "
             f"{wanted[worst]:.3f} of the area; positions must be uniform over the area (in a disc, radius ∝ √u)"

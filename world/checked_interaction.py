@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.contracts import random_headings
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.world.arena import Torus
 from teamsight.world.contract import Arena
@@ -119,7 +120,6 @@ class _Scene:
         self, interaction: Interaction, arena: Arena, sizes: dict[str, int], spread: float, rng: np.random.Generator
     ) -> None:
         self._interaction, self._arena, self._sizes, self._rng = interaction, arena, sizes, rng
-        self._name = type(interaction).__name__
         self._step = _STEP * spread * float(np.ptp(arena.bounds, axis=0).max())
         self._kinds: Kinds = tuple(
             (role, tuple((name, np.asarray(fill).dtype.str) for of, name, fill in interaction.columns if of == role))
@@ -127,25 +127,20 @@ class _Scene:
         )
         self._state = first_state(interaction, sizes_type(interaction.roles)(**sizes))
         middle = np.array(arena.place(*rng.random((2, 1))))
-        self._bodies = {role: self._new(role, columns, middle, spread) for role, columns in self._kinds}
-
-    def _new(self, role: str, columns: Any, middle: npt.NDArray[np.float64], spread: float) -> Any:
-        size, rng = self._sizes[role], self._rng
-        place = np.array(self._arena.place(*rng.random((2, size)))).reshape(size, 2)
-        place = self._inside(middle + spread * self._arena.displacement(middle, place))
-        angle = rng.uniform(0, 2 * np.pi, size)
-        first = {name: fill for of, name, fill in self._interaction.columns if of == role}
-        own = InteractingBodies(
-            place, np.stack([np.cos(angle), np.sin(angle)], axis=-1), place.copy(), np.zeros((size, 2)),
-            np.full(size, self._step), rng.random(size) < 0.8, np.zeros(size), np.zeros(size, np.bool_),
-            self._first_identity(role) + np.arange(size),
-        )  # fmt: skip
-        return bodies_type(role, columns)(*own, *(np.full(size, first[name], kind) for name, kind in columns))
-
-    def _first_identity(self, role: str) -> int:
-        """Return the number of the first body of a role; those of all roles follow each other."""
-        earlier = self._interaction.roles[: self._interaction.roles.index(role)]
-        return 1 + sum(self._sizes[one] for one in earlier)
+        self._bodies: dict[str, Any] = {}
+        identity = 1
+        for role, columns in self._kinds:
+            size = sizes[role]
+            place = np.array(arena.place(*rng.random((2, size)))).reshape(size, 2)
+            place = self._inside(middle + spread * arena.displacement(middle, place))
+            first = {name: fill for of, name, fill in interaction.columns if of == role}
+            own = InteractingBodies(
+                place, random_headings(size, rng), place.copy(), np.zeros((size, 2)), np.full(size, self._step),
+                rng.random(size) < 0.8, np.zeros(size), np.zeros(size, np.bool_), identity + np.arange(size),
+            )  # fmt: skip
+            more = [np.full(size, first[name], kind) for name, kind in columns]
+            self._bodies[role] = bodies_type(role, columns)(*own, *more)
+            identity += size
 
     def _inside(self, place: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         if not len(place):
@@ -156,45 +151,26 @@ class _Scene:
 
     def step(self) -> None:
         """Move the active bodies, and call the kernel as often as in a step."""
+        interaction, kinds = self._interaction, self._kinds
         for role, bodies in self._bodies.items():
             way = self._step * self._rng.normal(size=bodies.position.shape) * bodies.active[:, np.newaxis]
             place = np.where(bodies.active[:, np.newaxis], self._inside(bodies.position + way), bodies.position)
-            moved = self._arena.displacement(bodies.position, place)
-            self._bodies[role] = bodies._replace(
-                position=place, before=bodies.position, moved=np.ascontiguousarray(moved)
-            )
+            moved = np.ascontiguousarray(self._arena.displacement(bodies.position, place))
+            self._bodies[role] = bodies._replace(position=place, before=bodies.position, moved=moved)
         noise = {
-            role: self._rng.random((self._interaction.draws, (size // LANES + 2) * LANES))
+            role: self._rng.random((interaction.draws, (size // LANES + 2) * LANES))
             for role, size in self._sizes.items()
         }
-        for turn in range(len(self._interaction.roles)) if self._interaction.in_turn else (-1,):
-            self._call(noise, turn)
-
-    def _call(self, noise: dict[str, npt.NDArray[np.float64]], turn: int) -> None:
-        bodies = {
-            role: one._replace(reward=np.zeros_like(one.reward), ended=np.zeros_like(one.ended))
-            for role, one in self._bodies.items()
-        }
-        name, interaction, kinds = self._name, self._interaction, self._kinds
-        entry, guard = interaction.entry(kinds), _guard(kinds)
-        given = call_of(interaction, kinds, bodies, self._state, noise, turn)
-        guard.interpret(name, "its kernel", entry, given, {f"noise.{role}": n for role, n in self._sizes.items()})
-        found = []
-        # In a world, rows of noise are longer than there are bodies. The numbers behind must have no effect.
-        for beyond in (np.nan, 0.5):
-            for role, array in noise.items():
-                array[:, self._sizes[role] :] = beyond
-            done = guard.execute(name, "its kernel", entry, given)[1]
-            found.append([*(array for one in done.bodies for array in one), *done.state, done.scores])
-        if any(not np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in zip(*found, strict=True)):
-            raise ValueError(
-                f"{name}: its kernel uses noise beyond the bodies, or another source of chance; rows of noise can be "
-                "longer: stop at the number of bodies"
-            )
-        _check_written(name, interaction, self._arena, done)
-        self._state = InteractionState(done.state.floats.copy(), done.state.ints.copy())
-        for role, one in done.bodies._asdict().items():
-            self._bodies[role] = type(one)(*(array.copy() for array in one))
+        name, sizes = type(interaction).__name__, {f"noise.{role}": size for role, size in self._sizes.items()}
+        for turn in range(len(interaction.roles)) if interaction.in_turn else (-1,):
+            bodies = {
+                role: one._replace(reward=np.zeros_like(one.reward), ended=np.zeros_like(one.ended))
+                for role, one in self._bodies.items()
+            }
+            given = call_of(interaction, kinds, bodies, self._state, noise, turn)
+            done = _guard(kinds).run(name, "its kernel", interaction.entry(kinds), given, sizes)[1]
+            _check_written(name, interaction, self._arena, done)
+            self._bodies, self._state = done.bodies._asdict(), done.state
 
 
 def _check_written(name: str, interaction: Interaction, arena: Arena, done: Interacting) -> None:

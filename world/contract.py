@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -34,9 +34,6 @@ from teamsight.world.walls import (
 Points = npt.NDArray[np.float64]
 
 
-_MEMBERS = ("bounds", "finest", "faces", "boundary", "covers")
-
-
 class Outline(NamedTuple):
     """What an arena looks like, for drawing.
 
@@ -52,6 +49,7 @@ class Outline(NamedTuple):
     obstacles: tuple[Points, ...]
 
 
+@runtime_checkable
 class Obstacle(Protocol):
     """The shape of an obstacle: `Circle` and `Polygon`."""
 
@@ -75,18 +73,7 @@ class Obstacle(Protocol):
         """Return for each position, shape (..., 2), whether it is inside by more than `slack`."""
 
 
-class Obstructable(Protocol):
-    """The part of `Arena` on which obstacles depend; arenas import this file."""
-
-    @property
-    def bounds(self) -> tuple[Points, Points]: ...
-    @property
-    def period(self) -> tuple[float, float]: ...
-    @property
-    def walls(self) -> Walls | None: ...
-
-
-def check_obstacles(arena: Obstructable, obstacles: tuple[Obstacle, ...]) -> None:
+def _check_obstacles(arena: Arena, obstacles: tuple[Obstacle, ...]) -> None:
     """Refuse obstacles that `arena` cannot have; see `Arena.with_obstacles`."""
     name = type(arena).__name__
     # Walls that are inherited from a class with another `confine` may be wrong.
@@ -103,7 +90,7 @@ def check_obstacles(arena: Obstructable, obstacles: tuple[Obstacle, ...]) -> Non
         if isinstance(one, (list, tuple)):
             kind = type(one).__name__
             raise TypeError(f"obstacle {checks.shown(one)}: is a {kind}; unpack it: with_obstacles(*shapes)")
-        if not all(hasattr(one, member) for member in _MEMBERS):
+        if not isinstance(one, Obstacle):
             raise TypeError(f"obstacle {checks.shown(one)}: must be a shape, such as Circle((0, 0), 1) or Polygon(…)")
         first, last = one.bounds
         if not ((first < high) & (last > low)).all():
@@ -141,54 +128,18 @@ def shortest(way: Points, period: tuple[float, float]) -> Points:
     return np.asarray(way - sides * np.rint(way / sides))
 
 
-def check_reach(reach: float, period: tuple[float, float]) -> None:
-    """Refuse a range within which a body could be found twice; see `Arena.check_reach`."""
-    if not any(period):
-        return
-    limit = min((side / 2 for side in period if side > 0), default=math.inf)
-    if reach > limit:
-        raise ValueError(
-            f"range={reach:g}: on a torus a range must be at most half of the shorter side, here {limit:g}; "
-            "take a larger torus or a shorter range"
-        )
-
-
 _HALVINGS = 50
 _DIRECTIONS = 64
 
 
-class Star(Protocol):
-    """The part of `Arena` that is read here; arenas import this file."""
-
-    @property
-    def period(self) -> tuple[float, float]: ...
-    def contains(self, position: npt.ArrayLike) -> npt.NDArray[np.bool_]: ...
-    def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points: ...
-
-
-def towards_origin(arena: Star, points: Points, margin: float) -> Points:
-    """Move points that are outside, or nearer to the wall than `margin`, towards the origin; see `Arena.inside`."""
-    points = np.array(arena.displacement(np.zeros(2), points))
-    is_open = np.asarray(arena.period) > 0
-    angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
-    around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
-    # Each look costs time: only points that have to move are moved.
-    stuck = np.flatnonzero(~_is_free(arena, points, around))
-    moving = points[stuck]
-    near, far = np.zeros(len(stuck)), np.ones(len(stuck))
-    for _ in range(_HALVINGS if len(stuck) else 0):
+def farthest_inside(is_inside: Callable[[Points], Any], far: Points, halvings: int) -> Points:
+    """Return the largest numbers from 0 to `far` at which `is_inside`, if it is from 0 up to there, by bisection."""
+    near = np.zeros(len(far))
+    for _ in range(halvings):
         middle = 0.5 * (near + far)
-        is_free = _is_free(arena, np.where(is_open, moving, moving * middle[:, None]), around)
-        near, far = np.where(is_free, middle, near), np.where(is_free, far, middle)
-    points[stuck] = np.where(is_open, moving, moving * near[:, None])
-    return points
-
-
-def _is_free(arena: Star, points: Points, around: Points) -> npt.NDArray[np.bool_]:
-    """Return for each point whether all points around it are inside."""
-    # The arena continues across the seam of an axis that repeats.
-    places = arena.displacement(np.zeros(2), points[:, None] + around)
-    return np.asarray(np.all(arena.contains(places), axis=1))
+        found = is_inside(middle)
+        near, far = np.where(found, middle, near), np.where(found, far, middle)
+    return near
 
 
 # More obstacles are counted where a world is described.
@@ -313,8 +264,26 @@ class Arena(ABC):
         ndarray, shape (n, 2), float64
             Positions inside [length].
         """
+        points = np.array(self.displacement(np.zeros(2), points))
+        is_open = np.asarray(self.period) > 0
+        angle = 2 * np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        around = np.concatenate([np.zeros((1, 2)), margin * np.stack([np.cos(angle), np.sin(angle)], axis=-1)])
 
-        return towards_origin(self, points, margin)
+        def is_free(places: Points) -> npt.NDArray[np.bool_]:
+            """Return for each point whether all points around it are inside."""
+            # The arena continues across the seam of an axis that repeats.
+            near = self.displacement(np.zeros(2), places[:, None] + around)
+            return np.asarray(np.all(self.contains(near), axis=1))
+
+        def moved(share: Points) -> Points:
+            return np.where(is_open, moving, moving * share[:, None])
+
+        # Each look costs time: only points that have to move are moved.
+        stuck = np.flatnonzero(~is_free(points))
+        moving = points[stuck]
+        if len(stuck):
+            points[stuck] = moved(farthest_inside(lambda share: is_free(moved(share)), np.ones(len(stuck)), _HALVINGS))
+        return points
 
     def displacement(self, start: npt.ArrayLike, end: npt.ArrayLike) -> Points:
         """Return the shortest way from each position to another.
@@ -339,7 +308,12 @@ class Arena(ABC):
         ValueError
             If `reach` exceeds half the distance after which the arena repeats.
         """
-        check_reach(reach, self.period)
+        limit = min((side / 2 for side in self.period if side > 0), default=math.inf)
+        if reach > limit:
+            raise ValueError(
+                f"range={reach:g}: on a torus a range must be at most half of the shorter side, here {limit:g}; "
+                "take a larger torus or a shorter range"
+            )
 
 
 @dataclass(frozen=True)
@@ -364,7 +338,7 @@ class Obstructed(Arena):
         if isinstance(self.arena, Obstructed):
             object.__setattr__(self, "obstacles", (*self.arena.obstacles, *self.obstacles))
             object.__setattr__(self, "arena", self.arena.arena)
-        check_obstacles(self.arena, self.obstacles)
+        _check_obstacles(self.arena, self.obstacles)
         if not self.fits(0.0):
             raise ValueError(f"{self}: the obstacles cover the whole arena; leave some out or make them smaller")
 
@@ -421,11 +395,10 @@ class Obstructed(Arena):
     def _images(self) -> list[tuple[Obstacle, Points]]:
         """The obstacles and the shifts at which they, or their images, reach into the arena."""
         low, high = self.bounds
-        shifts = [np.array(shift) for shift in product(*(sorted({0.0, -side, side}) for side in self.period))]
+        shifts = map(np.array, product(*(sorted({0.0, -side, side}) for side in self.period)))
         return [
             (one, shift)
-            for one in self.obstacles
-            for shift in shifts
+            for one, shift in product(self.obstacles, shifts)
             if (one.bounds[0] + shift < high).all() and (one.bounds[1] + shift > low).all()
         ]
 

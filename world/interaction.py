@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.contracts import check_names, class_name, numbers
 from teamsight.core.kernel import Entry, Record, specialise
 from teamsight.core.parameters import parameters_of
 
@@ -162,9 +163,6 @@ def interact_at(address: int) -> int:
     return COMPLETED
 
 
-_ENTRIES: dict[tuple[Any, ...], Entry] = {}
-
-
 class Interaction:
     """What happens between the bodies of some groups after they have moved, as a kernel: the base class.
 
@@ -242,11 +240,8 @@ class Interaction:
 
     def entry(self, kinds: Kinds) -> Entry:
         """Return the compiled call of this kind of interaction, for these types of columns."""
-        kind = type(self).kernel, kinds
-        if kind not in _ENTRIES:
-            bound = {"interaction_kernel": type(self).kernel, "interacting_at": interacting_record(kinds).at}
-            _ENTRIES[kind] = specialise(interact_at, type(self).__name__.lower(), **bound)
-        return _ENTRIES[kind]
+        bound = {"interaction_kernel": type(self).kernel, "interacting_at": interacting_record(kinds).at}
+        return specialise(interact_at, type(self).__name__.lower(), **bound)
 
 
 # What the kernels can read.
@@ -261,27 +256,21 @@ def check_interaction_declarations(interaction: Interaction) -> None:
     TypeError, ValueError
         Naming the attribute.
     """
-    if isinstance(interaction, type):
-        raise TypeError(f"{interaction.__name__}: is a class; give an object, {interaction.__name__}()")
-    name = type(interaction).__name__
-    if not isinstance(interaction, Interaction):
-        raise TypeError(f"interaction={checks.shown(interaction)}: must be an object of a subclass of Interaction")
+    name = class_name(interaction, Interaction, "Capture()")
     if not hasattr(type(interaction), "kernel"):
         raise TypeError(f"{name}: has no 'kernel'; give kernel(bodies, state, parameters, noise, scores, turn)")
-    _check_names(f"{name}.roles", interaction.roles, "('hunters', 'prey')")
+    _check_fields(f"{name}.roles", interaction.roles, "('hunters', 'prey')")
     if not interaction.roles:
         raise ValueError(f"{name}.roles=(): must name at least one role, such as ('robots',)")
-    _check_names(f"{name}.scores", interaction.scores, "('captures',)")
+    _check_fields(f"{name}.scores", interaction.scores, "('captures',)")
     checks.count(f"{name}.draws", interaction.draws, least=0)
     checks.flag(f"{name}.in_turn", interaction.in_turn)
     _check_columns(name, interaction)
-    _check_parameters(name, interaction)
+    numbers(f"{name}.parameters", interaction.parameters)
 
 
-def _check_names(what: str, names: Any, example: str) -> None:
-    if not isinstance(names, tuple) or not all(isinstance(name, str) for name in names):
-        example = f"({names!r},)" if isinstance(names, str) else example
-        raise TypeError(f"{what}={checks.shown(names)}: must be a tuple of names, such as {example}")
+def _check_fields(what: str, names: Any, example: str) -> None:
+    check_names(what, names, example)
     for name in names:
         if not name.isidentifier() or keyword.iskeyword(name) or name.startswith("_") or hasattr(tuple, name):
             raise ValueError(f"{what}: {name!r} cannot be the name of a field; take a name such as {example}")
@@ -296,35 +285,15 @@ def _check_columns(name: str, interaction: Interaction) -> None:
         raise TypeError(f"{what}={checks.shown(columns)}: must be tuples of role, name and value, such as {example}")
     for role, column, value in columns:
         checks.choice(f"{what}: the role", role, interaction.roles)
-        _check_names(what, (column,), example)
+        _check_fields(what, (column,), example)
         if column in InteractingBodies._fields:
             raise ValueError(f"{what}: {column!r} is a field of all bodies, bodies.{role}.{column}; take another name")
-        _check_first(f"{what}: {column}={checks.shown(value)}", value, example)
-    declared = [(role, column) for role, column, _ in columns]
-    for pair in declared:
-        if declared.count(pair) > 1:
-            raise ValueError(f"{what}: {pair[1]!r} of {pair[0]} is there twice; take two names")
-
-
-def _check_first(what: str, value: Any, example: str) -> None:
-    """Refuse what a column cannot begin with."""
-    if not isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating)):
-        raise TypeError(f"{what}: must begin as a finite number, as in {example}")
-    kind = np.asarray(value).dtype
-    if kind not in _TYPES:
-        cure = value.item() if isinstance(value, np.generic) else 0.0
-        raise TypeError(f"{what}: has the type {kind}; columns are float64, int64 or bool: begin with {cure!r}")
-    if not np.isfinite(value):
-        raise TypeError(f"{what}: must begin as a finite number, as in {example}")
-
-
-def _check_parameters(name: str, interaction: Interaction) -> None:
-    try:
-        parameters = np.asarray(interaction.parameters, float)
-    except (TypeError, ValueError) as error:
-        if name in str(error):
-            raise
-        kind = type(interaction.parameters).__name__
-        raise TypeError(f"{name}.parameters: has the type {kind}; it must be a tuple of numbers") from None
-    if parameters.ndim != 1 or not np.isfinite(parameters).all():
-        raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; they are {parameters.tolist()}")
+        kind, first = np.asarray(value).dtype, f"{what}: {column}={checks.shown(value)}"
+        is_number = isinstance(value, (bool, int, float, np.bool_, np.integer, np.floating))
+        if is_number and kind not in _TYPES:
+            cure = value.item() if isinstance(value, np.generic) else 0.0
+            raise TypeError(f"{first}: has the type {kind}; columns are float64, int64 or bool: begin with {cure!r}")
+        if not is_number or not np.isfinite(value):
+            raise TypeError(f"{first}: must begin as a finite number, as in {example}")
+        if sum(other[:2] == (role, column) for other in columns) > 1:
+            raise ValueError(f"{what}: {column!r} of {role} is there twice; take two names")

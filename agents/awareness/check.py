@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import (
     SENSING,
@@ -19,12 +18,26 @@ from teamsight.agents.awareness.interface import (
     perceive_entry,
     situate_entry,
 )
+from teamsight.core.contracts import (
+    Lists,
+    check_offsets,
+    class_name,
+    descends,
+    lists_in_any_room,
+    neighbours_of,
+    numbers,
+    random_headings,
+    refuse_entries,
+    rows_of,
+    unwritten_list,
+)
 from teamsight.core.kernel import Entry
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
-from teamsight.core.neighbour_list import NeighbourList, filled, no_neighbours
+from teamsight.core.neighbour_list import no_neighbours
 from teamsight.policies.check import PERCEPT_AXES
-from teamsight.policies.interface import Floats, Integers
+from teamsight.policies.interface import Integers
 from teamsight.world.limits import farthest_of
+from teamsight.world.search import proximity_graph
 
 
 class Sample(NamedTuple):
@@ -77,26 +90,25 @@ def sample_scene(
     size = sum(sizes)
     robots = np.zeros((size, 2)) if coincide else rng.uniform(0, side, (size, 2))
     prey = rng.uniform(0, side, (targets, 2))
-    if coincide:
-        prey[:1] = 0.0
+    prey[:coincide] = 0.0
     # Some identities are left out, as after removals.
     identity = np.sort(rng.choice(3 * (size + targets) + 3, size + targets, replace=False)) + 1
     who, what = identity[:size], identity[size:]
-    angle = rng.uniform(0, 2 * np.pi, size)
-    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    heading = random_headings(size, rng)
     reach, aware = rng.uniform(0.8, 1.2, size), rng.uniform(0.8, 1.2, size)
     members = [slice(*edges) for edges in pairwise(np.cumsum([0, *sizes]).tolist())]
     shape = "square" if square else "disc"
     far = farthest_of(shape)
+    team, sensed = (proximity_graph(robots, *others, range_shape=shape) for others in ((None, aware), (prey, reach)))
     groups = [
-        TeamGroup(of.start, heading[of], reach[of], _neighbours(robots[of], reach[of], prey, what, shape)[0], far)
-        for of in members
+        TeamGroup(of.start, heading[of], reach[of], neighbours_of(of, sensed, what), far) for of in members
     ]
     mine = members[group]
-    teammates, place = _neighbours(robots[mine], aware[mine], robots, who, shape, mine.start)
+    place = neighbours_of(mine, team).identity
     scene = Scene(
-        heading[mine], reach[mine], aware[mine], groups[group].targets, teammates, place, mine.start, [], far
-    )
+        heading[mine], reach[mine], aware[mine], groups[group].targets, neighbours_of(mine, team, who), place,
+        mine.start, [], far,
+    )  # fmt: skip
     return Sample(scene, groups, who, what)
 
 
@@ -105,22 +117,6 @@ def without_team(sample: Sample) -> Sample:
     empty = np.zeros(0, np.int64)
     scene = sample.scene._replace(teammates=no_neighbours(len(sample.scene.heading)), place=empty, first=0)
     return sample._replace(scene=scene, groups=[], team_identity=empty)
-
-
-def _neighbours(
-    observers: Floats, reach: Floats, observed: Floats, identity: npt.NDArray[np.int64], shape: str,
-    own: int | None = None,
-) -> tuple[NeighbourList, Integers]:
-    """Return the neighbours, and their indices among the observed; `own` is that of the first observer."""
-    way = observed - observers[:, np.newaxis]
-    apart = np.hypot(way[..., 0], way[..., 1]) if shape == "disc" else np.abs(way).max(axis=-1, initial=0.0)
-    near = apart <= reach[:, np.newaxis]
-    if own is not None:
-        near[np.arange(len(near)), own + np.arange(len(near))] = False
-    offset, place = way[near], np.nonzero(near)[1]
-    start = np.concatenate([[0], np.cumsum(near.sum(axis=1))])
-    distance = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
-    return NeighbourList(start, identity[place], offset, distance), place
 
 
 _ENTRY = Axis("entries", "write no more than there is room for, and return how many are needed")
@@ -144,12 +140,9 @@ def _run(degree: Awareness, kernel: str, entry: Entry, sample: Sample, **written
 
 
 _FIELDS = ("targets", "teammates", "relayed", "identities")
-_NO_IDENTITY = -7_777_777
 _UNWRITTEN = np.uint32(0x7FC5_EED5)
 # The largest reading whose distances are finite; see teamsight.policies.memory.transitions.
 _MOST = 1e30
-# Nothing changes between two calls, so the room that the first call returns must suffice.
-_MOST_CALLS = 3
 
 # Sizes of the groups of the team, the group, the number of targets, the side of the square [sensing ranges].
 _SCENES = (
@@ -187,10 +180,7 @@ def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
         If a kernel accesses elements outside its arrays or writes read-only ones, if `width` differs from what
         `situate` writes, if a reading is not finite, or if what `perceive` writes or returns is inconsistent.
     """
-    name = type(degree).__name__
-    if not isinstance(degree, Awareness):
-        name = degree.__name__ if isinstance(degree, type) else name
-        raise TypeError(f"{name}: must be an object of a subclass of Awareness, such as RingAwareness(16)")
+    name = class_name(degree, Awareness, "RingAwareness(16)")
     _check_members(name, degree)
     begin_check()
     rng = np.random.default_rng(seed)
@@ -214,13 +204,7 @@ def _check_members(name: str, degree: Awareness) -> None:
         raise ValueError(f"{name}.delivers={delivers!r}: must be a tuple of some of {', '.join(_FIELDS)}")
     if degree.shows_teammates and "teammates" not in delivers:
         raise ValueError(f"{name}.delivers={delivers!r}: shows_teammates is True; add 'teammates'")
-    try:
-        parameters = np.asarray(degree.parameters, float)
-    except (TypeError, ValueError):
-        kind = type(degree.parameters).__name__
-        raise TypeError(f"{name}.parameters: has the type {kind}; it must be an array of floats") from None
-    if parameters.ndim != 1 or not np.isfinite(parameters).all():
-        raise ValueError(f"{name}.parameters: must be finite numbers in one dimension; the shape is {parameters.shape}")
+    numbers(f"{name}.parameters", degree.parameters)
     for team_size in (1, 2, 10):
         check_width(degree, team_size)
         rings, added = degree.rings(team_size), degree.width(team_size).added
@@ -233,101 +217,38 @@ def _check_members(name: str, degree: Awareness) -> None:
 
 
 def _check_perceive(name: str, degree: Awareness, sample: Sample) -> None:
-    if type(degree).perceive is None:
-        return
-    # A world has no buffers for a group without a team; for others, it begins with room for all teammates in range.
-    ample = _perceived(name, degree, sample, 10_000 if sample.groups else 0)
-    for room in (0, 1, len(sample.scene.teammates.identity)) if sample.groups else ():
-        found = _perceived(name, degree, sample, room)
-        for kind, one, other in zip(("teammates", "relayed"), found, ample, strict=True):
-            if any(not np.array_equal(a, b, equal_nan=True) for a, b in zip(one, other, strict=True)):
-                raise ValueError(
-                    f"{name}: perceive writes different {kind} after a call with too little room; do not depend on the "
-                    "content of the buffers"
-                )
-    for kind, seen, known in (
-        ("teammates", ample[0], sample.team_identity),
-        ("relayed", ample[1], sample.target_identity),
-    ):
-        if len(seen.identity) and kind not in degree.delivers:
-            raise ValueError(f"{name}.delivers={degree.delivers!r}: perceive writes {kind}; add {kind!r}")
-        _check_neighbours(f"{name}: perceive writes {kind}", seen, known, ascending=kind == "teammates")
-
-
-def _perceived(name: str, degree: Awareness, sample: Sample, room: int) -> tuple[NeighbourList, NeighbourList]:
-    """Return what `perceive` writes with this room, or with as much more as it asks for."""
     size, entry = len(sample.scene.heading), perceive_entry(degree)
-    assert entry is not None
-    for _ in range(_MOST_CALLS):
-        shown = _blank(size, 0 if degree.shows_teammates else room)
-        relayed = _blank(size, room)
+    if entry is None:
+        return
+
+    def run(room: int) -> tuple[int, Lists]:
+        # A world has no buffers for a group without a team.
+        room *= bool(sample.groups)
+        shown, relayed = unwritten_list(size, 0 if degree.shows_teammates else room), unwritten_list(size, room)
         # A list that it never writes is empty, as in a world.
         if degree.shows_teammates or "teammates" not in degree.delivers:
             shown.start[:] = 0
         if "relayed" not in degree.delivers:
             relayed.start[:] = 0
         need, done = _run(degree, "perceive", entry, sample, teammates=shown, relayed=relayed)
-        shown, relayed = done.teammates, done.relayed
-        if need <= room:
-            break
-        if not sample.groups:
+        if need and not sample.groups:
             raise ValueError(f"{name}: perceive returns {need} for robots without a team; it must be 0")
-        room = max(need + need // 4, 16)
-    else:
-        raise ValueError(f"{name}: perceive asks for more room on every call, last for {need}; return what is needed")
-    for kind, seen in (("teammates", shown), ("relayed", relayed)):
-        _check_start(f"{name}: perceive writes {kind}.start", seen.start, len(seen.distance))
-        if seen.start[-1] > need:
-            raise ValueError(
-                f"{name}: perceive returns {need}, but writes {seen.start[-1]} {kind}; return the number of entries "
-                "that the longer of teammates and relayed needs"
-            )
-    return filled(shown), filled(relayed)
+        return need, {"teammates": done.teammates, "relayed": done.relayed}
 
-
-def _blank(size: int, room: int) -> NeighbourList:
-    """Return buffers filled with values that show what was not written."""
-    return NeighbourList(
-        np.full(size + 1, _NO_IDENTITY), np.full(room, _NO_IDENTITY), np.full((room, 2), np.nan), np.full(room, np.nan)
-    )
-
-
-def _check_start(what: str, start: Any, room: int) -> None:
-    wrong = start[0] != 0 or (np.diff(start) < 0).any() or start[-1] > room
-    if wrong:
-        raise ValueError(
-            f"{what} = {_short(start)}, with room for {room}; write all n + 1 elements: 0 first, then ascending, and "
-            "the number of entries last"
-        )
-
-
-def _check_neighbours(what: str, seen: NeighbourList, known: Any, *, ascending: bool) -> None:
-    for i in range(len(seen.start) - 1):
-        mine = slice(seen.start[i], seen.start[i + 1])
-        identity, offset, distance = seen.identity[mine], seen.offset[mine], seen.distance[mine]
-        if not (np.isfinite(offset).all() and np.isfinite(distance).all()):
-            raise ValueError(f"{what} of robot {i} whose offset or distance is unwritten or not finite; write both")
-        length = np.hypot(offset[:, 0], offset[:, 1])
-        wrong = np.abs(length - distance) > 1e-9 * (1.0 + length)
-        if wrong.any():
-            k = int(np.argmax(wrong))
-            raise ValueError(
-                f"{what} of robot {i} with the distance {distance[k]:g} and an offset of length {length[k]:g}; they "
-                "must be equal"
-            )
-        strange = (identity != -1) & ~np.isin(identity, known)
-        if strange.any():
-            raise ValueError(
-                f"{what} of robot {i} with the identity {identity[np.argmax(strange)]}, which no agent has; copy it "
-                "from the scene, or write -1 to hide it"
-            )
-        shown = identity[identity != -1]
-        if ascending and (np.diff(shown) <= 0).any():
-            raise ValueError(f"{what} of robot {i} with the identities {_short(shown)}; they must ascend")
-
-
-def _short(numbers: Any) -> str:
-    return f"{numbers[:6].tolist()}{' and so on' if len(numbers) > 6 else ''}"
+    less = (0, 1, len(sample.scene.teammates.identity)) if sample.groups else ()
+    written = lists_in_any_room(f"{name}: perceive", run, less)
+    for kind, known in (("teammates", sample.team_identity), ("relayed", sample.target_identity)):
+        seen, what = written[kind], f"{name}: perceive writes {kind} of robot"
+        if len(seen.identity) and kind not in degree.delivers:
+            raise ValueError(f"{name}.delivers={degree.delivers!r}: perceive writes {kind}; add {kind!r}")
+        check_offsets(what, seen)
+        is_shown = seen.identity != -1
+        row, identity = rows_of(seen)[is_shown], seen.identity[is_shown]
+        text = "the identity {}, which no agent has; copy it from the scene, or write -1 to hide it"
+        refuse_entries(what, row, ~np.isin(identity, known), text, identity)
+        if kind == "teammates":
+            text = "the identity {} after one that is not smaller; they must ascend"
+            refuse_entries(what, row, descends(row, identity), text, identity)
 
 
 def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
@@ -336,26 +257,22 @@ def _check_situate(name: str, degree: Awareness, sample: Sample) -> None:
     blank = np.full((size, width), _UNWRITTEN).view(np.float32)
     entry = situate_entry(degree)
     situation = _run(degree, "situate", entry, sample, situation=blank)[1].situation
-    place = f"{name}: situate, of robot {{}} in a team of {sample.team_size},"
-    unwritten = situation.view(np.uint32) == _UNWRITTEN
-    if unwritten.any():
-        i, j = np.argwhere(unwritten)[0].tolist()
-        raise ValueError(
-            f"{place.format(i)} leaves input {j} of {width} unwritten; write every element, 1 where nothing is sensed, "
-            f"or correct width({sample.team_size})"
-        )
-    wrong = ~(np.abs(situation) <= _MOST)
-    if wrong.any():
-        i, j = np.argwhere(wrong)[0].tolist()
-        raise ValueError(
-            f"{place.format(i)} writes {situation[i, j]} to input {j}; readings must be finite and at most {_MOST:g}: "
-            "write 1 where nothing is sensed"
-        )
     other = np.full((size, width), 0.5, np.float32)
     again = _run(degree, "situate", entry, sample, situation=other)[1].situation
-    if not np.array_equal(situation, again):
-        i, j = np.argwhere(situation != again)[0].tolist()
-        raise ValueError(
-            f"{place.format(i)} writes {situation[i, j]:g} or {again[i, j]:g} to input {j}, depending on what it was; "
-            "write before you read"
-        )
+    for wrong, text in (
+        (
+            situation.view(np.uint32) == _UNWRITTEN,
+            f"leaves input {{0}} of {width} unwritten; write every element, 1 where nothing is sensed, or correct "
+            f"width({sample.team_size})",
+        ),
+        (
+            ~(np.abs(situation) <= _MOST),
+            f"writes {{1}} to input {{0}}; readings must be finite and at most {_MOST:g}: write 1 where nothing is "
+            "sensed",
+        ),
+        (situation != again, "writes {1:g} or {2:g} to input {0}, depending on what it was; write before you read"),
+    ):
+        if wrong.any():
+            i, j = np.argwhere(wrong)[0].tolist()
+            said = text.format(j, situation[i, j], again[i, j])
+            raise ValueError(f"{name}: situate, of robot {i} in a team of {sample.team_size}, {said}")

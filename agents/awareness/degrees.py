@@ -36,10 +36,6 @@ class NoAwareness(Awareness):
     formula = "n"
     shows = "no teammate is perceived"
 
-    def width(self, team_size: int) -> Width:
-        checks.count("team_size", team_size)
-        return super().width(team_size)
-
 
 @kernel
 def group_of(team: Any, place: int) -> int:
@@ -106,12 +102,17 @@ def slot_of(place: int, own: int) -> int:
 
 
 @inlined
-def bearing_of(seen: Any, k: int, heading_x: float, heading_y: float) -> Any:
-    """Return the bearing of entry `k` of a neighbour list, anticlockwise from the heading, as a fraction of a turn."""
+def _put_readings(scene: Any, i: int, k: int, row: Any, slot: int) -> None:
+    """Write distance [range] and bearing of entry `k` of the teammates, anticlockwise from the heading [turns]."""
+    seen = scene.teammates
     x = seen.offset[k, 0]
     y = seen.offset[k, 1]
+    heading_x = scene.heading[i, 0]
+    heading_y = scene.heading[i, 1]
     turn = math.atan2(y * heading_x - x * heading_y, x * heading_x + y * heading_y) / (2.0 * math.pi)
-    return turn + 1.0 if turn < 0.0 else turn
+    at = OWN_SECTORS + SIGMA * slot
+    row[at] = seen.distance[k] / (scene.awareness_range[i] * scene.farthest)
+    row[at + 1] = turn + 1.0 if turn < 0.0 else turn
 
 
 @kernel
@@ -121,12 +122,8 @@ def _situate_pairwise(scene: Any, parameters: Any, situation: Any) -> None:
     for i in range(situation.shape[0]):
         row = situation[i]
         row[OWN_SECTORS:] = 1.0
-        heading_x = scene.heading[i, 0]
-        heading_y = scene.heading[i, 1]
         for k in range(seen.start[i], seen.start[i + 1]):
-            at = OWN_SECTORS + SIGMA * slot_of(scene.place[k], scene.first + i)
-            row[at] = seen.distance[k] / (scene.awareness_range[i] * scene.farthest)
-            row[at + 1] = bearing_of(seen, k, heading_x, heading_y)
+            _put_readings(scene, i, k, row, slot_of(scene.place[k], scene.first + i))
 
 
 @dataclass(frozen=True)
@@ -320,14 +317,8 @@ class RingAwareness(Awareness):
     delivers = ("targets", "teammates")
 
     def __post_init__(self) -> None:
-        cure = "a ring needs at least 1 sector; for no awareness use NoAwareness()"
-        delta = checks.count("delta", self.delta, cure=cure)
-        if delta > MOST_SECTORS:
-            raise ValueError(
-                f"delta={checks.shown(delta)}: must be at most {MOST_SECTORS}, since a situation has an input for each "
-                "sector; 360 sectors of one degree are enough for most uses"
-            )
-        object.__setattr__(self, "delta", delta)
+        cure = "it is a number of sectors, of which 360 are enough for most uses; for no awareness use NoAwareness()"
+        object.__setattr__(self, "delta", checks.count("delta", self.delta, most=MOST_SECTORS, cure=cure))
 
     @property
     def parameters(self) -> npt.NDArray[np.float64]:
@@ -386,9 +377,7 @@ def _situate_nearest(scene: Any, parameters: Any, situation: Any) -> None:
         k = -1
         for slot in range(min(end - first, int(parameters[0]))):
             k = next_nearest(seen, first, end, k)
-            at = OWN_SECTORS + SIGMA * slot
-            row[at] = seen.distance[k] / (scene.awareness_range[i] * scene.farthest)
-            row[at + 1] = bearing_of(seen, k, scene.heading[i, 0], scene.heading[i, 1])
+            _put_readings(scene, i, k, row, slot)
 
 
 @dataclass(frozen=True)
@@ -427,14 +416,8 @@ class NearestAwareness(Awareness):
     delivers = ("targets", "teammates")
 
     def __post_init__(self) -> None:
-        cure = "a list needs at least 1 place; for no awareness use NoAwareness()"
-        delta = checks.count("delta", self.delta, cure=cure)
-        if delta > MOST_LISTED:
-            raise ValueError(
-                f"delta={checks.shown(delta)}: must be at most {MOST_LISTED}, since a situation has {SIGMA} inputs for "
-                "each place of the list; for all teammates use PairwiseAwareness()"
-            )
-        object.__setattr__(self, "delta", delta)
+        cure = "for no awareness use NoAwareness(), for all teammates PairwiseAwareness()"
+        object.__setattr__(self, "delta", checks.count("delta", self.delta, most=MOST_LISTED, cure=cure))
 
     def width(self, team_size: int) -> Width:
         checks.count("team_size", team_size)

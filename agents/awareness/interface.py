@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
-from functools import cache
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core import checks
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room, no_neighbours
 from teamsight.core.parameters import parameters_of
@@ -221,6 +221,7 @@ class Awareness:
 
     def width(self, team_size: int) -> Width:
         """Return the number of inputs of a robot in a team of this size; by default its own and `added`."""
+        checks.count("team_size", team_size)
         return Width(OWN_SECTORS, self.added)
 
     def rings(self, team_size: int) -> tuple[int, ...]:
@@ -295,18 +296,15 @@ def situate_at(address: int) -> int:
     return 0
 
 
-_specialised = cache(specialise)
-
-
 def perceive_entry(awareness: Awareness) -> Entry | None:
     """Return the entry that writes the percept under this degree, or None if there is nothing to write."""
     rule = type(awareness).perceive
-    return None if rule is None else _specialised(perceive_at, awareness.name, perceive_kernel=rule)
+    return None if rule is None else specialise(perceive_at, awareness.name, perceive_kernel=rule)
 
 
 def situate_entry(awareness: Awareness) -> Entry:
     """Return the entry that writes the situation vectors under this degree."""
-    return _specialised(situate_at, awareness.name, situate_kernel=type(awareness).situate)
+    return specialise(situate_at, awareness.name, situate_kernel=type(awareness).situate)
 
 
 class Perception:

@@ -495,8 +495,7 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
     _check_new(data, interaction, groups)
     _check_fit(data, interaction, groups)
     for role, name, fill in interaction.columns:
-        _check_column(type(interaction).__name__, groups[role], name, fill)
-        _check_keeper(data, type(interaction).__name__, groups[role], name)
+        _check_column(data, type(interaction).__name__, groups[role], name, fill)
     nth = sum(type(one.interaction) is type(interaction) for one in data.interactions)
     placed = PlacedInteraction(interaction, tuple(groups[role] for role in interaction.roles), nth, data.key)
     with deferred():
@@ -578,8 +577,8 @@ def _check_new(data: WorldData, interaction: Interaction, groups: dict[str, Grou
             )
 
 
-def _check_column(name: str, group: Group, column: str, fill: Any) -> None:
-    """Refuse a column that the group cannot have, or has with another type."""
+def _check_column(data: WorldData, name: str, group: Group, column: str, fill: Any) -> None:
+    """Refuse a column that the group cannot have, has with another type, or that another interaction keeps."""
     kind = np.asarray(fill).dtype
     if column in group.columns:
         array = group.columns.array(column)
@@ -590,11 +589,8 @@ def _check_column(name: str, group: Group, column: str, fill: Any) -> None:
             )
     elif not all(is_free(agent, column) for agent in group._agents):
         raise ValueError(f"{name}.columns: agents of {group.name!r} have the attribute {column!r}; take another name")
-
-
-def _check_keeper(data: WorldData, name: str, group: Group, column: str) -> None:
-    """Refuse a column that another interaction keeps: each would take what the other has written for its own."""
     for placed in data.interactions:
+        # Each would take what the other has written for its own.
         if any(placed.roles[role] is group and column == other for role, other, _ in placed.interaction.columns):
             raise ValueError(
                 f"{name}.columns: {column!r} of {group.name} is kept by {placed.name}; give this interaction another "

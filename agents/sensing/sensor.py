@@ -6,8 +6,7 @@ import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import cache
-from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -617,16 +616,6 @@ class View(NamedTuple):
     farthest: float = 1.0
 
 
-class Detector(Protocol):
-    """The part of a sensor that its entry needs; see `Sensor`."""
-
-    sense: ClassVar[Callable[..., int]]
-
-    @property
-    def parameters(self) -> Floats:
-        """The constants that the kernel reads, shape (p,)."""
-
-
 def salt_of(channel: str) -> Words:
     """Return the salt of a channel: two 32-bit words, shape (2,), so that each channel has noise of its own."""
     word = hashlib.blake2b(channel.encode(), digest_size=8, person=b"teamsight").digest()
@@ -652,15 +641,12 @@ def sense_at(address: int) -> int:
     return sense_kernel(view, parameters, sensed)  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
-_specialised = cache(specialise)
-
-
-def sense_entry(sensor: Detector) -> Entry:
+def sense_entry(sensor: Sensor) -> Entry:
     """Return the entry that writes what a sensor senses; it returns the number of entries needed."""
-    return _specialised(sense_at, type(sensor).__name__, sense_kernel=type(sensor).sense)
+    return specialise(sense_at, type(sensor).__name__, sense_kernel=type(sensor).sense)
 
 
-def detect(sensor: Detector, view: View) -> NeighbourList:
+def detect(sensor: Sensor, view: View) -> NeighbourList:
     """Return what a sensor senses of a view.
 
     Parameters

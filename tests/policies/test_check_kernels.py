@@ -45,7 +45,7 @@ REFUSED = {
     "undeclared_draw": r"index 1 of noise, whose number of draws is 1; declare .* `draws`",
     "noise_of_nobody": r"index 1 of noise, whose number of robots is 1; .*stop at percept\.heading\.shape\[0\]",
     "noise_as_a_whole": r"index 1 of noise, whose number of robots is 1; .*stop at percept\.heading\.shape\[0\]",
-    "noise_into_memory": r"uses noise beyond the 1 robots; .*stop at percept\.heading\.shape\[0\]",
+    "noise_into_memory": r"uses noise beyond the 1 robots, .*stop at percept\.heading\.shape\[0\]",
     "undeclared_parameter": r"index 2 of arrays\.parameters, whose number of parameters is 2; add .* `parameters`",
     "robot_of_nobody": r"index 1 of action\.distance, whose number of robots is 1; .*percept\.heading\.shape\[0\]",
     "robot_left_out": r"leaves action\.heading of robot 0 unwritten.*write it for every robot",

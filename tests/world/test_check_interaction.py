@@ -93,5 +93,5 @@ def test_mistakes_are_named(what: int, error: str) -> None:
 
 
 def test_what_is_no_interaction_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"Capture: is a class"):
+    with pytest.raises(TypeError, match=r"Capture: is a class; give an object, such as Capture"):
         check_interaction(Capture)  # type: ignore[arg-type]

@@ -15,6 +15,7 @@ import stat
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,20 +35,13 @@ _OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
 # Links are not followed, and pipes do not block; Windows has neither flag.
 _SAFELY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
-# The folder for each value of the environment variable, so that it is chosen, and a notice printed, once.
-_chosen: dict[str | None, Path | None] = {}
-
-
 def cache_folder() -> Path | None:
     """Return the folder of compiled kernels; None if none can be made.
 
     It is ``TEAMSIGHT_CACHE_DIR``, or else the user's cache folder. If others can write to it, or this user cannot, it
     is a folder of this user among the temporary files, or else one for this process only, removed when it ends.
     """
-    named = os.environ.get(VARIABLE) or None
-    if named not in _chosen:
-        _chosen[named] = _choose(named)
-    return _chosen[named]
+    return _choose(os.environ.get(VARIABLE) or None)
 
 
 def read(file: Path) -> bytes | None:
@@ -106,6 +100,8 @@ class _UnsafeError(OSError):
     """Raised for a folder that others control; the message says why."""
 
 
+# Once for each value of the environment variable, so that a notice is printed once.
+@cache
 def _choose(named: str | None) -> Path | None:
     reasons = []
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import types as python_types
 from collections.abc import Callable
+from functools import cache, cached_property
 from time import perf_counter
 from typing import Any
 
@@ -33,9 +34,7 @@ class Entry:
 
     def __init__(self, function: Callable[[int], int]) -> None:
         self.function = function
-        self._cache: KernelCache | None = None
         self._compiled: Any = None
-        self._callable: Any = None
 
     @property
     def address(self) -> int:
@@ -52,18 +51,19 @@ class Entry:
 
     def __call__(self, record: Packed[Any] | int) -> int:
         """Run on a record, or on the record at an address, without the interpreter's lock."""
-        if self._callable is None:
-            self._callable = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
         return int(self._callable(record if isinstance(record, int) else record.address))
+
+    @cached_property
+    def _callable(self) -> Any:
+        return ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(self.address)
 
     def is_missing(self) -> bool:
         """Whether it has to be compiled: it is not in use, and not in the cache."""
-        return self._compiled is None and not self._kept().contains(_SIGNATURE, cpu_target.target_context)
+        return self._compiled is None and not self._kept.contains(_SIGNATURE, cpu_target.target_context)
 
+    @cached_property
     def _kept(self) -> KernelCache:
-        if self._cache is None:
-            self._cache = KernelCache(self.function, lambda name: announce(name))
-        return self._cache
+        return KernelCache(self.function, lambda name: announce(name))
 
     def _compile(self) -> None:
         # numba.cfunc would compile at once and use numba's own cache.
@@ -71,7 +71,7 @@ class Entry:
             self.function, (_SIGNATURE.args, _SIGNATURE.return_type), locals={}, options=dict(FLAGS, nopython=True),
             pipeline_class=CompilerOfEntries,
         )  # fmt: skip
-        compiled._cache = self._kept()
+        compiled._cache = self._kept
         is_done = False
         try:
             refuse_random_numbers(self.function)
@@ -88,8 +88,9 @@ class Entry:
         return (Entry, (self.function,))
 
 
+@cache
 def specialise(template: Callable[..., Any], name: str, **kernels: Any) -> Entry:
-    """Make an entry from a template whose free names are bound to the kernels given.
+    """Return the entry of a template whose free names are bound to the kernels given, always the same one.
 
     Parameters
     ----------

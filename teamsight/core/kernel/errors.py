@@ -9,11 +9,12 @@ from __future__ import annotations
 import builtins
 import difflib
 import dis
+import importlib
 import os
 import random
 import re
 import types as python_types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,31 +33,9 @@ _ARGUMENTS = {
     "sense_kernel": "view, parameters, sensed",
     "perceive_kernel": "scene, parameters, teammates, relayed",
     "situate_kernel": "scene, parameters, situation",
+    "interaction_kernel": "bodies, state, parameters, noise, scores, turn",
     "confine": "x, y, step_x, step_y, heading_x, heading_y, size",
 }
-
-# What numba says, and what is wrong; {0} is the first group of the pattern.
-_FACTS = {
-    r"Variable '(\w+)' is not defined": "variable '{0}' is used before it has a value",
-    r"No definition for lowering (\w+)\(.*\)\.(\w+) =":
-        "{0}.{1} cannot be replaced; write its elements, such as {1}[i] = x",
-    r"Use of unsupported NumPy function '([\w.]+)'":
-        "numba cannot compile {0}; write it with arithmetic, math or a loop",
-    r"NRT required|Only accept returning of array passed":
-        "the kernel makes or copies an array, a list or a string, which kernels cannot; write numbers one by one, as "
-        "in action.heading[i, 0] = x, and keep tables in the policy's arrays (docs/policies.md)",
-    r"No conversion from (.*?) to int64 for '\$\w*return_value":
-        "the kernel returns {0}; it must return a whole number at its end",
-    r"wrong tuple length .*?expected (\d+), got (\d+)": "{1} values are given where {0} are expected",
-    r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'":
-        "'{1}' has different types ({0}) in different branches; give it one type",
-    r"cannot index (array\(.*?\)) with (\d+) indices": "an {0} is given {1} indices",
-    r"Unsupported array index type (\S+) in": "an index has the type {0}; it must be a whole number, such as int(x)",
-    r">>> getitem\((int\d+|uint\d+|float\d+|bool), ": "a number ({0}) is given an index",
-    r">>> setitem\((array\(\w+, \dd, \w\)), .*?, (.*?)\) There are":
-        "{1} cannot be written to elements of an {0}; write one number",
-    r">>> (.*?) There are \d+ candidate": "numba cannot compile {0}: there is no such operation for these types",
-}  # fmt: skip
 
 _LONGEST = 250
 _NUMBA = str(Path(numba.__file__).parent)
@@ -86,41 +65,41 @@ def explained(entry: Callable[..., Any], error: BaseException) -> str:
 
 def _what(entry: Callable[..., Any], text: str) -> tuple[str, str | None]:
     """Return what is wrong, and the place if the text does not contain it."""
-    for rule in (_undefined, _arguments, _attribute, _foreign, _returned):
-        if found := rule(entry, text):
-            return found
-    for pattern, what in _FACTS.items():
+    for pattern, rule in _RULES.items():
         if met := re.search(pattern, text):
-            return what.format(*map(_simple, met.groups())), None
+            if isinstance(rule, str):
+                return rule.format(*map(_simple, met.groups())), None
+            return rule(entry, text, *met.groups())
     bare = re.sub(r"Failed in nopython mode pipeline \(step: [\w ]+\) ?", "", text)
     bare = re.split(r' During: | File "| Raised from', bare)[0]
     return f"its kernel cannot be compiled: {_simple(bare)}", None
 
 
-def _undefined(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    if met := re.search(r"name '(\w+)' is not defined", text):
-        name = met[1]
-        for function in _kernels_of(entry):
-            if line := _line_of_global(function, name):
+Found = tuple[str, str | None]
+
+
+def _undefined(entry: Callable[..., Any], text: str, name: str) -> Found:
+    for function in _kernels_of(entry):
+        if name in function.__globals__ or hasattr(builtins, name):
+            continue
+        for instruction in dis.get_instructions(function):
+            if instruction.argval == name and "GLOBAL" in instruction.opname and instruction.positions:
                 known = [*function.__code__.co_varnames, *function.__globals__, *dir(builtins)]
-                return f"name '{name}' is not defined{_near(name, known)}", shown(function.__code__.co_filename, line)
-        return f"name '{name}' is not defined", None
-    return None
+                place = shown(function.__code__.co_filename, instruction.positions.lineno or 0)
+                return f"name '{name}' is not defined{_near(name, known)}", place
+    return f"name '{name}' is not defined", None
 
 
-def _arguments(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    met = re.search(r"Cannot bind 'args=.*? due to \"TypeError: (.*?)\"", text)
-    if not met:
-        return None
-    called = re.search(r"resolving callee type: type\((?:CPUDispatcher|Part)\(<function (\S+) at", text[met.end() :])
+def _arguments(entry: Callable[..., Any], text: str, problem: str) -> Found:
+    called = re.search(r"resolving callee type: type\((?:CPUDispatcher|Part)\(<function (\S+) at", text)
     name = called[1] if called else "a kernel"
     bound, arguments = _bound_kernel(entry)
     # The call is in the template, so the kernel's signature is wrong.
     if bound and bound.__qualname__ == name and text.count("resolving callee type") == 1:
         what = f"the kernel {_call(bound)} is called as {bound.__name__}({arguments}); give it these parameters"
-        return what, _start(bound)
+        return what, _first_kernel(entry)
     callee = next((function for function in _kernels_of(entry) if function.__qualname__ == name), None)
-    return f"{_call(callee) if callee else name} is called with other arguments than it takes: {met[1]}", None
+    return f"{_call(callee) if callee else name} is called with other arguments than it takes: {problem}", None
 
 
 def _call(function: python_types.FunctionType) -> str:
@@ -128,63 +107,76 @@ def _call(function: python_types.FunctionType) -> str:
     return f"{function.__name__}({', '.join(code.co_varnames[: code.co_argcount])})"
 
 
-def _attribute(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    if met := re.search(r"Unknown attribute '(\w+)' of type (\w+)\((?:<module '([\w.]+)')?", text):
-        name, kind, module = met.groups()
-        if kind == "Channels":
-            return _channel(name, entry.__globals__.get("declared_channels", ())), None
-        fields = getattr(entry.__globals__.get(kind), "_fields", None)
-        if fields:
-            return f"{kind} has no field '{name}'; it has {', '.join(fields)}", None
-        if module == "numpy.random":
-            return f"kernels cannot use numpy.random.{name}; take random numbers from noise and declare draws", None
-        if module:
-            return f"numba cannot compile {module}.{name}; write it with arithmetic, math or a loop", None
+def _attribute(entry: Callable[..., Any], text: str, name: str, kind: str, module: str | None) -> Found:
+    fields = getattr(entry.__globals__.get(kind), "_fields", None)
+    if kind == "Channels":
+        what = f'the policy declares no channels; declare channels = ("{name}",)'
+        if declared := entry.__globals__.get("declared_channels"):
+            said = f"the policy declares the channels {', '.join(declared)}, but not '{name}'{_near(name, declared)}"
+            what = f'{said}; otherwise add "{name}" to its `channels`'
+    elif fields:
+        what = f"{kind} has no field '{name}'; it has {', '.join(fields)}"
+    elif module == "numpy.random":
+        what = f"kernels cannot use numpy.random.{name}; take random numbers from noise and declare draws"
+    elif module:
+        what = f"numba cannot compile {module}.{name}; write it with arithmetic, math or a loop"
+    else:
         known = [part for part in dir(np.ndarray) if not part.startswith("_")] if kind == "array" else []
-        return f"{'an array' if kind == 'array' else kind} has no attribute '{name}'{_near(name, known)}", None
-    if met := re.search(r"module '([\w.]+)' has no attribute '(\w+)'", text):
-        known = dir(np) if met[1] == "numpy" else dir(__import__(met[1], fromlist=["_"]))
-        return f"module '{met[1]}' has no attribute '{met[2]}'{_near(met[2], known)}", None
-    return None
+        what = f"{'an array' if kind == 'array' else kind} has no attribute '{name}'{_near(name, known)}"
+    return what, None
 
 
-def _channel(name: str, declared: tuple[str, ...]) -> str:
-    """Return what is wrong with a kernel that reads a channel which its policy does not declare."""
-    if not declared:
-        return f'the policy declares no channels; declare channels = ("{name}",)'
-    near = _near(name, list(declared))
-    return (
-        f"the policy declares the channels {', '.join(declared)}, but not '{name}'{near}; otherwise "
-        f'add "{name}" to its `channels`'
-    )
+def _no_function(entry: Callable[..., Any], text: str, module: str, name: str) -> Found:
+    known = dir(importlib.import_module(module))
+    return f"module '{module}' has no attribute '{name}'{_near(name, known)}", None
 
 
-def _foreign(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    met = re.search(r"Untyped [\w ]+ '(\w+)':? ?Cannot determine Numba type of <class '(.*?)'>", text)
-    if not met:
-        return None
-    name, kind = met.groups()
+def _foreign(entry: Callable[..., Any], text: str, name: str, kind: str) -> Found:
     if name in _ARGUMENTS:
         what = f"the kernel is a plain {kind}; decorate it with @kernel from teamsight.core.kernel"
         return what, _first_kernel(entry)
     if kind == "function":
-        return (
-            f"'{name}' is a plain Python function; decorate it with @kernel or @inlined from teamsight.core.kernel",
-            None,
-        )
+        what = f"'{name}' is a plain Python function; decorate it with @kernel or @inlined from teamsight.core.kernel"
+        return what, None
     return f"'{name}' is of the type {kind}; kernels can use numbers, tuples of numbers, NumPy arrays and kernels", None
 
 
-def _returned(entry: Callable[..., Any], text: str) -> tuple[str, str | None] | None:
-    met = re.search(r"Can't unify return type from the following types: (.*?) Return of:", text)
-    if not met:
-        return None
-    kinds = ", ".join(sorted(_simple(met[1]).split(", ")))
+def _returned(entry: Callable[..., Any], text: str, types: str) -> Found:
+    kinds = ", ".join(sorted(_simple(types).split(", ")))
     # numba lists them in any order: name the first line.
     places = re.findall(r'Return of: .*? location: File "([^"]+)", line (\d+)', text)
-    file, line = min(places, key=lambda place: int(place[1]), default=("", "0"))
     what = f"the kernel returns values of different types ({kinds}); return one type everywhere"
-    return what, shown(file, int(line)) if file else None
+    return what, next((shown(file, line) for line, file in sorted((int(line), file) for file, line in places)), None)
+
+
+# What numba says, and what is wrong: a text, in which {0} is the pattern's first group, or a function of the groups.
+_RULES: dict[str, str | Callable[..., Found]] = {
+    r"name '(\w+)' is not defined": _undefined,
+    r"Cannot bind 'args=.*? due to \"TypeError: (.*?)\"": _arguments,
+    r"Unknown attribute '(\w+)' of type (\w+)\((?:<module '([\w.]+)')?": _attribute,
+    r"module '([\w.]+)' has no attribute '(\w+)'": _no_function,
+    r"Untyped [\w ]+ '(\w+)':? ?Cannot determine Numba type of <class '(.*?)'>": _foreign,
+    r"Can't unify return type from the following types: (.*?) Return of:": _returned,
+    r"Variable '(\w+)' is not defined": "variable '{0}' is used before it has a value",
+    r"No definition for lowering (\w+)\(.*\)\.(\w+) =":
+        "{0}.{1} cannot be replaced; write its elements, such as {1}[i] = x",
+    r"Use of unsupported NumPy function '([\w.]+)'":
+        "numba cannot compile {0}; write it with arithmetic, math or a loop",
+    r"NRT required|Only accept returning of array passed":
+        "the kernel makes or copies an array, a list or a string, which kernels cannot; write numbers one by one, as "
+        "in action.heading[i, 0] = x, and keep tables in the policy's arrays (docs/policies.md)",
+    r"No conversion from (.*?) to int64 for '\$\w*return_value":
+        "the kernel returns {0}; it must return a whole number at its end",
+    r"wrong tuple length .*?expected (\d+), got (\d+)": "{1} values are given where {0} are expected",
+    r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'":
+        "'{1}' has different types ({0}) in different branches; give it one type",
+    r"cannot index (array\(.*?\)) with (\d+) indices": "an {0} is given {1} indices",
+    r"Unsupported array index type (\S+) in": "an index has the type {0}; it must be a whole number, such as int(x)",
+    r">>> getitem\((int\d+|uint\d+|float\d+|bool), ": "a number ({0}) is given an index",
+    r">>> setitem\((array\(\w+, \dd, \w\)), .*?, (.*?)\) There are":
+        "{1} cannot be written to elements of an {0}; write one number",
+    r">>> (.*?) There are \d+ candidate": "numba cannot compile {0}: there is no such operation for these types",
+}  # fmt: skip
 
 
 def _simple(kinds: str) -> str:
@@ -200,7 +192,7 @@ def _simple(kinds: str) -> str:
     return kinds.replace("unicode_type", "str")
 
 
-def _near(name: str, known: list[str]) -> str:
+def _near(name: str, known: Sequence[str]) -> str:
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
     return f"; did you mean '{near[0]}'?" if near else ""
 
@@ -216,16 +208,6 @@ def _kernels_of(entry: Callable[..., Any]) -> list[python_types.FunctionType]:
 
 def _used(function: python_types.FunctionType) -> list[Any]:
     return [value for _, value in globals_of(function)] + enclosed(function)
-
-
-def _line_of_global(function: python_types.FunctionType, name: str) -> int | None:
-    """Return the line on which a function uses a global name that does not exist."""
-    if name in function.__globals__ or hasattr(builtins, name):
-        return None
-    for instruction in dis.get_instructions(function):
-        if instruction.argval == name and "GLOBAL" in instruction.opname and instruction.positions:
-            return instruction.positions.lineno
-    return None
 
 
 def _is_inner(file: str, line: int, entry: Callable[..., Any]) -> bool:
@@ -271,11 +253,7 @@ def _bound_kernel(entry: Callable[..., Any]) -> tuple[python_types.FunctionType 
 def _first_kernel(entry: Callable[..., Any]) -> str:
     """Return where the kernel of a template begins, or the entry's name if there is none."""
     function, _ = _bound_kernel(entry)
-    return _start(function) if function else str(entry.__qualname__)
-
-
-def _start(function: python_types.FunctionType) -> str:
-    return shown(function.__code__.co_filename, function.__code__.co_firstlineno)
+    return shown(function.__code__.co_filename, function.__code__.co_firstlineno) if function else entry.__qualname__
 
 
 def shown(file: str, line: int) -> str:
@@ -299,30 +277,24 @@ def refuse_random_numbers(function: Callable[..., Any]) -> None:
         # Reading instructions takes long, and this runs for all.
         if "random" not in kernel.__code__.co_names and not any(map(_is_random, _used(kernel))):
             continue
-        for line, name in _random_names(kernel):
-            raise TypeError(
-                f"{shown(kernel.__code__.co_filename, line)}: kernels cannot use {name}; take random numbers from "
-                "noise and declare draws"
-            )
-
-
-def _random_names(function: python_types.FunctionType) -> Iterator[tuple[int, str]]:
-    """Yield each use of ``numpy.random`` or ``random`` in a function: the line and the name."""
-    value: Any = None
-    line = function.__code__.co_firstlineno
-    for instruction in dis.get_instructions(function.__code__):
-        line = (instruction.positions and instruction.positions.lineno) or line
-        if instruction.opname == "LOAD_GLOBAL":
-            value = function.__globals__.get(instruction.argval)
-        elif instruction.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(value, python_types.ModuleType):
-            value = getattr(value, instruction.argval, None)
-        elif instruction.opname.startswith("LOAD_"):
-            value = None
-        else:
-            continue
-        if _is_random(value) and not isinstance(value, python_types.ModuleType):
-            module = "random" if isinstance(value.__self__, random.Random) else "numpy.random"
-            yield line, f"{module}.{value.__name__}"
+        value: Any = None
+        line = kernel.__code__.co_firstlineno
+        for instruction in dis.get_instructions(kernel.__code__):
+            line = (instruction.positions and instruction.positions.lineno) or line
+            if instruction.opname == "LOAD_GLOBAL":
+                value = kernel.__globals__.get(instruction.argval)
+            elif instruction.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(value, python_types.ModuleType):
+                value = getattr(value, instruction.argval, None)
+            elif instruction.opname.startswith("LOAD_"):
+                value = None
+            else:
+                continue
+            if _is_random(value) and not isinstance(value, python_types.ModuleType):
+                module = "random" if isinstance(value.__self__, random.Random) else "numpy.random"
+                raise TypeError(
+                    f"{shown(kernel.__code__.co_filename, line)}: kernels cannot use {module}.{value.__name__}; take "
+                    "random numbers from noise and declare draws"
+                )
 
 
 def _is_random(value: Any) -> bool:

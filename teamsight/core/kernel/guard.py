@@ -14,6 +14,7 @@ import types as python_types
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
+from operator import attrgetter
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -21,6 +22,7 @@ import numpy.typing as npt
 from numba.core.dispatcher import Dispatcher
 from numba.cpython.unsafe.numbers import trailing_zeros
 
+from teamsight.core.contracts import are_equal
 from teamsight.core.kernel.digest import enclosed, is_library, names_in
 from teamsight.core.kernel.entry import Entry
 from teamsight.core.kernel.errors import shown
@@ -117,6 +119,10 @@ class _Checked(np.ndarray[Any, Any]):
         return f"uses index {at} of {self.path}, whose number of {what} is {size}; {cure}"
 
 
+# All elements of all arrays may be used.
+_ALL: Mapping[str, int] = {}
+
+
 class Guard(Generic[T]):
     """The trial of kernels that get their arrays from one kind of record.
 
@@ -134,13 +140,33 @@ class Guard(Generic[T]):
     def __init__(self, record: Record[T], writable: tuple[str, ...], axes: Mapping[str, Axis]) -> None:
         self._record, self._writable, self._axes = record, writable, axes
 
-    def run(self, owner: str, kernel: str, entry: Entry, value: T) -> tuple[int, T]:
-        """Run an entry on copies of the arrays of a record, both ways; see `interpret` and `execute`."""
-        self.interpret(owner, kernel, entry, value)
-        return self.execute(owner, kernel, entry, value)
+    def run(
+        self, owner: str, kernel: str, entry: Entry, value: T, noise: Mapping[str, int] = _ALL
+    ) -> tuple[int, T]:
+        """Run an entry on copies of the arrays of a record, both ways; see `interpret` and `execute`.
+
+        Rows of noise are longer than there are bodies, as in a world: `noise` has the number of bodies for the path of
+        each array of noise. The numbers behind must have no effect.
+        """
+        self.interpret(owner, kernel, entry, value, noise)
+        rows = {path: attrgetter(path)(value)[..., size:] for path, size in noise.items()}
+        for beyond in rows.values():
+            beyond[:] = np.nan
+        found = self.execute(owner, kernel, entry, value)
+        leaves = self._record.leaves
+        written = [path for path in leaves if path.startswith(self._writable)]
+        for path, beyond in rows.items():
+            beyond[:] = 0.5
+            again = self.execute(owner, kernel, entry, value)[1]
+            if not are_equal(*([attrgetter(each)(done) for each in written] for done in (found[1], again))):
+                what, cure = self._axis(path, (leaves[path].lengths or ())[-1])
+                raise ValueError(
+                    f"{owner}: {kernel} uses {path} beyond the {noise[path]} {what}, or other random numbers; {cure}"
+                )
+        return found
 
     def interpret(
-        self, owner: str, kernel: str, entry: Entry, value: T, limits: Mapping[str, int] | None = None
+        self, owner: str, kernel: str, entry: Entry, value: T, limits: Mapping[str, int] = _ALL
     ) -> None:
         """Run an entry as plain Python on copies of the arrays of a record.
 
@@ -171,7 +197,7 @@ class Guard(Generic[T]):
         """
         # Raises if it cannot be compiled.
         entry.address  # noqa: B018
-        run, given = _as_python(entry.function), self._checked(value, limits or {})
+        run, given = _as_python(entry.function), self._checked(value, limits)
         try:
             with np.errstate(all="ignore"):
                 run(given)
@@ -319,12 +345,8 @@ def _replaced(value: Any, used: set[str], copies: dict[Any, Any]) -> Any:
         vars(module).update({name: _replaced(part, used, copies) for name, part in parts.items()})
         return module
     if isinstance(getattr(value, "node", None), Node):
-        return _same
+        return lambda content: content
     return next((new for old, new in _FORMS if value is old), value)
-
-
-def _same(value: Any) -> Any:
-    return value
 
 
 # What x86-64 makes of NaN and of numbers that are too large.

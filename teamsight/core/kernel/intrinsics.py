@@ -11,6 +11,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array, populate_array
 
 _CACHE_LINE = 64
+WORD = ir.IntType(64)
 
 
 def array_value(context: Any, builder: Any, array: Any, data: Any, lengths: list[Any]) -> Any:
@@ -75,33 +76,35 @@ def _in_all(builder: Any, lanes: Any, value: Any) -> Any:
     return builder.shuffle_vector(one, undefined, zeros)
 
 
-def _below(count: int, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Write code that compares `count` float32 with a limit; return the bits."""
-    lanes = ir.VectorType(ir.FloatType(), count)
-    data = make_array(signature.args[0])(context, builder, arguments[0]).data
-    place = builder.bitcast(builder.gep(data, [arguments[1]]), lanes.as_pointer())
-    bits = builder.fcmp_ordered("<", builder.load(place, align=4), _in_all(builder, lanes, arguments[2]))
-    return builder.bitcast(bits, ir.IntType(count))
+def _lanes_at(context: Any, builder: Any, kind: Any, value: Any, first: Any, element: Any, count: int = 8) -> Any:
+    """Write code that returns a pointer to the elements of an array that begin at the index `first`, as a vector."""
+    place = builder.gep(make_array(kind)(context, builder, value).data, [first])
+    return builder.bitcast(place, ir.VectorType(element, count).as_pointer())
+
+
+def _below(count: int, values: Any) -> tuple[Any, Any]:
+    """Return the signature and the generator of an intrinsic that compares `count` float32 with a limit."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        place = _lanes_at(context, builder, values, arguments[0], arguments[1], ir.FloatType(), count)
+        limits = _in_all(builder, place.type.pointee, arguments[2])
+        bits = builder.fcmp_ordered("<", builder.load(place, align=4), limits)
+        word = builder.bitcast(bits, ir.IntType(count))
+        return builder.zext(word, WORD) if count < 64 else word
+
+    return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def below_8(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
     """Return a word in which bit i is set if ``values[first + i] < limit``, for 8 float32 that lie side by side."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.zext(_below(8, context, builder, signature, arguments), ir.IntType(64))
-
-    return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
+    return _below(8, values)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def below_64(typing_context: Any, values: Any, first: Any, limit: Any) -> Any:
     """Return a word in which bit i is set if ``values[first + i] < limit``, for 64 float32 that lie side by side."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _below(64, context, builder, signature, arguments)
-
-    return numba.types.uint64(values, numba.types.int64, numba.types.float32), generate
+    return _below(64, values)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -114,24 +117,25 @@ def ones(typing_context: Any, word: Any) -> Any:
     return numba.types.int64(numba.types.uint64), generate
 
 
+def _same_bits(result: Any, given: Any) -> tuple[Any, Any]:
+    """Return the signature and the generator of an intrinsic that takes the bits of a number for another type."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.bitcast(arguments[0], context.get_data_type(result))
+
+    return result(given), generate
+
+
 @intrinsic  # type: ignore[untyped-decorator]
 def bits_of(typing_context: Any, number: Any) -> Any:
     """Return the bits of a float64 as a word."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.bitcast(arguments[0], ir.IntType(64))
-
-    return numba.types.uint64(numba.types.float64), generate
+    return _same_bits(numba.types.uint64, numba.types.float64)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
 def float_of(typing_context: Any, word: Any) -> Any:
     """Return the float64 with these bits."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.bitcast(arguments[0], ir.DoubleType())
-
-    return numba.types.float64(numba.types.uint64), generate
+    return _same_bits(numba.types.float64, numba.types.uint64)
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -150,11 +154,12 @@ def near_eight_in_square(typing_context: Any, xs: Any, ys: Any, first: Any, x: A
     """Return a word in which bit i is set if point ``first + i`` is within `limit` along both axes, for 8 points."""
 
     def is_near(builder: Any, way_x: Any, way_y: Any, limit: Any) -> Any:
-        sides = []
-        for way in (way_x, way_y):
-            # Both comparisons are false for NaN.
-            sides += [builder.fcmp_ordered("<=", way, limit), builder.fcmp_ordered(">=", way, builder.fneg(limit))]
-        return builder.and_(builder.and_(sides[0], sides[1]), builder.and_(sides[2], sides[3]))
+        # All comparisons are false for NaN.
+        sides = [
+            builder.and_(builder.fcmp_ordered("<=", way, limit), builder.fcmp_ordered(">=", way, builder.fneg(limit)))
+            for way in (way_x, way_y)
+        ]
+        return builder.and_(*sides)
 
     return _compare_eight(xs, ys, is_near)
 
@@ -163,26 +168,16 @@ def _compare_eight(xs: Any, ys: Any, is_near: Any) -> tuple[Any, Any]:
     """Return the signature and the generator of an intrinsic that compares 8 points with one place."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        lanes = ir.VectorType(ir.DoubleType(), 8)
-
-        def eight(kind: Any, value: Any) -> Any:
-            data = make_array(kind)(context, builder, value).data
-            place = builder.gep(data, [arguments[2]])
-            return builder.load(builder.bitcast(place, lanes.as_pointer()), align=8)
-
-        way_x = builder.fsub(eight(signature.args[0], arguments[0]), _in_all(builder, lanes, arguments[3]))
-        way_y = builder.fsub(eight(signature.args[1], arguments[1]), _in_all(builder, lanes, arguments[4]))
-        bits = is_near(builder, way_x, way_y, _in_all(builder, lanes, arguments[5]))
-        return builder.zext(builder.bitcast(bits, ir.IntType(8)), ir.IntType(64))
+        *axes, first, x, y, limit = arguments
+        ways = []
+        for kind, values, middle in zip((xs, ys), axes, (x, y), strict=True):
+            place = _lanes_at(context, builder, kind, values, first, ir.DoubleType())
+            ways.append(builder.fsub(builder.load(place, align=8), _in_all(builder, place.type.pointee, middle)))
+        bits = is_near(builder, *ways, _in_all(builder, place.type.pointee, limit))
+        return builder.zext(builder.bitcast(bits, ir.IntType(8)), WORD)
 
     f8 = numba.types.float64
     return numba.types.uint64(xs, ys, numba.types.int64, f8, f8, f8), generate
-
-
-def _eight_of(context: Any, builder: Any, kind: Any, value: Any, first: Any, element: Any) -> Any:
-    """Write code that returns a pointer to the 8 elements of an array that begin at the index `first`."""
-    place = builder.gep(make_array(kind)(context, builder, value).data, [first])
-    return builder.bitcast(place, ir.VectorType(element, 8).as_pointer())
 
 
 @intrinsic  # type: ignore[untyped-decorator]
@@ -201,11 +196,11 @@ def put_eight_parts(typing_context: Any, values: Any, first: Any, low: Any, fact
             order = ir.Constant(ir.VectorType(ir.IntType(32), 8), [lane + 8 * (lane % 2) for lane in range(8)])
             return builder.shuffle_vector(one, other, order)
 
-        place = _eight_of(context, builder, signature.args[0], arguments[0], arguments[1], ir.DoubleType())
+        place = _lanes_at(context, builder, signature.args[0], arguments[0], arguments[1], ir.DoubleType())
         part = builder.fmul(builder.fsub(builder.load(place, align=8), by_turns(arguments[2])), by_turns(arguments[3]))
         whole = builder.fptosi(builder.fadd(part, ir.Constant(lanes, [0.5] * 8)), words)
         shorts = builder.trunc(builder.sub(whole, ir.Constant(words, [32_768] * 8)), ir.VectorType(ir.IntType(16), 8))
-        place = _eight_of(context, builder, signature.args[4], arguments[4], arguments[5], ir.IntType(16))
+        place = _lanes_at(context, builder, signature.args[4], arguments[4], arguments[5], ir.IntType(16))
         builder.store(shorts, place, align=2)
         return context.get_dummy_value()
 
@@ -218,9 +213,9 @@ def put_eight_bytes(typing_context: Any, values: Any, first: Any, out: Any, at: 
     """Write the lowest bytes of 8 int64, from `first` on, into an array of uint8."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        place = _eight_of(context, builder, signature.args[0], arguments[0], arguments[1], ir.IntType(64))
+        place = _lanes_at(context, builder, signature.args[0], arguments[0], arguments[1], WORD)
         low = builder.trunc(builder.load(place, align=8), ir.VectorType(ir.IntType(8), 8))
-        place = _eight_of(context, builder, signature.args[2], arguments[2], arguments[3], ir.IntType(8))
+        place = _lanes_at(context, builder, signature.args[2], arguments[2], arguments[3], ir.IntType(8))
         builder.store(low, place, align=1)
         return context.get_dummy_value()
 
@@ -232,11 +227,11 @@ def equal_eight(typing_context: Any, values: Any, first: Any, one: Any, other: A
     """Return a word in which bit i is set if ``values[first + i]`` is one of two numbers, for 8 int64."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        lanes = ir.VectorType(ir.IntType(64), 8)
-        place = _eight_of(context, builder, signature.args[0], arguments[0], arguments[1], ir.IntType(64))
+        lanes = ir.VectorType(WORD, 8)
+        place = _lanes_at(context, builder, signature.args[0], arguments[0], arguments[1], WORD)
         eight = builder.load(place, align=8)
         found = [builder.icmp_signed("==", eight, _in_all(builder, lanes, wanted)) for wanted in arguments[2:]]
-        return builder.zext(builder.bitcast(builder.or_(*found), ir.IntType(8)), ir.IntType(64))
+        return builder.zext(builder.bitcast(builder.or_(*found), ir.IntType(8)), WORD)
 
     i8 = numba.types.int64
     return numba.types.uint64(values, i8, i8, i8), generate
@@ -247,8 +242,7 @@ def call(typing_context: Any, entry: Any, record: Any) -> Any:
     """Call the entry at address `entry` on the record at address `record`; return its status."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        word = ir.IntType(64)
-        function = builder.inttoptr(arguments[0], ir.FunctionType(word, [word]).as_pointer())
+        function = builder.inttoptr(arguments[0], ir.FunctionType(WORD, [WORD]).as_pointer())
         return builder.call(function, [arguments[1]])
 
     return numba.types.int64(numba.types.int64, numba.types.int64), generate

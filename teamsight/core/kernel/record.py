@@ -34,7 +34,7 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from teamsight.core.kernel.intrinsics import array_value
+from teamsight.core.kernel.intrinsics import WORD, array_value
 from teamsight.core.kernel.parts import inlined
 
 
@@ -65,91 +65,12 @@ class Node(NamedTuple):
     kind: type
     parts: tuple[Any, ...]
 
-    def leaves(self) -> list[Leaf]:
-        """Return all arrays and numbers, in the order of the fields."""
-        return [leaf for part in self.parts for leaf in (part.leaves() if isinstance(part, Node) else [part])]
-
-
-class Layout:
-    """Assigns a word to each length, address and number."""
-
-    def __init__(self, parts: Mapping[str, type] | None = None) -> None:
-        self.size = 0
-        # The NamedTuples that replace declared ones, by the path of the field.
-        self._parts = parts or {}
-        # The word of each length: by its name, or, if that is local, by the path of its NamedTuple and its name.
-        self._slots: dict[str, int] = {}
-        self._leaves: dict[str, Leaf] = {}
-
-    @property
-    def slots(self) -> dict[str, int]:
-        """The word of each length, by its name (a local one after the path of its NamedTuple), and of each number."""
-        numbers = {path: leaf.slot for path, leaf in self._leaves.items() if leaf.lengths is None}
-        return self._slots | numbers
-
-    def _next(self) -> int:
-        self.size += 1
-        return self.size - 1
-
-    def node(self, kind: type, path: str, rules: dict[str, str]) -> Node:
-        """Return the layout of a NamedTuple.
-
-        Parameters
-        ----------
-        kind : type
-            The NamedTuple.
-        path : str
-            The prefix of the names of its fields.
-        rules : dict of str to str
-            For the name of a length, the array whose last element is that length, as ``start[-1]``.
-        """
-        parts: list[Any] = []
-        for name, hint in get_type_hints(kind, include_extras=True).items():
-            inner, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
-            where = f"{path}{name}"
-            inner = self._parts.get(where, inner)
-            if hasattr(inner, "_fields"):
-                inside = dict(part.replace(" ", "").split("=") for part in notes)
-                parts.append(self.node(inner, f"{where}.", inside))
-                continue
-            lengths = [self._length(note, path, rules) for note in notes if not isinstance(note, np.dtype)]
-            self._leaves[where] = self._leaf(where, inner, notes, tuple(lengths))
-            parts.append(self._leaves[where])
-        return Node(kind, tuple(parts))
-
-    def _leaf(self, path: str, kind: Any, notes: list[Any], lengths: tuple[Length, ...]) -> Leaf:
-        if kind in (int, bool, float):
-            return Leaf(path, self._next(), np.dtype(np.float64 if kind is float else np.int64), None)
-        if get_origin(kind) is list:
-            return Leaf(path, self._next(), np.dtype(np.int64), (self._length(".records", f"{path}.", {}),), True)
-        if not notes:
-            return Leaf(path, self._next(), None, None)
-        dtype = notes[0] if isinstance(notes[0], np.dtype) else np.dtype(_scalar(kind))
-        return Leaf(path, self._next(), dtype, lengths)
-
-    def _length(self, note: Any, path: str, rules: dict[str, str]) -> Length:
-        if isinstance(note, int):
-            return Length("", -1, note)
-        name, _, plus = note.replace(" ", "").partition("+")
-        key = path + name if name.startswith(".") else name
-        if key not in self._slots:
-            self._slots[key] = self._next()
-        last: tuple[int, ...] = ()
-        if name in rules:
-            array = self._leaves[path + rules[name].removesuffix("[-1]")]
-            assert array.lengths is not None
-            last = array.slot, array.lengths[0].slot, array.lengths[0].plus
-        return Length(name.removeprefix("."), self._slots[key], int(plus or 0), last)
-
 
 def _scalar(kind: Any) -> Any:
     """Return the scalar type of an array type; NumPy versions differ in whether ``NDArray[T]`` is an alias."""
     while arguments := get_args(kind):
         kind = arguments[-1]
     return kind
-
-
-_WORD = ir.IntType(64)
 
 
 def _unpacking(node: Node) -> Any:
@@ -161,7 +82,7 @@ def _unpacking(node: Node) -> Any:
         kind = _type(node)
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            words = builder.inttoptr(arguments[0], _WORD.as_pointer())
+            words = builder.inttoptr(arguments[0], WORD.as_pointer())
             return _value(context, builder, words, node, kind)
 
         return kind(numba.types.int64), generate
@@ -202,7 +123,7 @@ def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any)
 
 def _load_word(builder: Any, words: Any, slot: int) -> Any:
     """Write code that reads a word of a record."""
-    return builder.load(builder.gep(words, [_WORD(slot)]))
+    return builder.load(builder.gep(words, [WORD(slot)]))
 
 
 def _length_value(builder: Any, words: Any, length: Length) -> Any:
@@ -210,11 +131,11 @@ def _length_value(builder: Any, words: Any, length: Length) -> Any:
         return cgutils.intp_t(length.plus)
     if length.last:
         address, slot, plus = length.last
-        array = builder.inttoptr(_load_word(builder, words, address), _WORD.as_pointer())
-        at = builder.add(_load_word(builder, words, slot), _WORD(plus - 1))
+        array = builder.inttoptr(_load_word(builder, words, address), WORD.as_pointer())
+        at = builder.add(_load_word(builder, words, slot), WORD(plus - 1))
         return builder.load(builder.gep(array, [at]))
     size = _load_word(builder, words, length.slot)
-    return builder.add(size, _WORD(length.plus)) if length.plus else size
+    return builder.add(size, WORD(length.plus)) if length.plus else size
 
 
 _NO_BYTES = ctypes.c_char * 0
@@ -274,17 +195,17 @@ class Packed(Generic[T]):
         self._made = made
 
     def word(self, name: str) -> int:
-        """Return the address of the word of a length or a number; see `Layout.slots`."""
+        """Return the address of the word of a length or a number; see `Record.slots`."""
         return self.address + self.words.itemsize * self.record.slots[name]
 
     @property
     def leaves(self) -> list[Leaf]:
         """The layout of its arrays and numbers."""
-        return self.record.node.leaves()
+        return [*self.record.leaves.values()]
 
     @property
     def slots(self) -> dict[str, int]:
-        """The word of each length and of each number; see `Layout.slots`."""
+        """The word of each length and of each number; see `Record.slots`."""
         return self.record.slots
 
     def update(self, **fields: Any) -> None:
@@ -310,16 +231,22 @@ class Record(Generic[T]):
         Returns the NamedTuple for the address of a record. Its arrays are views of those that were packed.
     size : int
         The number of words of a record.
+    leaves : dict of str to Leaf
+        Its arrays and numbers, by path, in the order of the fields.
     slots : dict of str to int
-        The word of each length and of each number; see `Layout.slots`.
+        The word of each length, by its name (a local one after the path of its NamedTuple), and of each number.
     """
 
     def __init__(self, kind: Callable[..., T], parts: Mapping[str, type] | None = None) -> None:
-        builder = Layout(parts)
-        self.node = builder.node(cast(type, kind), "", {})
-        self.size = builder.size
-        self.slots = builder.slots
-        self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing(self.node, self.size)
+        self.size = 0
+        self._parts = parts or {}
+        # The word of each length: by its name, or, if that is local, by the path of its NamedTuple and its name.
+        self._lengths: dict[str, int] = {}
+        self.leaves: dict[str, Leaf] = {}
+        self.node = self._node(cast(type, kind), "", {})
+        numbers = {path: leaf.slot for path, leaf in self.leaves.items() if leaf.lengths is None}
+        self.slots = self._lengths | numbers
+        self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing([*self.leaves.values()], self.size)
         # No T: in kernels, entries and other records are addresses.
         self.at: Callable[[Any], Any] = _unpacking(self.node)
 
@@ -327,14 +254,65 @@ class Record(Generic[T]):
         """Return a record of these arrays and numbers; raises what `Packed.put` raises."""
         return Packed(self, value)
 
+    def _next(self) -> int:
+        self.size += 1
+        return self.size - 1
 
-def _packing(node: Node, size: int) -> Callable[[Any], tuple[list[int], tuple[Any, ...]]]:
+    def _node(self, kind: type, path: str, rules: dict[str, str]) -> Node:
+        """Return the layout of a NamedTuple.
+
+        Parameters
+        ----------
+        kind : type
+            The NamedTuple.
+        path : str
+            The prefix of the names of its fields.
+        rules : dict of str to str
+            For the name of a length, the array whose last element is that length, as ``start[-1]``.
+        """
+        parts: list[Any] = []
+        for name, hint in get_type_hints(kind, include_extras=True).items():
+            inner, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+            where = f"{path}{name}"
+            inner = self._parts.get(where, inner)
+            if hasattr(inner, "_fields"):
+                inside = dict(part.replace(" ", "").split("=") for part in notes)
+                parts.append(self._node(inner, f"{where}.", inside))
+                continue
+            is_list, dtype = get_origin(inner) is list, None
+            lengths: tuple[Length, ...] | None = None
+            if inner in (int, bool, float):
+                dtype = np.dtype(np.float64 if inner is float else np.int64)
+            elif is_list:
+                dtype, lengths = np.dtype(np.int64), (self._length(".records", f"{where}.", {}),)
+            elif notes:
+                dtype = notes[0] if isinstance(notes[0], np.dtype) else np.dtype(_scalar(inner))
+                lengths = tuple(self._length(note, path, rules) for note in notes if not isinstance(note, np.dtype))
+            self.leaves[where] = Leaf(where, self._next(), dtype, lengths, is_list)
+            parts.append(self.leaves[where])
+        return Node(kind, tuple(parts))
+
+    def _length(self, note: Any, path: str, rules: dict[str, str]) -> Length:
+        if isinstance(note, int):
+            return Length("", -1, note)
+        name, _, plus = note.replace(" ", "").partition("+")
+        key = path + name if name.startswith(".") else name
+        if key not in self._lengths:
+            self._lengths[key] = self._next()
+        last: tuple[int, ...] = ()
+        if name in rules:
+            array = self.leaves[path + rules[name].removesuffix("[-1]")]
+            assert array.lengths is not None
+            last = array.slot, array.lengths[0].slot, array.lengths[0].plus
+        return Length(name.removeprefix("."), self._lengths[key], int(plus or 0), last)
+
+
+def _packing(leaves: list[Leaf], size: int) -> Callable[[Any], tuple[list[int], tuple[Any, ...]]]:
     """Return the function that turns a NamedTuple into the words of a record and the arrays to keep alive.
 
     The function is generated without loops, which is twice as fast: building a world packs hundreds of arrays.
     """
     lines, known = ["def words(value):"], set[int]()
-    leaves = node.leaves()
     names: dict[str, Any] = {"leaves": leaves, "number": _number, "address": address_of, "misfit": _misfit}
     names["addresses"] = _addresses
     for at, leaf in enumerate(leaves):
@@ -414,15 +392,17 @@ def window(packed: Packed[Any], *, last_axis: tuple[str, ...] = ()) -> Window:
     """
     length, moves = -1, []
     for leaf in packed.leaves:
-        if not leaf.lengths:
-            continue
-        array: npt.NDArray[Any] = attrgetter(leaf.path)(packed.value)
-        if leaf.lengths[0].name == "n":
+        if leaf.lengths and leaf.lengths[0].name == "n":
             length = leaf.lengths[0].slot
-            moves.append((leaf.slot, packed.words[leaf.slot], array.itemsize * int(np.prod(array.shape[1:]))))
+            moves.append(_move(packed, leaf, 0))
         elif leaf.path in last_axis:
-            moves.append((leaf.slot, packed.words[leaf.slot], array.itemsize))
+            moves.append(_move(packed, leaf, -1))
     return Window(packed.words, length, np.array(moves, np.int64).reshape(-1, 3))
+
+
+def _move(packed: Packed[Any], leaf: Leaf, axis: int) -> tuple[int, int, int]:
+    """Return the word of an array's address, its value, and its change from one element of an axis to the next."""
+    return leaf.slot, packed.words[leaf.slot], attrgetter(leaf.path)(packed.value).strides[axis]
 
 
 @inlined

@@ -11,9 +11,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from time import monotonic
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from teamsight.core.status_line import StatusLine, has_reader, in_notebook, seconds
+
+if TYPE_CHECKING:
+    from teamsight.core.kernel.entry import Entry
 
 _NOTICE = "teamsight: compiling kernels that are new to this machine; they are kept, so this happens once"
 
@@ -31,12 +34,6 @@ def listening(listener: Callable[[str], None]) -> Iterator[None]:
         _LISTENER.reset(before)
 
 
-class Kernel(Protocol):
-    """What this file uses of an entry."""
-
-    def is_missing(self) -> bool: ...
-
-
 class CompilationReport:
     """The report of a process. Kernels that another process compiles first are not counted.
 
@@ -48,12 +45,12 @@ class CompilationReport:
 
     def __init__(self) -> None:
         self.taken = 0.0
-        self._needed: Callable[[], Sequence[Kernel]] = lambda: ()
+        self._needed: Callable[[], Sequence[Entry]] = lambda: ()
         self._line: StatusLine | None = None
         self._is_announced = self._is_compiling = False
         self._number, self._began = 0, 0.0
 
-    def plan(self, needed: Callable[[], Sequence[Kernel]]) -> None:
+    def plan(self, needed: Callable[[], Sequence[Entry]]) -> None:
         """Set the kernels that will be needed, which are counted if one of them has to be compiled.
 
         Parameters

@@ -133,7 +133,7 @@ class Counted(Capture):
     [
         ({"raech": 1.0}, TypeError, "raech=1.0: unknown; did you mean 'reach'.*Counted has reach, side, draws, begun"),
         ({"speed": 1.0}, TypeError, "speed=1.0: unknown; .*Counted has reach"),
-        ({"reach": "far"}, TypeError, "Counted.parameters: .* must be a tuple of numbers"),
+        ({"reach": "far"}, TypeError, "Counted.parameters=.*: must be finite numbers"),
         ({"reach": float("nan")}, ValueError, "must be finite numbers"),
         ({"draws": 3}, ValueError, "Counted.draws: cannot change in a run; build another world"),
         ({"side": 5.0, "begun": 4}, ValueError, r"Counted.start: .* cannot change; build another world"),

@@ -150,7 +150,7 @@ def declaring(**attributes: Any) -> Interaction:
 
 
 DECLARATIONS = [
-    (Capture, TypeError, r"Capture: is a class; give an object, Capture\(\)"),
+    (Capture, TypeError, r"Capture: is a class; give an object, such as Capture\(\)"),
     ("capture", TypeError, "'capture'.*subclass of Interaction"),
     (NoKernel(), TypeError, "NoKernel: has no 'kernel'"),
     (NoRoles(), ValueError, r"NoRoles.roles=\(\): must name"),
@@ -174,8 +174,8 @@ DECLARATIONS = [
      r"floats have the shape \(3,\)"),
     (declaring(start=lambda self, sizes: InteractionState(np.zeros((1, 1)), np.zeros((1, 1)))), TypeError,
      "ints have the type float64"),
-    (declaring(parameters=(np.nan,)), ValueError, r"parameters: must be finite.*nan"),
-    (declaring(parameters="x"), TypeError, "parameters: has the type str"),
+    (declaring(parameters=(np.nan,)), ValueError, r"parameters=.*nan.*: must be finite"),
+    (declaring(parameters="x"), TypeError, "parameters='x': must be finite numbers"),
 ]  # fmt: skip
 
 
