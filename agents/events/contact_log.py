@@ -14,7 +14,6 @@ from teamsight.agents.engine.records import RelationArrays, relation_at
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.events.source import EventSource
 from teamsight.agents.events.sources import EventLog, LoggedEvent
-from teamsight.agents.group import Group
 from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.core.table import Field, Table
 
