@@ -43,12 +43,9 @@ class EventLog:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def append(
-        self, time: float, tick: int, what: str, group: str | None, agent: int | None, source: str | None,
-        details: dict[str, Any],
-    ) -> None:  # fmt: skip
-        """Append an event that has been checked."""
-        self.rows.append(LoggedEvent(time, tick, what, group, agent, source, details))
+    def __deepcopy__(self, memo: Any) -> EventLog:
+        # Rows are never changed.
+        return EventLog(self.rows)
 
     def frame(self) -> pd.DataFrame:
         """Return the log as a table.
@@ -260,7 +257,8 @@ class Sources:
                 shown = checks.shown(agent)
                 raise TypeError(f"log({what!r}, {shown}): must be an agent of the world, or None") from None
         timeline = self._timeline
-        self.events.append(float(timeline.clock._now), timeline.tick, what, group, identity, source, details)
+        time = float(timeline.clock._now)
+        self.events.rows.append(LoggedEvent(time, timeline.tick, what, group, identity, source, details))
 
 
 def sources_of(events: Any) -> list[Any]:
