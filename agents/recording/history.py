@@ -167,28 +167,16 @@ class Stretch:
         return self._sums
 
     def _sums_of(self, rows: Integers) -> Sums:
-        return Sums(
-            totals_of(self._targets_of(rows), self._observed_of(rows)),
-            totals_of(self._robots_of(rows), self._edges_of(rows)),
-            int(rows[:, self._teammates, _LARGEST].max(initial=0)),
-        )
+        observed, edges = self._counts(rows)
+        return Sums(totals_of(*observed), totals_of(*edges), int(rows[:, self._teammates, _LARGEST].max(initial=0)))
 
-    def _targets_of(self, rows: Integers) -> int | Integers:
-        """Return the number of active targets in each of some rows; one number if it is always the same."""
-        if not self._is_conditional:
-            return self.targets
-        return _sum_of(rows, self._targets, _ACTIVE_OBSERVED)
-
-    def _robots_of(self, rows: Integers) -> int | Integers:
-        if not self._is_conditional:
-            return self.robots
-        return _sum_of(rows, self._teammates, _ACTIVE)
-
-    def _observed_of(self, rows: Integers) -> Integers:
-        return _sum_of(rows, self._targets, _OBSERVED)
-
-    def _edges_of(self, rows: Integers) -> Integers:
-        return _sum_of(rows, self._teammates, _EDGES)
+    def _counts(self, rows: Integers) -> tuple[tuple[int | Integers, Integers], tuple[int | Integers, Integers]]:
+        """Return, for each row, how many targets are active and observed, and how many robots and edges there are."""
+        sizes: tuple[int | Integers, int | Integers] = (self.targets, self.robots)
+        if self._is_conditional:
+            sizes = _sum_of(rows, self._targets, _ACTIVE_OBSERVED), _sum_of(rows, self._teammates, _ACTIVE)
+        observed, edges = _sum_of(rows, self._targets, _OBSERVED), _sum_of(rows, self._teammates, _EDGES)
+        return (sizes[0], observed), (sizes[1], edges)
 
     def largest_of(self, team: str | None, first: int) -> int:
         """Return the largest degree in one team, or in any, in the rows from `first` on."""
@@ -214,25 +202,22 @@ class Stretch:
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
-        rows = slice(first, self.rows if last is None else last)
-        scores = dict(zip(self.score_names, self.steps.scores[rows].T, strict=True))
-        return self._columns(self.steps.found[rows]) | scores
-
-    def _columns(self, rows: Integers) -> dict[str, npt.NDArray[Any]]:
-        values = (
-            _divided(self._observed_of(rows), self._targets_of(rows)),
-            _divided(self._edges_of(rows), self._robots_of(rows)),
-            rows[:, self._teammates, _LARGEST].max(axis=1, initial=0),
-        )
-        return dict(zip(COLUMNS, values, strict=True))
+        part = slice(first, self.rows if last is None else last)
+        rows = self.steps.found[part]
+        (targets, observed), (robots, edges) = self._counts(rows)
+        largest = rows[:, self._teammates, _LARGEST].max(axis=1, initial=0)
+        values = _divided(observed, targets), _divided(edges, robots), largest
+        scores = dict(zip(self.score_names, self.steps.scores[part].T, strict=True))
+        return dict(zip(COLUMNS, values, strict=True)) | scores
 
     def running(self, before: Sums, first: int, last: int) -> dict[str, npt.NDArray[Any]]:
         """Return the measures of a run after each row from `first` to before `last`, and all `before`."""
         rows = self.steps.found[first:last]
+        observed, edges = self._counts(rows)
         degrees = rows[:, self._teammates, _LARGEST].max(axis=1, initial=before.largest)
         return {
-            "observed_fraction": running_means(before.observed, self._targets_of(rows), self._observed_of(rows)),
-            "mean_neighbours": running_means(before.edges, self._robots_of(rows), self._edges_of(rows)),
+            "observed_fraction": running_means(before.observed, *observed),
+            "mean_neighbours": running_means(before.edges, *edges),
             "max_neighbours": np.maximum.accumulate(degrees),
         }
 
