@@ -12,8 +12,8 @@ from teamsight.agents.body import Body
 from teamsight.agents.columns import Column
 from teamsight.agents.components.durations import Duration, Times, lasting, length
 from teamsight.agents.components.failures import Disabling, check_members
-from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.engine.watching import Bound
+from teamsight.agents.events.source import Watching
 from teamsight.agents.events.timeline import AgentLeftError
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
@@ -107,7 +107,7 @@ _DRAIN = Entry(_drain)
 BATTERY = "battery"
 
 
-class Batteries(Disabling, Watcher):
+class Batteries(Disabling, Watching):
     """Each agent has a battery; one whose battery is empty is inactive until it is charged.
 
     The charge is the column "battery" of the group: ``robot.battery``, ``robots.battery``. It can be set, from 0 to
@@ -173,13 +173,13 @@ class Batteries(Disabling, Watcher):
             # By member; see `DrainArrays`.
             self._supply, self._level = np.zeros(0), np.zeros(0, np.int64)
         columns.limit(BATTERY, self._check_charge)
-        self.world._engine.watch(self)
+        super().connect()
 
     def disconnect(self) -> None:
         """Remove the column, and watch no longer."""
         # If the column could not be added, there is one of the user's.
         if "_supply" in vars(self):
-            self.world._engine.unwatch(self)
+            super().disconnect()
             self._its_group().columns.pop(BATTERY, None)
 
     def begin(self) -> None:
@@ -369,7 +369,7 @@ _FIND = Entry(_find)
 CHARGERS = "chargers"
 
 
-class ChargingPlaces(EventSource, Watcher):
+class ChargingPlaces(Watching):
     """Agents with a low battery that come to a charging place queue there, are charged, and go on.
 
     It is attached to a group that has `Batteries`. It adds a group "chargers" of bodies that do not move, which the
@@ -466,11 +466,8 @@ class ChargingPlaces(EventSource, Watcher):
             # By member; see `VicinityArrays`.
             self._place = np.zeros(0, np.int64)
             self.make_room()
-        self.world._engine.watch(self)
-
-    def disconnect(self) -> None:
-        """Watch no longer; the places stay, since groups cannot leave a world."""
-        self.world._engine.unwatch(self)
+        # The places stay when it is detached, since groups cannot leave a world.
+        super().connect()
 
     def make_room(self) -> None:
         """Make room for the members that have come."""

@@ -11,8 +11,8 @@ import pandas as pd
 
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.records import RelationArrays, relation_at
-from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.engine.watching import Bound
+from teamsight.agents.events.source import Watching
 from teamsight.agents.events.sources import EventLog, LoggedEvent
 from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.core.table import Field, Table
@@ -157,7 +157,7 @@ class Contacts(NamedTuple):
     until: int
 
 
-class ContactLog(EventSource, Watcher):
+class ContactLog(Watching):
     """Logs the contacts of a group in a channel, in compiled code; `World.log_contacts` attaches it.
 
     Parameters
@@ -181,14 +181,6 @@ class ContactLog(EventSource, Watcher):
 
     def __init__(self, channel: str = TEAMMATES) -> None:
         self.channel = channel
-
-    def connect(self) -> None:
-        """Watch the steps."""
-        self.world._engine.watch(self)
-
-    def disconnect(self) -> None:
-        """Log no more."""
-        self.world._engine.unwatch(self)
 
     def begin(self) -> None:
         """Log the present contacts, as begun at this tick, and all changes from now on."""

@@ -9,9 +9,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.engine.records import GroupArrays, RelationArrays, group_at, relation_at
-from teamsight.agents.engine.watching import Bound, Watcher
+from teamsight.agents.engine.watching import Bound
 from teamsight.agents.events.contact_log import places
-from teamsight.agents.events.source import EventSource
+from teamsight.agents.events.source import Watching
 from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.world.motion import move_at
 
@@ -167,7 +167,7 @@ class Counted(NamedTuple):
 _NOBODY = Counted(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, len(COLUMNS)), np.int64))
 
 
-class ObservationCounts(EventSource, Watcher):
+class ObservationCounts(Watching):
     """Counts for each target the steps in which robots observe it, in compiled code.
 
     `World.count_observations` attaches it. A reset begins anew. What counts as observed is what counts in
@@ -183,14 +183,6 @@ class ObservationCounts(EventSource, Watcher):
 
     needs_group = False
     entry = COUNT_OBSERVATIONS
-
-    def connect(self) -> None:
-        """Begin to watch the steps."""
-        self.world._engine.watch(self)
-
-    def disconnect(self) -> None:
-        """End watching."""
-        self.world._engine.unwatch(self)
 
     def begin(self) -> None:
         """Count from now on."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.group import Group
 from teamsight.core import checks
 from teamsight.core.references import stable_name
@@ -279,6 +280,18 @@ class EventSource:
         if self.world is None:
             return RuntimeError(f"{self!r}: belongs to no world; world.attach returns a copy that does")
         return TypeError(f"plan(…, {method!r}): {type(self).__name__} has no method of this name; define it")
+
+
+class Watching(EventSource, Watcher):
+    """A source that watches each step in compiled code, as long as it is attached."""
+
+    def connect(self) -> None:
+        """Begin to watch."""
+        self.world._engine.watch(self)
+
+    def disconnect(self) -> None:
+        """Watch no longer."""
+        self.world._engine.unwatch(self)
 
 
 class When:
