@@ -19,6 +19,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.group import Group
+from teamsight.agents.recording.history import divided
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core.checks import shown
@@ -574,7 +575,7 @@ class _Reading:
                 robots = robots + is_active[:, one.observers].sum(axis=1)
                 edges = edges + numbers.sum(axis=1)
                 largest = np.maximum(largest, numbers.max(axis=1, initial=0))
-        shares = [_divided(observed, is_active[:, counted].sum(axis=1)), _divided(edges, robots), largest]
+        shares = [divided(observed, is_active[:, counted].sum(axis=1)), divided(edges, robots), largest]
         return np.stack(shares, axis=1).astype(np.float32)
 
     def _links(self, wanted: LinkList, space: Space) -> list[Links]:
@@ -629,11 +630,6 @@ def _counts_of(ends: Integers, *, is_wide: bool) -> Integers:
     return np.asarray(np.diff(ends, axis=1, prepend=0) & (0xFFFF if is_wide else 0xFF))
 
 
-def _divided(numbers: Integers, sizes: Integers) -> Floats:
-    """Return shares; NaN where nobody is there."""
-    return np.asarray(numbers / np.where(sizes > 0, sizes, np.nan))
-
-
 _FULL_TURN = 2 * math.pi
 
 
@@ -662,10 +658,8 @@ def _degree(awareness: Awareness) -> Mapping[str, Fact] | None:
     """Return a degree of awareness by name, with its options; None for none."""
     if awareness.name == "none":
         return None
-    options: dict[str, object] = {}
-    if is_dataclass(awareness):
-        options = {one.name: getattr(awareness, one.name) for one in fields(awareness)}
-    return {"name": awareness.name, **{name: _fact(value) for name, value in options.items()}}
+    options: list[str] = [one.name for one in fields(awareness)] if is_dataclass(awareness) else []
+    return {"name": awareness.name, **{name: _fact(getattr(awareness, name)) for name in options}}
 
 
 def _facts(group: Group) -> dict[str, Fact]:

@@ -206,7 +206,7 @@ class Stretch:
         rows = self.steps.found[part]
         (targets, observed), (robots, edges) = self._counts(rows)
         largest = rows[:, self._teammates, _LARGEST].max(axis=1, initial=0)
-        values = _divided(observed, targets), _divided(edges, robots), largest
+        values = divided(observed, targets), divided(edges, robots), largest
         scores = dict(zip(self.score_names, self.steps.scores[part].T, strict=True))
         return dict(zip(COLUMNS, values, strict=True)) | scores
 
@@ -313,7 +313,7 @@ def _column_of(part: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]
     return part[name] if name in part else np.full(len(part["observed"]), np.nan)
 
 
-def _divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:
+def divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:
     """Return shares; NaN where nobody is there."""
     return np.asarray(numbers / np.where(np.asarray(sizes) > 0, sizes, np.nan))
 
