@@ -122,7 +122,6 @@ class Stretch:
     def __init__(self, relations: list[Relation], scores: tuple[str, ...] = (), *, is_open: bool = False) -> None:
         self.score_names = scores
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
-        self._teams = [relations[r].observers.team for r in self._teammates]
         self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
         self._targets = [r for r, relation in enumerate(relations) if relation.counts]
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
@@ -177,11 +176,6 @@ class Stretch:
             sizes = _sum_of(rows, self._targets, _ACTIVE_OBSERVED), _sum_of(rows, self._teammates, _ACTIVE)
         observed, edges = _sum_of(rows, self._targets, _OBSERVED), _sum_of(rows, self._teammates, _EDGES)
         return (sizes[0], observed), (sizes[1], edges)
-
-    def largest_of(self, team: str | None, first: int) -> int:
-        """Return the largest degree in one team, or in any, in the rows from `first` on."""
-        own = [r for r, name in zip(self._teammates, self._teams, strict=True) if team in (None, name)]
-        return int(self.steps.found[first:, own, _LARGEST].max(initial=0))
 
     def largest_by_group(self, first: int) -> dict[tuple[str, str], int]:
         """Return the largest degree in each group that is on a team, by (group, team), in the rows from `first` on."""
@@ -268,14 +262,6 @@ class History:
     def max_neighbours(self) -> int:
         """The largest degree in any row; 0 before the first."""
         return self._sums.largest
-
-    def largest_of(self, team: str | None, first: int = 0) -> int:
-        """Return the largest degree in one team, or in any, in the rows from `first` on; 0 before the first."""
-        largest = 0
-        for stretch in self._stretches:
-            largest = max(largest, stretch.largest_of(team, min(first, stretch.rows)))
-            first = max(first - stretch.rows, 0)
-        return largest
 
     def largest_by_group(self, first: int = 0) -> dict[tuple[str, str], int]:
         """Return the largest degree in each group that has been on a team, in the rows from `first` on."""
