@@ -154,11 +154,11 @@ def svg(data: WorldData, is_observed: Callable[[Body], bool]) -> str:
         return _MARGIN + np.stack([points[..., 0] - low[0], high[1] - points[..., 1]], axis=-1) * scale
 
     dashes = ' stroke-dasharray="6 4"' if any(data.arena.period) else ""
-    parts = [_path(map(on_page, obstacles(data.arena)), 'fill="#8888" stroke="none"')]
+    parts = [_lines(map(on_page, obstacles(data.arena)), 'fill="#8888" stroke="none"')]
     every = max(-(-sum(map(len, data.groups)) // MOST_DRAWN), 1)
     for group in data.groups:
         parts += _group(group, every, on_page, scale, is_observed)
-    parts.append(_path(map(on_page, walls(data.arena)), f'fill="none" stroke="currentColor"{dashes}'))
+    parts.append(_lines(map(on_page, walls(data.arena)), f'fill="none" stroke="currentColor"{dashes}'))
     box = f'width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} {height:.0f}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {box} style="display:block">{"".join(parts)}</svg>'
 
@@ -185,7 +185,7 @@ def _group(
         ),
         _dots(places, np.full(len(places), _DOT), f'fill="{colour}" stroke="none"'),
         _dots(inactive, np.full(len(inactive), _DOT), f'fill="none" stroke="{colour}" stroke-dasharray="2 2"'),
-        _path(noses, f'fill="none" stroke="{colour}" stroke-width="1.5"'),
+        _lines(noses, f'fill="none" stroke="{colour}" stroke-width="1.5"'),
     ]
 
 
@@ -193,23 +193,27 @@ def _dots(places: Floats, radii: Floats, look: str) -> str:
     """Return circles as one path."""
     half = "a{r:.1f} {r:.1f} 0 1 0 {d:.1f} 0"
     arcs = (half.format(r=r, d=2 * r) + half.format(r=r, d=-2 * r) for r in radii)
-    steps = [f"M{x - r:.1f} {y:.1f}{arc}" for (x, y), r, arc in zip(places, radii, arcs, strict=False)]
-    return f'<path {look} d="{"".join(steps)}"/>' if steps else ""
+    return _path((f"{x - r:.1f} {y:.1f}{arc}" for (x, y), r, arc in zip(places, radii, arcs, strict=False)), look)
 
 
 def _squares(places: Floats, halves: Floats, look: str) -> str:
     """Return squares of these half sides as one path."""
-    steps = [
-        f"M{x - half:.1f} {y - half:.1f}h{2 * half:.1f}v{2 * half:.1f}h{-2 * half:.1f}z"
+    steps = (
+        f"{x - half:.1f} {y - half:.1f}h{2 * half:.1f}v{2 * half:.1f}h{-2 * half:.1f}z"
         for (x, y), half in zip(places, halves, strict=False)
-    ]
-    return f'<path {look} d="{"".join(steps)}"/>' if steps else ""
+    )
+    return _path(steps, look)
 
 
-def _path(lines: Iterable[Floats], look: str) -> str:
+def _lines(lines: Iterable[Floats], look: str) -> str:
     """Return lines as one path."""
-    steps = ["M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in line) for line in lines]
-    return f'<path {look} d="{"".join(steps)}"/>' if steps else ""
+    return _path(("L".join(f"{x:.1f} {y:.1f}" for x, y in line) for line in lines), look)
+
+
+def _path(parts: Iterable[str], look: str) -> str:
+    """Return a path of these parts, each from its first point on."""
+    steps = "".join(f"M{part}" for part in parts)
+    return f'<path {look} d="{steps}"/>' if steps else ""
 
 
 def world_html(name: str, data: WorldData, engine: Engine) -> str:

@@ -15,7 +15,7 @@ from teamsight.agents.body import Body
 from teamsight.agents.decisions import EVERY_STEP, give_timetable
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.engine.interactions import InteractionSaved, check_interactions
-from teamsight.agents.events.sources import EventLog, LoggedEvent
+from teamsight.agents.events.sources import EventLog
 from teamsight.agents.fixed import put
 from teamsight.agents.host import note_conditions
 from teamsight.agents.mesa import compat as mesa_compat
@@ -445,16 +445,6 @@ class SavedSource(NamedTuple):
     data: Any
 
 
-class SavedLog:
-    """The rows of a log, which are never changed: a copy of a state shares them."""
-
-    def __init__(self, rows: list[LoggedEvent]) -> None:
-        self.rows = tuple(rows)
-
-    def __deepcopy__(self, memo: Any) -> SavedLog:
-        return self
-
-
 class SavedEvents(NamedTuple):
     """The events of a world.
 
@@ -466,7 +456,7 @@ class SavedEvents(NamedTuple):
         The attached sources.
     following, order, identity : int
         The numbers of the next source, of the next event on the clock, and of the next agent.
-    log : SavedLog
+    log : EventLog
         The event log.
     events_end_steps : bool
         See `Timeline`.
@@ -477,7 +467,7 @@ class SavedEvents(NamedTuple):
     following: int
     order: int
     identity: int
-    log: SavedLog
+    log: EventLog
     events_end_steps: bool
 
 
@@ -510,7 +500,7 @@ def save_events(model: Model, data: WorldData, pending: str) -> SavedEvents:
                 )
     saved = [SavedSource(one.number, _described(one), _group_number(one), one.save()) for one in sources.attached]
     identity = mesa_compat.next_identity(model)
-    log = SavedLog(sources.events.rows)
+    log = EventLog(sources.events.rows)
     return SavedEvents(calls, saved, sources.following, clock.order, identity, log, data.timeline.events_end_steps)
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from teamsight.agents.building import OWN_OF_GROUP, divided, forget_members, newcomers
-from teamsight.agents.components.durations import Duration, Times, lasting, time_to, together
+from teamsight.agents.components.durations import Duration, Times, lasting, length, next_time, time_to
 from teamsight.agents.components.failures import Coming, check_members
 from teamsight.agents.events.sources import EventSource
 from teamsight.agents.mesa.compat import next_identity, set_next_identity
@@ -21,7 +21,21 @@ if TYPE_CHECKING:
     from teamsight.agents.given import Points
 
 
-class Arrivals(Coming):
+class _Leaving(EventSource):
+    """A source whose agents may leave."""
+
+    def leave(self, member: int) -> None:
+        """Let an agent leave."""
+        agent = self.agent(member)
+        if agent is not None:
+            agent.remove()
+
+    def _plan(self, time: float, method: str, argument: int) -> None:
+        if time < math.inf:
+            self.plan(time, method, argument)
+
+
+class Arrivals(_Leaving, Coming):
     """Agents arrive in a group, one at a time, and may leave after a stay.
 
     The log says "joined" and "left", and "turned away" of an arrival that found the group full.
@@ -61,9 +75,13 @@ class Arrivals(Coming):
         **abilities: Any,
     ) -> None:
         self.interval = time_to("interval", interval)
-        self.stay = None if stay is None else lasting("stay", stay)
-        together("interval", self.interval)
-        together("stay", self.stay)
+        self.stay = lasting("stay", stay)
+        for name, value in (("interval", self.interval), ("stay", self.stay)):
+            if isinstance(value, Times) and isinstance(value.times, Mapping):
+                raise ValueError(
+                    f"{name}={value!r}: arrivals have one list, not one for each member; give it, as in "
+                    "Times([100, 250])"
+                )
         if position is not None:
             place = np.asarray(position, float)
             if place.shape != (2,) or not np.isfinite(place).all():
@@ -105,16 +123,8 @@ class Arrivals(Coming):
                 (agent,) = group.add(1, **self._given())
             member = self.member(agent)
             self._arrived.append(member)
-            stay = self._drawn(self.stay, number, 2 * number + 1)
-            if stay < math.inf:
-                self.plan(self.now + stay, "leave", member)
+            self._plan(self.now + length(self, self.stay, 0, number, 2 * number + 1), "leave", member)
         self._plan_next(number + 1)
-
-    def leave(self, member: int) -> None:
-        """Let an agent leave."""
-        agent = self.agent(member)
-        if agent is not None:
-            agent.remove()
 
     def left(self, agent: Body, member: int) -> None:
         """Forget an agent that has left."""
@@ -152,19 +162,7 @@ class Arrivals(Coming):
         return given
 
     def _plan_next(self, number: int) -> None:
-        if isinstance(self.interval, Times):
-            time = self.interval.after(math.nextafter(self.now, -1) if number == 0 else self.now, 0)
-        else:
-            time = self.now + self._drawn(self.interval, number, 2 * number)
-        if time < math.inf:
-            self.plan(time, "arrive", number)
-
-    def _drawn(self, duration: Duration | Times | None, number: int, index: int) -> float:
-        if duration is None:
-            return math.inf
-        if isinstance(duration, Times):
-            return duration.lasting(number, 0)
-        return duration.draw(self.random(0, index))
+        self._plan(next_time(self, self.interval, 0, number, 2 * number), "arrive", number)
 
 
 @contextlib.contextmanager
@@ -180,7 +178,7 @@ def _naming_arrivals() -> Iterator[None]:
         raise type(error)(text) from error
 
 
-class Departures(EventSource):
+class Departures(_Leaving):
     """The agents of a group leave it, each independently of the others; the log says "left".
 
     Parameters
@@ -211,22 +209,8 @@ class Departures(EventSource):
         if isinstance(self.time_to_departure, Times):
             self.time_to_departure.check_to_come("time_to_departure", self.now)
         for member in self.members:
-            self._plan(member)
+            self.joined(None, member)
 
-    def joined(self, agent: Body, member: int) -> None:
+    def joined(self, agent: Body | None, member: int) -> None:
         """Plan the departure of an agent that has come."""
-        self._plan(member)
-
-    def leave(self, member: int) -> None:
-        """Let an agent leave."""
-        agent = self.agent(member)
-        if agent is not None:
-            agent.remove()
-
-    def _plan(self, member: int) -> None:
-        if isinstance(self.time_to_departure, Times):
-            time = self.time_to_departure.after(math.nextafter(self.now, -1), member)
-        else:
-            time = self.now + self.time_to_departure.draw(self.random(member, 0))
-        if time < math.inf:
-            self.plan(time, "leave", member)
+        self._plan(next_time(self, self.time_to_departure, member, 0, 0), "leave", member)

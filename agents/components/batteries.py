@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
@@ -11,10 +10,10 @@ import numpy.typing as npt
 
 from teamsight.agents.body import Body
 from teamsight.agents.columns import Column
-from teamsight.agents.components.durations import Duration, Times, lasting
+from teamsight.agents.components.durations import Duration, Times, lasting, length
 from teamsight.agents.components.failures import Disabling, check_members
-from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.sources import EventSource
+from teamsight.agents.engine.watching import Bound
+from teamsight.agents.events.sources import Watching
 from teamsight.agents.events.timeline import AgentLeftError
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
@@ -103,64 +102,12 @@ def _drain(address: int) -> int:
     return has_changed
 
 
-class Drain(Watcher):
-    """Drains and charges the batteries of a group in each step.
-
-    Parameters
-    ----------
-    group : Group
-        The group; its column `column` has the charge of each agent.
-    column : str
-        The name of that column.
-    rates : tuple of five float
-        Capacity, low, per distance, per tick and per decision.
-    report : callable
-        Called after a step in which levels have changed.
-
-    Attributes
-    ----------
-    supply, level : ndarray, shape (members,)
-        As for `DrainArrays`.
-    """
-
-    entry = Entry(_drain)
-
-    def __init__(self, group: Group, column: str, rates: tuple[float, ...], report: Callable[[], None]) -> None:
-        self._group, self._column, self._rates, self._report = group, column, rates, report
-        self.supply, self.level = np.zeros(0), np.zeros(0, np.int64)
-        self.begin()
-
-    def begin(self) -> None:
-        """Begin with full batteries, none of which is being charged."""
-        self.supply[:], self.level[:] = 0.0, ENOUGH
-        self.make_room()
-
-    def make_room(self) -> None:
-        """Make room for the members that have come."""
-        more = self._group.members_so_far - len(self.level)
-        if more > 0:
-            self.supply = np.append(self.supply, np.zeros(more))
-            self.level = np.append(self.level, np.full(more, ENOUGH))
-
-    def bind(self, bound: Bound) -> None:
-        """Pack the record from the present arrays."""
-        self.make_room()
-        bodies, charge, table = self._group.bodies, self._group.columns.array(self._column), self._group.timetable
-        self.record = DRAIN.pack(DrainArrays(
-            bodies.member, bodies.active, bodies.moved, np.zeros(0, np.int64) if table is None else table.decided_at,
-            bound.moment, charge, self.supply, self.level, *self._rates,
-        ))  # fmt: skip
-
-    def happened(self) -> None:
-        """Report changed levels."""
-        self._report()
-
-
+_DRAIN = Entry(_drain)
 #: The column with the charge of each agent.
 BATTERY = "battery"
 
 
-class Batteries(Disabling):
+class Batteries(Disabling, Watching):
     """Each agent has a battery; one whose battery is empty is inactive until it is charged.
 
     The charge is the column "battery" of the group: ``robot.battery``, ``robots.battery``. It can be set, from 0 to
@@ -187,10 +134,11 @@ class Batteries(Disabling):
     Notes
     -----
     The charge after a step is that before it, less the drain of that step; below a billionth of the capacity it is 0.
-    So a battery becomes empty at a whole tick, and its agent is inactive from that tick on. A compiled watcher, the
-    attribute `drain`, computes it; a run is interrupted only where a battery becomes low or empty. `ChargingPlaces`
-    charge batteries.
+    So a battery becomes empty at a whole tick, and its agent is inactive from that tick on. Compiled code computes it,
+    and stops a run only where a battery becomes low or empty. `ChargingPlaces` charge batteries.
     """
+
+    entry = _DRAIN
 
     def __init__(
         self,
@@ -215,35 +163,62 @@ class Batteries(Disabling):
 
     def connect(self) -> None:
         """Add the column, and watch."""
-        group = self._its_group()
-        if "drain" not in vars(self):
-            group.add_column(BATTERY, self.capacity)
-            rates = (self.capacity, self.low_level, self.per_distance, self.per_tick, self.per_decision)
-            self.drain = Drain(group, BATTERY, rates, self._report)
-        elif BATTERY in group.columns:
+        columns = self._its_group().columns
+        if "_supply" in vars(self) and BATTERY in columns:
             # A state has brought it back, but not the charge of agents that come later.
-            group.columns.create(BATTERY, group.columns.array(BATTERY), self.capacity)
+            columns.create(BATTERY, columns.array(BATTERY), self.capacity)
         else:
-            group.add_column(BATTERY, self.capacity)
-        group.columns.limit(BATTERY, self._check_charge)
-        self.world._engine.watch(self.drain)
+            self._its_group().add_column(BATTERY, self.capacity)
+        if "_supply" not in vars(self):
+            # By member; see `DrainArrays`.
+            self._supply, self._level = np.zeros(0), np.zeros(0, np.int64)
+        columns.limit(BATTERY, self._check_charge)
+        super().connect()
 
     def disconnect(self) -> None:
         """Remove the column, and watch no longer."""
         # If the column could not be added, there is one of the user's.
-        if "drain" in vars(self):
-            self.world._engine.unwatch(self.drain)
+        if "_supply" in vars(self):
+            super().disconnect()
             self._its_group().columns.pop(BATTERY, None)
 
     def begin(self) -> None:
         """Fill all batteries."""
         super().begin()
         self._its_group().columns.assign(BATTERY, ..., self.capacity)
-        self.drain.begin()
+        self._supply[:], self._level[:] = 0.0, ENOUGH
+        self.make_room()
         # The levels of which events have been planned, by member.
-        self._reported = self.drain.level.copy()
+        self._reported = self._level.copy()
         # The SimPy events for which users wait, by member and level.
         self._awaited: dict[tuple[int, int], Any] = {}
+
+    def make_room(self) -> None:
+        """Make room for the members that have come."""
+        more = self._its_group().members_so_far - len(self._level)
+        if more > 0:
+            self._supply = np.append(self._supply, np.zeros(more))
+            self._level = np.append(self._level, np.full(more, ENOUGH))
+
+    def bind(self, bound: Bound) -> None:
+        """Pack the record from the present arrays."""
+        self.make_room()
+        group = self._its_group()
+        bodies, charge, table = group.bodies, group.columns.array(BATTERY), group.timetable
+        self.record = DRAIN.pack(DrainArrays(
+            bodies.member, bodies.active, bodies.moved, np.zeros(0, np.int64) if table is None else table.decided_at,
+            bound.moment, charge, self._supply, self._level, self.capacity, self.low_level, self.per_distance,
+            self.per_tick, self.per_decision,
+        ))  # fmt: skip
+
+    def happened(self) -> None:
+        """Plan an event for each battery whose level has changed."""
+        level = self._level
+        before = np.zeros(len(level), np.int64)
+        before[: len(self._reported)] = self._reported
+        self._reported = level.copy()
+        for member in np.flatnonzero(level != before).tolist():
+            self.plan(self.now, "reach", member, int(before[member]), int(level[member]))
 
     @property
     def charge(self) -> Column:
@@ -263,12 +238,12 @@ class Batteries(Disabling):
 
     def level(self, member: int) -> int:
         """Return the level of the battery of a member: 0 for enough, 1 for low, 2 for empty."""
-        return int(self.drain.level[member])
+        return int(self._level[member])
 
     def supply(self, member: int, per_step: float) -> None:
         """Charge the battery of a member by this much in each step, in place of its drain; 0 ends that."""
-        self.drain.make_room()
-        self.drain.supply[member] = per_step
+        self.make_room()
+        self._supply[member] = per_step
 
     def set_charge(self, member: int, charge: float) -> None:
         """Set the charge of a member; it becomes active at once if only its battery has kept it inactive."""
@@ -294,7 +269,7 @@ class Batteries(Disabling):
                 event.succeed(agent)
         if level >= LOW:
             for source in self.world.sources:
-                if source.group is self.group and isinstance(source, NeedsCharge):
+                if source.group is self.group and isinstance(source, ChargingPlaces):
                     source.is_low(member)
 
     def left(self, agent: Body, member: int) -> None:
@@ -309,12 +284,12 @@ class Batteries(Disabling):
 
     def save(self) -> Any:
         """Return the levels, and who is being charged or inactive."""
-        return self.drain.level.copy(), self.drain.supply.copy(), self._reported.copy(), super().save()
+        return self._level.copy(), self._supply.copy(), self._reported.copy(), super().save()
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned."""
         level, supply, reported, disabled = data
-        self.drain.level, self.drain.supply, self._reported = level.copy(), supply.copy(), reported.copy()
+        self._level, self._supply, self._reported = level.copy(), supply.copy(), reported.copy()
         super().load(disabled)
         self._awaited = {}
 
@@ -339,23 +314,6 @@ class Batteries(Disabling):
             return event.succeed(agent)
         self._awaited[member, level] = event
         return event
-
-    def _report(self) -> None:
-        """Plan an event for each battery whose level has changed."""
-        level = self.drain.level
-        before = np.zeros(len(level), np.int64)
-        before[: len(self._reported)] = self._reported
-        self._reported = level.copy()
-        for member in np.flatnonzero(level != before).tolist():
-            self.plan(self.now, "reach", member, int(before[member]), int(level[member]))
-
-
-class NeedsCharge:
-    """A source that is called when a battery of its group is low."""
-
-    def is_low(self, member: int) -> None:
-        """Called when the battery of a member is low, or empty."""
-        raise NotImplementedError
 
 
 class VicinityArrays(NamedTuple):
@@ -406,69 +364,12 @@ def _find(address: int) -> int:
     return has_come
 
 
-class Vicinity(Watcher):
-    """Finds the agents of a group that have come to a charging place with a low battery.
-
-    Parameters
-    ----------
-    group, places : Group
-        The agents, and the charging places.
-    channel : str
-        The channel in which the agents sense the places.
-    radius : float
-        The distance within which an agent is at a place [length].
-    drain : Drain
-        The batteries.
-    report : callable
-        Called after a step in which an agent has come.
-
-    Attributes
-    ----------
-    place : ndarray, shape (members,), int64
-        As for `VicinityArrays`.
-    """
-
-    entry = Entry(_find)
-
-    def __init__(
-        self, group: Group, places: Group, channel: str, radius: float, drain: Drain, report: Callable[[], None]
-    ) -> None:
-        self._group, self._places, self._channel, self._radius = group, places, channel, radius
-        self._drain, self._report = drain, report
-        self.place = np.zeros(0, np.int64)
-        self.make_room()
-
-    def make_room(self) -> None:
-        """Make room for the members that have come."""
-        self._drain.make_room()
-        self.place = np.append(self.place, np.zeros(len(self._drain.level) - len(self.place), np.int64))
-
-    def release(self, member: int) -> None:
-        """Forget where a member is, so that it is found again."""
-        self.make_room()
-        self.place[member] = 0
-
-    def bind(self, bound: Bound) -> None:
-        """Pack the record from the present arrays."""
-        self.make_room()
-        relation = bound.relation(self._group, self._channel)
-        assert relation is not None
-        first = self._group.relations[self._channel].first[self._places.number]
-        self.record = VICINITY.pack(VicinityArrays(
-            self._group.bodies.member, self._drain.level, self.place, relation.value.neighbours, first,
-            len(self._places), self._radius,
-        ))  # fmt: skip
-
-    def happened(self) -> None:
-        """Report who has come."""
-        self._report()
-
-
+_FIND = Entry(_find)
 #: The channel in which agents sense charging places, and the name of their group.
 CHARGERS = "chargers"
 
 
-class ChargingPlaces(EventSource, NeedsCharge):
+class ChargingPlaces(Watching):
     """Agents with a low battery that come to a charging place queue there, are charged, and go on.
 
     It is attached to a group that has `Batteries`. It adds a group "chargers" of bodies that do not move, which the
@@ -507,6 +408,8 @@ class ChargingPlaces(EventSource, NeedsCharge):
     it. One `policy` serves them all.
     """
 
+    entry = _FIND
+
     def __init__(
         self,
         position: Points,
@@ -526,7 +429,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
         if (rate is None) == (duration is None):
             raise ValueError(f"rate={rate}, duration={duration}: give one of the two, such as rate=0.5")
         self.rate = None if rate is None else checks.number("rate", rate, above=0, cure="it is charge per tick")
-        self.duration = None if duration is None else lasting("duration", duration)
+        self.duration = lasting("duration", duration)
         self.radius = checks.number("radius", radius, above=0, cure="it is a length, such as 0.1")
         self.policy = policy
         self.reach = None if reach is None else checks.number("reach", reach, above=0, cure="leave it out for no limit")
@@ -538,7 +441,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
     def connect(self) -> None:
         """Add the places, and watch."""
         group = self._its_group()
-        if "_vicinity" not in vars(self):
+        if "_place" not in vars(self):
             found = [one for one in self.world.sources if isinstance(one, Batteries) and one.group is group]
             if not found:
                 raise ValueError(
@@ -560,17 +463,32 @@ class ChargingPlaces(EventSource, NeedsCharge):
                 # of a run this would cost a robot its memory.
                 before, group[0].policy = group[0].policy, self.policy
                 group[0].policy = before
-            self._vicinity = Vicinity(group, self.places, CHARGERS, self.radius, found[0].drain, self._report)
-        self.world._engine.watch(self._vicinity)
+            # By member; see `VicinityArrays`.
+            self._place = np.zeros(0, np.int64)
+            self.make_room()
+        # The places stay when it is detached, since groups cannot leave a world.
+        super().connect()
 
-    def disconnect(self) -> None:
-        """Watch no longer; the places stay, since groups cannot leave a world."""
-        if "_vicinity" in vars(self):
-            self.world._engine.unwatch(self._vicinity)
+    def make_room(self) -> None:
+        """Make room for the members that have come."""
+        self._batteries.make_room()
+        self._place = np.append(self._place, np.zeros(len(self._batteries._level) - len(self._place), np.int64))
+
+    def bind(self, bound: Bound) -> None:
+        """Pack the record from the present arrays."""
+        self.make_room()
+        group = self._its_group()
+        relation = bound.relation(group, CHARGERS)
+        assert relation is not None
+        first = group.relations[CHARGERS].first[self.places.number]
+        self.record = VICINITY.pack(VicinityArrays(
+            group.bodies.member, self._batteries._level, self._place, relation.value.neighbours, first,
+            len(self.places), self.radius,
+        ))  # fmt: skip
 
     def begin(self) -> None:
         """Begin with free places."""
-        self._vicinity.place[:] = 0
+        self._place[:] = 0
         # By member: its speed and its own policy, by its index in the group, before; and the number of its visits.
         self._speeds: dict[int, float] = {}
         self._policies: dict[int, int] = {}
@@ -611,7 +529,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
         if agent is None or any(member in one._requests for one in self._all_places()):
             return
         self._speeds[member], agent.speed = agent.speed, 0.0
-        self._vicinity.place[member] = place + 1
+        self._place[member] = place + 1
         self.log("queued", agent, place=place)
         self._request(member, place)
 
@@ -623,13 +541,8 @@ class ChargingPlaces(EventSource, NeedsCharge):
         self._begun.add(member)
         missing = self._batteries.capacity - float(self._batteries.charge[agent.row])
         visit = self._visits[member] = self._visits.get(member, -1) + 1
-        if self.rate is not None:
-            needed = missing / self.rate
-        elif isinstance(self.duration, Times):
-            needed = self.duration.lasting(visit, member)
-        else:
-            needed = self.duration.draw(self.random(member, visit))  # type: ignore[union-attr]
-        self.log("charging", agent, place=int(self._vicinity.place[member]) - 1)
+        needed = length(self, self.duration, member, visit, visit) if self.rate is None else missing / self.rate
+        self.log("charging", agent, place=int(self._place[member]) - 1)
         self._batteries.supply(member, missing / needed if missing else math.ulp(0.0))
         if needed < math.inf:
             self.plan(self.now + needed, "finish", member, visit)
@@ -640,7 +553,7 @@ class ChargingPlaces(EventSource, NeedsCharge):
         if agent is None or member not in self._requests or self._visits[member] != visit:
             return
         self._batteries.set_charge(member, self._batteries.capacity)
-        self.log("charged", agent, place=int(self._vicinity.place[member]) - 1)
+        self.log("charged", agent, place=int(self._place[member]) - 1)
         self._let_go(member)
 
     def left(self, agent: Body, member: int) -> None:
@@ -653,13 +566,13 @@ class ChargingPlaces(EventSource, NeedsCharge):
             [self._members_of(resource.users), self._members_of(resource.queue)] for resource in self._resources
         ]
         own = self._speeds.copy(), self._policies.copy(), self._visits.copy(), self._begun.copy()
-        return order, self._vicinity.place.copy(), own
+        return order, self._place.copy(), own
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned: the queues are made again, in the same order."""
         order, place, own = data
         self._speeds, self._policies, self._visits, self._begun = (part.copy() for part in own)
-        self._vicinity.place = place.copy()
+        self._place = place.copy()
         self._requests = {}
         self._resources = [self.clock.resource(self.chargers) for _ in self.position]
         for number, (users, queue) in enumerate(order):
@@ -678,14 +591,16 @@ class ChargingPlaces(EventSource, NeedsCharge):
         for one in self._all_places():
             one._give_policy_back(member)
             if one is not self and member not in one._requests:
-                one._vicinity.release(member)
+                # Where it is, is found again.
+                one.make_room()
+                one._place[member] = 0
         if request is None:
             return
         self._speeds.pop(member, None)
         self._batteries.supply(member, 0.0)
         self._begun.discard(member)
-        resource = self._resources[int(self._vicinity.place[member]) - 1]
-        self._vicinity.place[member] = 0
+        resource = self._resources[int(self._place[member]) - 1]
+        self._place[member] = 0
         if request.triggered:
             resource.release(request)
         else:
@@ -720,11 +635,11 @@ class ChargingPlaces(EventSource, NeedsCharge):
     def _agents_of(self, requests: list[Any]) -> list[Body]:
         return [self.agent(member) for member in self._members_of(requests)]
 
-    def _report(self) -> None:
+    def happened(self) -> None:
         """Plan the arrival of each agent that has come."""
-        for member in np.flatnonzero(self._vicinity.place).tolist():
+        for member in np.flatnonzero(self._place).tolist():
             if member not in self._requests:
-                self.plan(self.now, "come", member, int(self._vicinity.place[member]) - 1)
+                self.plan(self.now, "come", member, int(self._place[member]) - 1)
 
 
 def _longest_reach(world: Any) -> float:

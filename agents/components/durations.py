@@ -6,9 +6,12 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
+
+if TYPE_CHECKING:
+    from teamsight.agents.events.sources import EventSource
 
 # Shorter mean durations would be more than a million events for a robot in a tick.
 _LEAST = 1e-6
@@ -196,57 +199,55 @@ def time_to(name: str, value: Any) -> Duration | Times:
         If it is neither a number, nor a duration, nor `Times` that ascend.
     """
     found = _duration(name, value, "Times([100, 250])")
-    if isinstance(found, Times):
-        for times in found.every():
-            late = [(one, other) for one, other in pairwise(times) if one >= other]
-            if late:
-                raise ValueError(f"{name}: the times {late[0][0]:g} and {late[0][1]:g} must ascend; sort them")
+    for times in found.every() if isinstance(found, Times) else ():
+        for one, other in pairwise(times):
+            if one >= other:
+                raise ValueError(f"{name}: the times {one:g} and {other:g} must ascend; sort them")
     return found
 
 
-def lasting(name: str, value: Any) -> Duration | Times:
-    """Return a user's value as how long something lasts: a number is the mean of an exponential duration.
+def lasting(name: str, value: Any) -> Duration | Times | None:
+    """Return a user's value as how long something lasts; a number is the mean of an exponential duration.
 
     Raises
     ------
     TypeError, ValueError
         If it is neither a number, nor a duration, nor `Times` of at least 1e-6 ticks.
     """
+    if value is None:
+        return None
     found = _duration(name, value, "Times([20, 35])")
-    if isinstance(found, Times):
-        for times in found.every():
-            for time in times:
-                _time(name, time)
+    for times in found.every() if isinstance(found, Times) else ():
+        for time in times:
+            _time(name, time)
     return found
 
 
-def together(name: str, value: Duration | Times | None) -> None:
-    """Refuse times by member where all agents have the same list."""
-    if isinstance(value, Times) and isinstance(value.times, Mapping):
-        raise ValueError(
-            f"{name}={value!r}: arrivals have one list, not one for each member; give it, as in Times([100, 250])"
-        )
+def next_time(source: EventSource, time_to: Duration | Times, member: int, number: int, index: int) -> float:
+    """Return when the event `number` of a member happens [ticks]; `index` is that of its random number."""
+    if isinstance(time_to, Times):
+        # At the start, the present moment is not over.
+        return time_to.after(math.nextafter(source.now, -1) if number == 0 else source.now, member)
+    return source.now + time_to.draw(source.random(member, index))
+
+
+def length(source: EventSource, lasting: Duration | Times | None, member: int, number: int, index: int) -> float:
+    """Return how long the event `number` of a member lasts [ticks]; `index` is that of its random number."""
+    if lasting is None:
+        return math.inf
+    return lasting.lasting(number, member) if isinstance(lasting, Times) else lasting.draw(source.random(member, index))
 
 
 def _duration(name: str, value: Any, listed: str) -> Duration | Times:
     if isinstance(value, Duration | Times):
         return value
-    if isinstance(value, type) or not _is_number(value):
+    try:
+        return Exponential(_time(name, value))
+    except TypeError:
         raise TypeError(
             f"{name}={checks.shown(value)}: must be a number, the mean of an exponential duration [ticks], or a "
             f"duration such as Weibull(500, 1.5), Constant(50) or {listed}; leave the component out for never"
-        )
-    return Exponential(_time(name, value))
-
-
-def _is_number(value: Any) -> bool:
-    try:
-        checks.number("", value)
-    except TypeError:
-        return False
-    except ValueError:
-        return True
-    return True
+        ) from None
 
 
 def _time(name: str, value: Any) -> float:

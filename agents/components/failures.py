@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from teamsight.agents.components.durations import Duration, Times, lasting, time_to
+from teamsight.agents.components.durations import Duration, Times, lasting, length, next_time, time_to
 from teamsight.agents.events.sources import EventSource
 from teamsight.core import checks
 
@@ -151,11 +151,9 @@ class Interruptions(EventSource):
             return
         self.begin_one(agent, member)
         self.log(self.words[0], agent)
-        lasting: Duration | Times | None = getattr(self, self.parameters[1])
-        if isinstance(lasting, Times):
-            self._plan_in(lasting.lasting(number, member), "resume", member, number)
-        elif lasting is not None:
-            self._plan_in(lasting.draw(self.random(member, 2 * number + 1)), "resume", member, number)
+        time = self.now + length(self, getattr(self, self.parameters[1]), member, number, 2 * number + 1)
+        if time < math.inf:
+            self.plan(time, "resume", member, number)
 
     def resume(self, member: int, number: int) -> None:
         """End an interruption of an agent, and plan its next."""
@@ -167,17 +165,9 @@ class Interruptions(EventSource):
         self._plan_next(member, number + 1)
 
     def _plan_next(self, member: int, number: int) -> None:
-        time_to: Duration | Times = getattr(self, self.parameters[0])
-        if isinstance(time_to, Times):
-            # At the start, the present moment is not over.
-            time = time_to.after(math.nextafter(self.now, -1) if number == 0 else self.now, member)
-            self._plan_in(time - self.now, "interrupt", member, number)
-        else:
-            self._plan_in(time_to.draw(self.random(member, 2 * number)), "interrupt", member, number)
-
-    def _plan_in(self, delay: float, method: str, member: int, number: int) -> None:
-        if delay < math.inf:
-            self.plan(self.now + delay, method, member, number)
+        time = next_time(self, getattr(self, self.parameters[0]), member, number, 2 * number)
+        if time < math.inf:
+            self.plan(time, "interrupt", member, number)
 
     def begin_one(self, agent: Body, member: int) -> None:
         """Do to an agent what an interruption does."""
@@ -242,7 +232,7 @@ class Failures(Disabling, Interruptions):
         self, time_to_failure: float | Duration | Times, time_to_repair: float | Duration | Times | None = None
     ) -> None:
         self.time_to_failure = time_to("time_to_failure", time_to_failure)
-        self.time_to_repair = None if time_to_repair is None else lasting("time_to_repair", time_to_repair)
+        self.time_to_repair = lasting("time_to_repair", time_to_repair)
 
     def begin(self) -> None:
         """Plan the first failure of each agent."""
@@ -296,7 +286,7 @@ class SensorDropouts(Holding, Interruptions):
         channel: str | None = None,
     ) -> None:
         self.time_to_dropout = time_to("time_to_dropout", time_to_dropout)
-        self.time_to_recovery = None if time_to_recovery is None else lasting("time_to_recovery", time_to_recovery)
+        self.time_to_recovery = lasting("time_to_recovery", time_to_recovery)
         if channel is not None and not isinstance(channel, str):
             raise TypeError(f"channel={checks.shown(channel)}: must be the name of a channel, such as 'targets'")
         self.channel = channel

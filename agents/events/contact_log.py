@@ -11,9 +11,8 @@ import pandas as pd
 
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.engine.records import RelationArrays, relation_at
-from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.sources import EventLog, EventSource, LoggedEvent
-from teamsight.agents.group import Group
+from teamsight.agents.engine.watching import Bound
+from teamsight.agents.events.sources import EventLog, LoggedEvent, Watching
 from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.core.table import Field, Table
 
@@ -157,7 +156,7 @@ class Contacts(NamedTuple):
     until: int
 
 
-class ContactLog(EventSource):
+class ContactLog(Watching):
     """Logs the contacts of a group in a channel, in compiled code; `World.log_contacts` attaches it.
 
     Parameters
@@ -176,6 +175,9 @@ class ContactLog(EventSource):
         What was logged so far. A reset begins anew.
     """
 
+    entry = LOG_CONTACTS
+    sees_changes = True
+
     def __init__(self, channel: str = TEAMMATES) -> None:
         self.channel = channel
 
@@ -187,22 +189,24 @@ class ContactLog(EventSource):
             raise ValueError(
                 f"channel={self.channel!r}: {group.name} have no such channel, but {have}; declare it with world.senses"
             )
-        if "_watcher" not in vars(self):
-            self._watcher = ContactWatcher(group, self.channel, self.world._engine)
-            self.world._engine.watch(self._watcher)
-        self._watcher.begin(self.world.tick)
+        self.load((self.world.tick, np.zeros((0, len(COLUMNS)), np.int64), np.zeros((0, 2), np.int64)))
 
-    def end(self) -> None:
-        """Log no more."""
-        self.world._engine.unwatch(self._watcher)
+    def save(self) -> tuple[int, Integers, Integers]:
+        """Return since when contacts are logged, the log, and the contacts that were seen last."""
+        return self._since, self.rows.copy(), self._last_seen()
 
-    def save(self) -> Any:
-        """Return the log and the contacts that were seen last."""
-        return self._watcher.save()
-
-    def load(self, data: Any) -> None:
+    def load(self, data: tuple[int, Integers, Integers]) -> None:
         """Go back to what `save` returned."""
-        self._watcher.load(data)
+        self._since, rows, seen = data
+        self._log = Table([Field("contact", np.int64, (len(COLUMNS),))], room=_FEWEST)
+        self._log.append(len(rows), {"contact": rows})
+        self._length = np.full(1, len(rows))
+        # By identities; the next `bind` finds their rows.
+        self._seen = seen.copy()
+        self._observers = self._observed = np.zeros(0, np.int64)
+        self._start, self._index = np.zeros(1, np.int64), np.zeros(0, np.int64)
+        self._gone, self._gone_length = np.zeros((0, 2), np.int64), np.zeros(1, np.int64)
+        self.world._engine.rewatch()
 
     @property
     def observers(self) -> str:
@@ -217,41 +221,16 @@ class ContactLog(EventSource):
     @property
     def rows(self) -> Integers:
         """What was logged so far, shape (k, 4), with the columns `COLUMNS`: a view that the next steps may change."""
-        return self._watcher.logged()
+        self._log.count(int(self._length[0]))
+        return self._log.contact
 
     @property
     def contacts(self) -> Contacts:
         """What was logged so far."""
-        watcher, rows = self._watcher, self.rows.copy()
-        return Contacts(rows[:, 0], rows[:, 1] != 0, rows[:, 2], rows[:, 3], watcher.since, self.world.tick)
+        rows = self.rows.copy()
+        return Contacts(rows[:, 0], rows[:, 1] != 0, rows[:, 2], rows[:, 3], self._since, self.world.tick)
 
-
-class ContactWatcher(Watcher):
-    """The arrays of a contact log; `CONTACTS` describes them."""
-
-    entry = LOG_CONTACTS
-    sees_changes = True
-
-    def __init__(self, group: Group, channel: str, engine: Any) -> None:
-        self._group, self._channel, self._engine = group, channel, engine
-        self.begin(0)
-
-    def begin(self, tick: int) -> None:
-        """Begin to log at a tick; no contacts have been seen."""
-        self.since = tick
-        self._log = Table([Field("contact", np.int64, (len(COLUMNS),))], room=_FEWEST)
-        self.length = np.zeros(1, np.int64)
-        self._set_seen(np.zeros((0, 2), np.int64))
-        self._engine.rewatch()
-
-    def _set_seen(self, seen: Integers) -> None:
-        """Set the contacts that were seen last, by identities; the next `bind` finds their rows."""
-        self._seen = seen
-        self._observers = self._observed = np.zeros(0, np.int64)
-        self._start, self._index = np.zeros(1, np.int64), np.zeros(0, np.int64)
-        self._gone, self._gone_length = np.zeros((0, 2), np.int64), np.zeros(1, np.int64)
-
-    def seen(self) -> Integers:
+    def _last_seen(self) -> Integers:
         """Return the contacts that were seen last and not logged as ended, shape (k, 2): their identities, in order."""
         rows = np.repeat(np.arange(len(self._observers)), np.diff(self._start))
         index = self._index[: self._start[-1]]
@@ -261,11 +240,11 @@ class ContactWatcher(Watcher):
 
     def bind(self, bound: Bound) -> None:
         """Find the rows of the contacts that were seen last, and make room."""
-        seen = self.seen()
-        packed = bound.relation(self._group, self._channel)
-        relation = None if packed is None else self._group.relations[self._channel]
+        seen, group = self._last_seen(), self._its_group()
+        packed = bound.relation(group, self.channel)
+        relation = None if packed is None else group.relations[self.channel]
         self._seen = np.zeros((0, 2), np.int64)
-        self._observers = self._group.bodies.identity.copy()
+        self._observers = group.bodies.identity.copy()
         self._observed = np.zeros(0, np.int64) if relation is None else relation.everyone.copy()
         row, index = places(self._observers, seen[:, 0]), places(self._observed, seen[:, 1])
         stays = (row >= 0) & (index >= 0)
@@ -273,7 +252,7 @@ class ContactWatcher(Watcher):
         row, index = row[stays], index[stays]
         order = np.lexsort((index, row))
         self._start = np.searchsorted(row[order], np.arange(len(self._observers) + 1))
-        in_range = self._channel == TEAMMATES
+        in_range = self.channel == TEAMMATES
         room = 0
         if relation is not None:
             room = len(relation.search.room.identity if in_range else relation.true_lists[1])
@@ -282,35 +261,17 @@ class ContactWatcher(Watcher):
         self._make_room(len(seen) + len(self._index))
         self.record = CONTACTS.pack(ContactArrays(
             bound.moment, packed, in_range, self._observers, self._observed, self._start, self._index, self._gone,
-            self._gone_length, self._log.whole("contact"), self.length,
+            self._gone_length, self._log.whole("contact"), self._length,
         ))  # fmt: skip
-
-    def logged(self) -> Integers:
-        """Return the logged rows, shape (k, 4)."""
-        self._log.count(int(self.length[0]))
-        return self._log.contact
 
     def happened(self) -> None:
         """Make room for more rows."""
         self._make_room(int(self._start[-1]) + len(self._index))
-        self._engine.rewatch()
+        self.world._engine.rewatch()
 
     def _make_room(self, more: int) -> None:
-        self._log.count(int(self.length[0]))
+        self._log.count(int(self._length[0]))
         self._log.make_room(more, most_spare=None)
-
-    def save(self) -> tuple[int, Integers, Integers]:
-        """Return what `load` needs."""
-        return self.since, self.logged().copy(), self.seen()
-
-    def load(self, data: tuple[int, Integers, Integers]) -> None:
-        """Go back to what `save` returned."""
-        self.since, rows, seen = data
-        self._log.cut(0)
-        self._log.append(len(rows), {"contact": rows})
-        self.length = np.full(1, len(rows))
-        self._set_seen(seen.copy())
-        self._engine.rewatch()
 
 
 def contact_table(sources: Iterable[Any]) -> pd.DataFrame:
@@ -352,28 +313,14 @@ class Observations(NamedTuple):
 
 def observations(logs: Iterable[ContactLog]) -> Observations:
     """Return when agents were observed by at least one of the observers of these logs, and when no longer."""
-    logged = [log.contacts for log in logs]
-    tick = np.concatenate([np.zeros(0, np.int64), *(one.tick for one in logged)])
-    observed = np.concatenate([np.zeros(0, np.int64), *(one.observed for one in logged)])
-    change = np.concatenate([np.zeros(0, np.int64), *(np.where(one.begun, 1, -1) for one in logged)])
-    order = np.lexsort((tick, observed))
-    tick, observed = tick[order], observed[order]
-    # All observers that an agent gains and loses so far, as one sum over all agents: what begins ends no earlier.
-    count = np.cumsum(change[order])
-    last = np.ones(len(tick), bool)
-    last[:-1] = (np.diff(tick) != 0) | (np.diff(observed) != 0)
-    tick, observed, count = tick[last], observed[last], count[last]
-    first = np.ones(len(tick), bool)
-    first[1:] = np.diff(observed) != 0
-    # Agents that are still observed in the end leave their observers in the sum.
-    left_over = np.concatenate([[0], count])[:-1]
-    base = np.maximum.accumulate(np.where(first, np.arange(len(tick)), 0)) if len(tick) else np.zeros(0, np.int64)
-    is_so = count - left_over[base] > 0
-    was_so = np.concatenate([[False], is_so])[:-1] & ~first
-    changed = is_so != was_so
-    tick, observed, begun = tick[changed], observed[changed], is_so[changed]
-    order = np.lexsort((observed, tick))
-    return Observations(tick[order], begun[order], observed[order])
+    rows = np.concatenate([np.zeros((0, len(COLUMNS)), np.int64), *(log.rows for log in logs)])
+    tick, begun, _, observed = rows.T
+    # Of all observers that an agent gains and loses at a tick, only their number afterwards counts.
+    change = pd.Series(2 * begun - 1).groupby([observed, tick]).sum()
+    is_so = change.groupby(level=0).cumsum() > 0
+    changed = is_so[is_so != is_so.groupby(level=0).shift(fill_value=False)].sort_index(level=[1, 0])
+    observed, tick = (changed.index.get_level_values(level).to_numpy() for level in (0, 1))
+    return Observations(tick, changed.to_numpy(), observed)
 
 
 CONTACT = {True: "contact begun", False: "contact ended"}
@@ -399,21 +346,12 @@ def with_contacts(log: EventLog, sources: Iterable[Any], agents: Iterable[Any]) 
         return log
     groups = {row.agent: row.group for row in log.rows if row.agent is not None}
     groups.update((agent.unique_id, agent.group.name) for agent in agents)
-    rows = [row for one in logs for row in _contacts(one)]
-    counting = [one for one in logs if one.counts]
-    tick, begun, observed = (array.tolist() for array in observations(counting))
-    rows += [
-        LoggedEvent(float(when), when, OBSERVED[is_so], groups.get(agent), agent, ContactLog.__name__, {})
-        for when, is_so, agent in zip(tick, begun, observed, strict=True)
-    ]
+    name, rows = ContactLog.__name__, []
+    for one in logs:
+        for tick, begun, observer, other in one.rows.tolist():
+            details = {"other": other, "channel": one.channel}
+            rows.append(LoggedEvent(float(tick), tick, CONTACT[begun], one.observers, observer, name, details))
+    seen = observations(one for one in logs if one.counts)
+    for tick, begun, agent in zip(*(array.tolist() for array in seen), strict=True):
+        rows.append(LoggedEvent(float(tick), tick, OBSERVED[begun], groups.get(agent), agent, name, {}))
     return EventLog(sorted([*rows, *log.rows], key=lambda row: row.time))
-
-
-def _contacts(log: ContactLog) -> list[LoggedEvent]:
-    contacts, source = log.contacts, ContactLog.__name__
-    name = log.observers
-    arrays = (contacts.tick, contacts.begun, contacts.observer, contacts.observed)
-    return [
-        LoggedEvent(float(tick), tick, CONTACT[begun], name, one, source, {"other": other, "channel": log.channel})
-        for tick, begun, one, other in zip(*(array.tolist() for array in arrays), strict=True)
-    ]

@@ -9,9 +9,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.engine.records import GroupArrays, RelationArrays, group_at, relation_at
-from teamsight.agents.engine.watching import Bound, Watcher
+from teamsight.agents.engine.watching import Bound
 from teamsight.agents.events.contact_log import places
-from teamsight.agents.events.sources import EventSource
+from teamsight.agents.events.sources import Watching
 from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.world.motion import move_at
 
@@ -167,7 +167,7 @@ class Counted(NamedTuple):
 _NOBODY = Counted(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, len(COLUMNS)), np.int64))
 
 
-class ObservationCounts(EventSource):
+class ObservationCounts(Watching):
     """Counts for each target the steps in which robots observe it, in compiled code.
 
     `World.count_observations` attaches it. A reset begins anew. What counts as observed is what counts in
@@ -182,28 +182,28 @@ class ObservationCounts(EventSource):
     """
 
     needs_group = False
-
-    def connect(self) -> None:
-        """Begin to watch the steps."""
-        self._watcher = ObservationWatcher(self.world._engine)
-        self.world._engine.watch(self._watcher)
-
-    def disconnect(self) -> None:
-        """End watching; what was counted is lost."""
-        self.world._engine.unwatch(self._watcher)
-        del self._watcher
+    entry = COUNT_OBSERVATIONS
 
     def begin(self) -> None:
         """Count from now on."""
-        self._watcher.load(_NOBODY)
+        self.load(_NOBODY)
 
     def save(self) -> Counted:
-        """Return the counts so far."""
-        return self._watcher.counted()
+        """Return the counts of all bodies that were ever there."""
+        known, new = self._earlier, self._now
+        at = places(known.identity, new.identity)
+        counts, is_new = known.counts.copy(), at < 0
+        counts[at[~is_new]] = new.counts[~is_new]
+        return Counted(
+            np.concatenate([known.identity, new.identity[is_new]]),
+            np.concatenate([known.group, new.group[is_new]]),
+            np.concatenate([counts, new.counts[is_new]]),
+        )
 
     def load(self, data: Counted) -> None:
-        """Go back to what `save` returned."""
-        self._watcher.load(Counted(*(array.copy() for array in data)))
+        """Go on from what `save` returned; the next `bind` finds the rows."""
+        self._earlier, self._now = data, _NOBODY
+        self.world._engine.rewatch()
 
     @property
     def table(self) -> pd.DataFrame:
@@ -252,40 +252,13 @@ class ObservationCounts(EventSource):
 
     def _present(self) -> Counted:
         """Return the counts of the targets that were there for a step."""
-        identity, group, counts = self._watcher.counted()
+        identity, group, counts = self.save()
         there = counts[:, 0] > 0
         return Counted(identity[there], group[there], counts[there])
 
-
-class ObservationWatcher(Watcher):
-    """The arrays of observation counts; `OBSERVATIONS` describes them."""
-
-    entry = COUNT_OBSERVATIONS
-
-    def __init__(self, engine: Any) -> None:
-        self._engine = engine
-        self.load(_NOBODY)
-
-    def load(self, counted: Counted) -> None:
-        """Go on from these counts; the next `bind` finds their rows."""
-        self._earlier, self._now = counted, _NOBODY
-        self._engine.rewatch()
-
-    def counted(self) -> Counted:
-        """Return the counts of all bodies that were ever there."""
-        known, new = self._earlier, self._now
-        at = places(known.identity, new.identity)
-        counts, is_new = known.counts.copy(), at < 0
-        counts[at[~is_new]] = new.counts[~is_new]
-        return Counted(
-            np.concatenate([known.identity, new.identity[is_new]]),
-            np.concatenate([known.group, new.group[is_new]]),
-            np.concatenate([counts, new.counts[is_new]]),
-        )
-
     def bind(self, bound: Bound) -> None:
         """Find the rows of the bodies that were counted before."""
-        self._earlier = known = self.counted()
+        self._earlier = known = self.save()
         relations = [r for r, relation in enumerate(bound.relations) if relation.counts]
         sides = [bound.relations[r].observers.number for r in relations]
         seen = {group.number for r in relations for group in bound.relations[r].observed}

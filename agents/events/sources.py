@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeVar
 import numpy as np
 import pandas as pd
 
+from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.timeline import Timeline
 from teamsight.agents.group import Group
 from teamsight.core import checks
@@ -286,6 +287,18 @@ class EventSource:
         return TypeError(f"plan(…, {method!r}): {type(self).__name__} has no method of this name; define it")
 
 
+class Watching(EventSource, Watcher):
+    """A source that watches each step in compiled code, as long as it is attached."""
+
+    def connect(self) -> None:
+        """Begin to watch."""
+        self.world._engine.watch(self)
+
+    def disconnect(self) -> None:
+        """Watch no longer."""
+        self.world._engine.unwatch(self)
+
+
 class When:
     """A call of a source's method when a SimPy event happens."""
 
@@ -327,12 +340,9 @@ class EventLog:
     def __len__(self) -> int:
         return len(self.rows)
 
-    def append(
-        self, time: float, tick: int, what: str, group: str | None, agent: int | None, source: str | None,
-        details: dict[str, Any],
-    ) -> None:  # fmt: skip
-        """Append an event that has been checked."""
-        self.rows.append(LoggedEvent(time, tick, what, group, agent, source, details))
+    def __deepcopy__(self, memo: Any) -> EventLog:
+        # Rows are never changed.
+        return EventLog(self.rows)
 
     def frame(self) -> pd.DataFrame:
         """Return the log as a table.
@@ -539,7 +549,8 @@ class Sources:
                 shown = checks.shown(agent)
                 raise TypeError(f"log({what!r}, {shown}): must be an agent of the world, or None") from None
         timeline = self._timeline
-        self.events.append(float(timeline.clock._now), timeline.tick, what, group, identity, source, details)
+        time = float(timeline.clock._now)
+        self.events.rows.append(LoggedEvent(time, timeline.tick, what, group, identity, source, details))
 
 
 def sources_of(events: Any) -> list[Any]:

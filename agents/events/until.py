@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -88,32 +88,28 @@ def _wait(address: int) -> int:
 WAIT = Entry(_wait)
 
 
-class Aim(Protocol):
-    """What is waited for."""
-
-    def place(self, bound: Bound) -> tuple[int, int, int, int, int, int]:
-        """Return the first six numbers of a row of `WaitArrays`."""
-        ...
-
-    def has_come(self) -> bool:
-        """Whether it is so now."""
-        ...
-
-    def value(self) -> Any:
-        """Return the value of the event, once it has come."""
-        ...
-
-    def lost(self) -> Exception | None:
-        """Return why it can no longer come."""
-        ...
-
-
 class Wait:
-    """One event, which happens when its aim has come."""
+    """One event, which happens when an agent is observed, or a robot has a contact; or no longer.
 
-    def __init__(self, aim: Aim, event: Any) -> None:
-        self.aim = aim
-        self._kept = Kept(event)
+    Parameters
+    ----------
+    engine : Engine
+        That of the world.
+    event : Event
+        The event.
+    channel : str or None
+        That of the contact; None if it is about an agent that is observed.
+    wanted : bool
+        Whether it is to be so, or no longer.
+    agents : tuple of Body
+        The agent that is observed; or the robot, and the other agent if that may not be any.
+    """
+
+    def __init__(
+        self, engine: Engine, event: Event, channel: str | None, wanted: bool, agents: tuple[Body, ...]
+    ) -> None:  # fmt: skip
+        self._engine, self._kept, self._agents = engine, Kept(event), agents
+        self._channel, self._wanted = channel, wanted
 
     @property
     def is_forgotten(self) -> bool:
@@ -121,18 +117,62 @@ class Wait:
         event = self._kept.event()
         return event is None or event.triggered
 
+    @property
+    def has_come(self) -> bool:
+        """Whether it is so now."""
+        return bool(self._present()) == self._wanted
+
+    def place(self, bound: Bound) -> tuple[int, ...]:
+        """Return the first six numbers of a row of `WaitArrays`."""
+        agent, *others = self._agents
+        row: tuple[int, ...] = (NOTHING, 0, 0, 0, 0)
+        if self._gone() is not None:
+            row = (OVER, 0, 0, 0, 0)
+        elif self._channel is None:
+            for relation, record in zip(bound.relations, bound.relation_records, strict=True):
+                if relation.counts:
+                    # All relations that count share one array of who was met.
+                    row = (OBSERVED, record.address, bound.first_body[agent.group.number] + agent._row, 0, 0)
+                    break
+        elif (found := bound.relation(agent.group, self._channel)) is not None:
+            first = agent.group.relations[self._channel].first
+            index = [first[one.group.number] + one._row for one in others if one.group.number in first]
+            if len(index) == len(others):
+                row = (CONTACT, found.address, agent._row, *(index or [-1]), self._channel == TEAMMATES)
+        return (*row, self._wanted)
+
     def end(self) -> None:
         """Let the event happen, with its value or with the error that it cannot."""
-        event, error = self._kept.event(), self.aim.lost()
-        if event is None or event.triggered:
+        if self.is_forgotten:
             return
-        if error is None:
-            event.succeed(self.aim.value())
-            return
-        # An event that nobody waits for must not stop the run.
-        if not event.callbacks.is_awaited:
-            event.defused = True
-        event.fail(error)
+        event, gone = self._kept.event(), self._gone()
+        agent, *others = self._agents
+        if not self._wanted:
+            event.succeed(agent if self._channel is None else others[0] if others else None)
+        elif gone is None:
+            present = self._present()
+            event.succeed(present if self._channel is None else present[0])
+        else:
+            # An event that nobody waits for must not stop the run.
+            if not event.callbacks.is_awaited:
+                event.defused = True
+            name, given = "observed" if self._channel is None else "contact", ", ".join(map(repr, self._agents))
+            event.fail(AgentLeftError(f"until.{name}({given}): {gone!r} has left the world, so this cannot come"))
+
+    def _gone(self) -> Body | None:
+        return next((one for one in self._agents if one._row < 0), None)
+
+    def _present(self) -> list[Any]:
+        """Return who observes the agent, or the agents with which the robot has a contact."""
+        if self._gone() is not None:
+            return []
+        agent, *others = self._agents
+        if self._channel is None:
+            self._engine.prepare()
+            relations = [relation for relation in self._engine.relations if relation.counts]
+            return list(dict.fromkeys(one for relation in relations for one in relation.observers_of(agent)))
+        found = agent.neighbours if self._channel == TEAMMATES else agent.sensed(self._channel)
+        return [one for one in found if not others or one is others[0]]
 
 
 class Waits(Watcher):
@@ -148,16 +188,16 @@ class Waits(Watcher):
         self._is_watching = False
         self._rows, self._length = np.zeros((_FEWEST, 7), np.int64), np.zeros(1, np.int64)
 
-    def add(self, aim: Aim, event: Any) -> None:
-        """Let an event happen at the first tick at which its aim has come."""
-        self.waits.append(Wait(aim, event))
+    def add(self, wait: Wait) -> None:
+        """Let an event happen at the first tick at which it has come."""
+        self.waits.append(wait)
         if not self._is_watching:
             self._is_watching = True
             self._engine.watch(self)
         elif self._bound is None or not self._engine.is_bound or len(self.waits) > len(self._rows):
             self._engine.rewatch()
         else:
-            self._rows[len(self.waits) - 1, :6] = aim.place(self._bound)
+            self._rows[len(self.waits) - 1, :6] = wait.place(self._bound)
             self._length[0] = len(self.waits)
 
     def bind(self, bound: Bound) -> None:
@@ -170,7 +210,7 @@ class Waits(Watcher):
 
     def _write(self, bound: Bound) -> None:
         for row, wait in zip(self._rows, self.waits, strict=False):
-            row[:6] = wait.aim.place(bound)
+            row[:6] = wait.place(bound)
         self._length[0] = min(len(self.waits), len(self._rows))
 
     def happened(self) -> None:
@@ -203,93 +243,6 @@ class Waits(Watcher):
             self._length[0] = len(waits)
 
 
-class Observation:
-    """A target is observed, or no longer."""
-
-    def __init__(self, engine: Engine, target: Body, *, wanted: bool) -> None:
-        self._engine, self._target, self._wanted = engine, target, wanted
-
-    def place(self, bound: Bound) -> tuple[int, int, int, int, int, int]:
-        """Return the first six numbers of a row of `WaitArrays`."""
-        target = self._target
-        if target._row < 0:
-            return (OVER, 0, 0, 0, 0, self._wanted)
-        for relation, record in zip(bound.relations, bound.relation_records, strict=True):
-            if relation.counts:
-                # All relations that count share one array of who was met.
-                body = bound.first_body[target.group.number] + target._row
-                return (OBSERVED, record.address, body, 0, 0, self._wanted)
-        return (NOTHING, 0, 0, 0, 0, self._wanted)
-
-    def has_come(self) -> bool:
-        """Whether it is so now."""
-        return bool(self._observers()) == self._wanted
-
-    def value(self) -> Any:
-        """Return the observers, or the target that is no longer observed."""
-        return self._observers() if self._wanted else self._target
-
-    def lost(self) -> Exception | None:
-        """Return the error if the target has left before it was observed."""
-        if self._wanted and self._target._row < 0:
-            return AgentLeftError(f"until.observed({self._target!r}): it has left the world and cannot be observed")
-        return None
-
-    def _observers(self) -> list[Any]:
-        if self._target._row < 0:
-            return []
-        self._engine.prepare()
-        found = [relation.observers_of(self._target) for relation in self._engine.relations if relation.counts]
-        return list(dict.fromkeys(agent for agents in found for agent in agents))
-
-
-class Contact:
-    """A robot has a contact, or no longer."""
-
-    def __init__(self, engine: Engine, robot: Body, other: Body | None, channel: str, *, wanted: bool) -> None:
-        self._engine, self._robot, self._other, self._channel = engine, robot, other, channel
-        self._wanted = wanted
-
-    def place(self, bound: Bound) -> tuple[int, int, int, int, int, int]:
-        """Return the first six numbers of a row of `WaitArrays`."""
-        robot, other = self._robot, self._other
-        if self._gone() is not None:
-            return (OVER, 0, 0, 0, 0, self._wanted)
-        record = bound.relation(robot.group, self._channel)
-        first = robot.group.relations[self._channel].first if record is not None else {}
-        if record is None or (other is not None and other.group.number not in first):
-            return (NOTHING, 0, 0, 0, 0, self._wanted)
-        index = -1 if other is None else first[other.group.number] + other._row
-        return (CONTACT, record.address, robot._row, index, self._channel == TEAMMATES, self._wanted)
-
-    def has_come(self) -> bool:
-        """Whether it is so now."""
-        return bool(self._present()) == self._wanted
-
-    def value(self) -> Any:
-        """Return the other agent; of several, the first. Of a contact that has ended with any, None."""
-        present = self._present()
-        return present[0] if self._wanted else self._other
-
-    def lost(self) -> Exception | None:
-        """Return the error if one of them has left before they met."""
-        gone = self._gone()
-        if gone is None or not self._wanted:
-            return None
-        given = ", ".join(repr(agent) for agent in (self._robot, self._other) if agent is not None)
-        return AgentLeftError(f"until.contact({given}): {gone!r} has left the world")
-
-    def _gone(self) -> Body | None:
-        return next((one for one in (self._robot, self._other) if one is not None and one._row < 0), None)
-
-    def _present(self) -> list[Any]:
-        if self._gone() is not None:
-            return []
-        robot = self._robot
-        found = robot.neighbours if self._channel == TEAMMATES else robot.sensed(self._channel)
-        return [agent for agent in found if self._other is None or agent is self._other]
-
-
 class Until:
     """Events of a world for processes: ``yield world.until.observed(target)``; see docs/time.md.
 
@@ -309,11 +262,11 @@ class Until:
         Its value is the list of the agents that sense it. If the agent leaves the world before, waiting raises
         `AgentLeftError`.
         """
-        return self._when(Observation(self._engine, self._observable("observed", target), wanted=True))
+        return self._when(None, True, self._observable("observed", target))
 
     def lost(self, target: Body) -> Event:
         """Return the event that an agent is not observed, also because it has left. Its value is the agent."""
-        return self._when(Observation(self._engine, self._observable("lost", target), wanted=False))
+        return self._when(None, False, self._observable("lost", target))
 
     def contact(self, robot: Body, other: Body | None = None, channel: str = TEAMMATES) -> Event:
         """Return the event that a robot has another agent in a channel.
@@ -339,16 +292,14 @@ class Until:
         TypeError, ValueError
             If one of them is not an agent of this world, or the robot does not sense the other in that channel.
         """
-        self._check_contact("contact", robot, other, channel)
-        return self._when(Contact(self._engine, robot, other, channel, wanted=True))
+        return self._when(channel, True, *self._in_contact("contact", robot, other, channel))
 
     def contact_ended(self, robot: Body, other: Body | None = None, channel: str = TEAMMATES) -> Event:
         """Return the event that a robot does not have the other agent, or any, in a channel; see `contact`.
 
         It also happens when one of them leaves the world. Its value is `other`.
         """
-        self._check_contact("contact_ended", robot, other, channel)
-        return self._when(Contact(self._engine, robot, other, channel, wanted=False))
+        return self._when(channel, False, *self._in_contact("contact_ended", robot, other, channel))
 
     def battery_empty(self, robot: Body) -> Event:
         """Return the event that the battery of an agent is empty; its value is the agent.
@@ -404,11 +355,13 @@ class Until:
         self._data.conditions.append(Condition(condition, event, self._data.conditions))
         return event
 
-    def _when(self, aim: Aim) -> Event:
+    def _when(self, channel: str | None, wanted: bool, *agents: Body) -> Event:
         event = self._data.timeline.clock.event()
-        if aim.has_come():
-            return event.succeed(aim.value())
-        self._waits.add(aim, event)
+        wait = Wait(self._engine, event, channel, wanted, agents)
+        if wait.has_come:
+            wait.end()
+        else:
+            self._waits.add(wait)
         return event
 
     def _check_agent(self, shown: str, agent: Any, *, may_have_left: bool = False) -> None:
@@ -430,8 +383,8 @@ class Until:
             )
         return target
 
-    def _check_contact(self, name: str, robot: Body, other: Body | None, channel: str) -> None:
-        given = [robot] if other is None else [robot, other]
+    def _in_contact(self, name: str, robot: Body, other: Body | None, channel: str) -> tuple[Body, ...]:
+        given = (robot,) if other is None else (robot, other)
         shown = f"until.{name}({', '.join(map(checks.shown, given))}, channel={checks.shown(channel)})"
         for agent in given:
             self._check_agent(shown, agent, may_have_left=name == "contact_ended")
@@ -441,7 +394,7 @@ class Until:
             have = ", ".join(map(repr, channels)) or "none"
             raise ValueError(f"{shown}: {robot.group.name} have no such channel, but {have}; declare it with senses()")
         if other is None:
-            return
+            return given
         if other is robot:
             raise ValueError(f"{shown}: no robot senses itself; give another agent, or none for any")
         seen = channels[channel].observed
@@ -456,6 +409,7 @@ class Until:
             raise ValueError(
                 f"{shown}: {robot.group.name} sense {names} in this channel, not {other.group.name}; {cure}"
             )
+        return given
 
 
 class Condition:

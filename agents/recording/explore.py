@@ -68,15 +68,11 @@ def explore(world: World, steps: int, group: Group | None = None) -> LazyMemory:
             "are 0; declare it: world.senses(group, others)",
             stacklevel=2,
         )
-    seed, first, before = world.seed_used, world.tick, _settings_before(world, robots)
+    world.recording.record_transitions(robots)  # refuses a group of another world
+    seed, first, before = world.seed_used, world.tick, settings_of(world, robots)
     recorded = record_run(world, robots, steps)
     met = _settings_met(before, settings_of(world, robots))
     return memory_of([recorded], robots, met | {"steps": world.tick - first, "runs": 1, "seed": seed})
-
-
-def _settings_before(world: World, group: Group) -> dict[str, Any]:
-    world.recording.record_transitions(group)  # refuses a group of another world
-    return settings_of(world, group)
 
 
 def _settings_met(before: Mapping[str, Any], after: Mapping[str, Any]) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -20,6 +19,7 @@ from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.relation import Relation
 from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.group import Group
+from teamsight.agents.recording.history import divided
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core.checks import shown
@@ -39,7 +39,6 @@ from teamsight.view.scene import (
     Line,
     LinkList,
     Links,
-    Point,
     Scene,
     SceneGroup,
     Slot,
@@ -49,30 +48,6 @@ from teamsight.world.contract import shortest
 from teamsight.world.limits import farthest_of
 
 Bytes = npt.NDArray[np.uint8]
-
-# The largest size of all of it [bytes].
-_MOST = 2**24
-_spare: list[Bytes] = []
-# Worlds in several threads may be recorded, and no two may get the same memory.
-_lock = threading.Lock()
-
-
-def memory(size: int) -> Bytes:
-    """Return at least so many bytes: the largest spare ones, or new ones."""
-    with _lock:
-        fitting = [number for number, one in enumerate(_spare) if len(one) >= size]
-        if fitting:
-            return _spare.pop(max(fitting, key=lambda number: len(_spare[number])))
-    # Not of zeros: a page of it takes memory when something is written there.
-    return np.empty(size, np.uint8)
-
-
-def give_back(spare: Bytes) -> None:
-    """Keep memory that is used no more, unless there is much already."""
-    with _lock:
-        if len(spare) + sum(map(len, _spare)) <= _MOST:
-            _spare.append(spare)
-
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -352,10 +327,6 @@ class LinkLayout(NamedTuple):
         """Whether counts and indices take two bytes each."""
         return len(self.observed) > _MOST_NARROW
 
-    def is_like(self, other: LinkLayout) -> bool:
-        """Whether another layout has the same words, if the bodies are the same."""
-        return self[:6] == other[:6] and all(map(np.array_equal, self[6:], other[6:]))
-
 
 class Layout(NamedTuple):
     """Which words of a frame are whose.
@@ -377,42 +348,31 @@ class Layout(NamedTuple):
     is_conditional: bool
     links: tuple[LinkLayout, ...]
 
-    def is_like(self, other: Layout) -> bool:
-        """Whether frames of another layout can follow frames of this one."""
-        return (
-            np.array_equal(self.slots, other.slots)
-            and self.is_conditional == other.is_conditional
-            and len(self.links) == len(other.links)
-            and all(mine.is_like(theirs) for mine, theirs in zip(self.links, other.links, strict=True))
-        )
+
+def _is_same(one: Any, other: Any) -> bool:
+    """Whether two tuples of tuples and arrays are equal."""
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(_is_same, one, other))
+    return np.array_equal(one, other)
 
 
-def link_layouts(
-    relations: list[Relation], first_body: dict[int, int], arena: Arena, most: int
-) -> tuple[LinkLayout, ...]:  # fmt: skip
-    """Return the layouts of all relations.
+def link_layouts(bound: Bound, arena: Arena, most: int) -> tuple[LinkLayout, ...]:
+    """Return the layouts of all relations, of whose links a frame holds at most so many."""
 
-    Parameters
-    ----------
-    relations : list of Relation
-        The relations of a world.
-    first_body : dict of int to int
-        The index of each group's first agent among all bodies.
-    arena : Arena
-        The arena.
-    most : int
-        How many links of a relation a frame holds.
-    """
+    def bodies(groups: Sequence[Group]) -> Integers:
+        rows = [np.arange(len(group)) + bound.first_body[group.number] for group in groups]
+        return np.concatenate([np.zeros(0, np.int64), *rows])
+
     # All relations of a channel are one list in a frame, with offsets or without.
-    measured = {relation.name for relation in relations if _is_measured(_sensor(relation))}
+    measured = {relation.name for relation in bound.relations if _is_measured(_sensor(relation))}
     return tuple(
         LinkLayout(
             relation.name, relation.counts, relation.name in measured,
             _scale(relation, arena) if relation.name in measured else 0.0,
             relation.name == TEAMMATES and relation.detection is not None, most,
-            _bodies([relation.observers], first_body), _bodies(relation.observed, first_body),
+            bodies([relation.observers]), bodies(relation.observed),
         )
-        for relation in relations
+        for relation in bound.relations
     )  # fmt: skip
 
 
@@ -436,12 +396,6 @@ def most_bytes(arrays: LinkArrays) -> int:
     return (observers + links) * (1 + arrays.is_wide) + 4 * links * (len(arrays.offset) > 0)
 
 
-def _bodies(groups: Sequence[Group], first_body: dict[int, int]) -> Integers:
-    """Return the indices of the agents of groups among all bodies."""
-    rows = [np.arange(len(group)) + first_body[group.number] for group in groups]
-    return np.concatenate([np.zeros(0, np.int64), *rows])
-
-
 def _sensor(relation: Relation) -> Sensor | None:
     return relation.observers.channels[relation.name].sensor
 
@@ -456,14 +410,13 @@ def _is_measured(sensor: Sensor | None) -> bool:
 
 def _scale(relation: Relation, arena: Arena) -> float:
     """Return the largest offset that percepts can show [length]."""
-    sensor = _sensor(relation)
+    sensor = _sensor(relation) or Sensor()
     low, high = arena.bounds
     diagonal = float(np.hypot(*(high - low)))
-    if sensor is not None and type(sensor).sense is not Sensor.sense:
+    if type(sensor).sense is not Sensor.sense:
         return diagonal
     # Readings of the package's own sensors end at the range.
-    own = sensor.range if sensor is not None and sensor.range is not None else None
-    reach = own if own is not None else float(relation.observers.reach(relation.name).max(initial=0.0))
+    reach = float(relation.observers.reach(relation.name).max(initial=0.0)) if sensor.range is None else sensor.range
     return min(reach * farthest_of(relation.observers.range_shape), diagonal) or diagonal
 
 
@@ -502,9 +455,10 @@ class Chunk:
     def __init__(self, layout: Layout, most: int, room: int, earlier: int) -> None:
         self.layout, self.most = layout, most
         width = 4 * len(layout.slots)
-        # Its positions and directions, its tick, and where its stream begins. Half of the memory is for the streams.
+        # Its positions and directions, its tick, and where its stream begins. Half of the memory is for the streams. It
+        # is not filled with zeros: a page of it takes memory when something is written there.
         size = 2 * width + 2 * _WORD
-        self._memory = base = memory(max(2 * (size * _FEWEST_FRAMES + _WORD + most), room))
+        base = np.empty(max(2 * (size * _FEWEST_FRAMES + _WORD + most), room), np.uint8)
         frames = max((len(base) // 2 - _WORD) // size, _FEWEST_FRAMES)
         ends = np.cumsum([_WORD * frames, _WORD * (frames + 1), 2 * width * frames])
         self.ticks, self.begins = base[: ends[0]].view(np.int64), base[ends[0] : ends[1]].view(np.int64)
@@ -528,41 +482,31 @@ class Chunk:
         self.fixed, self.ticks = self.fixed[:frames].copy(), self.ticks[:frames].copy()
         self.begins = self.begins[: frames + 1].copy()
         self.stream = self.stream[: self.begins[frames]].copy()
-        self._memory = np.empty(0, np.uint8)
-
-    def release(self) -> None:
-        """Give the memory to the next chunk; this one is empty then."""
-        self.state[:] = 0
-        self._made = ((), [])
-        spare, self._memory = self._memory, np.empty(0, np.uint8)
-        self.fixed, self.ticks = self.fixed[:0].copy(), self.ticks[:0].copy()
-        self.begins, self.stream = self.begins[:1].copy(), self.stream[:0].copy()
-        give_back(spare)
 
     def cut(self, tick: int) -> None:
         """Drop the frames from a tick on."""
         self.state[0] = np.searchsorted(self.ticks[: len(self)], tick)
         self.state[2] += 1
 
-    def frames(self, lists: Sequence[LinkList], space: Space, first: int = 0) -> list[Frame]:
-        """Return the frames from the number `first` on, with these lists of links."""
-        key = (int(self.state[2]), tuple(lists), space.low.tobytes(), space.size.tobytes(), first)
+    def frames(self, lists: tuple[LinkList, ...], space: Space) -> list[Frame]:
+        """Return the frames, with these lists of links."""
+        key = (int(self.state[2]), lists)
         if self._made[0] != key:
-            self._made = key, _Reading(self, first).frames(lists, space)
+            self._made = key, _Reading(self).frames(lists, space)
         return self._made[1]
 
 
 class _Reading:
-    """The arrays of some frames of a chunk."""
+    """The arrays of the frames of a chunk."""
 
-    def __init__(self, chunk: Chunk, first: int) -> None:
-        self._layout, last = chunk.layout, len(chunk)
-        self._stream, self._ticks = chunk.stream, chunk.ticks[first:last]
+    def __init__(self, chunk: Chunk) -> None:
+        self._layout, frames = chunk.layout, len(chunk)
+        self._stream, self._ticks = chunk.stream, chunk.ticks[:frames]
         bodies = len(self._layout.slots)
-        fixed = chunk.fixed[first:last].reshape(last - first, 2, bodies, 2)
+        fixed = chunk.fixed[:frames].reshape(frames, 2, bodies, 2)
         # To add half of the range of 16 bits is to change the highest one.
         self._position, self._heading = fixed[:, 0].view(np.uint16) ^ np.uint16(MIDDLE), fixed[:, 1]
-        self._at = chunk.begins[first:last]
+        self._at = chunk.begins[:frames]
         self._flags = self._flags_of(bodies)
         self._counts: list[Integers] = []
         self._omitted: list[Integers] = []
@@ -631,7 +575,7 @@ class _Reading:
                 robots = robots + is_active[:, one.observers].sum(axis=1)
                 edges = edges + numbers.sum(axis=1)
                 largest = np.maximum(largest, numbers.max(axis=1, initial=0))
-        shares = [_divided(observed, is_active[:, counted].sum(axis=1)), _divided(edges, robots), largest]
+        shares = [divided(observed, is_active[:, counted].sum(axis=1)), divided(edges, robots), largest]
         return np.stack(shares, axis=1).astype(np.float32)
 
     def _links(self, wanted: LinkList, space: Space) -> list[Links]:
@@ -681,92 +625,12 @@ class _Reading:
         return [*found, *parts.astype(np.int16)]
 
 
-def link_lists(layouts: Sequence[Layout]) -> tuple[LinkList, ...]:
-    """Return the lists of links of frames that have one of these layouts: one for each channel, "teammates" first."""
-    found: dict[str, list[LinkLayout]] = {}
-    for layout in layouts:
-        for one in layout.links:
-            found.setdefault(one.channel, []).append(one)
-    names = sorted(found, key=lambda name: name != TEAMMATES)
-    return tuple(
-        LinkList(
-            name, name, any(one.counts for one in found[name]), any(one.measured for one in found[name]),
-            max(one.scale for one in found[name]),
-        )
-        for name in names
-    )  # fmt: skip
-
-
 def _counts_of(ends: Integers, *, is_wide: bool) -> Integers:
     """Return the sizes of lists that end there, of which only the lowest one or two bytes are known."""
     return np.asarray(np.diff(ends, axis=1, prepend=0) & (0xFFFF if is_wide else 0xFF))
 
 
-def _divided(numbers: Integers, sizes: Integers) -> Floats:
-    """Return shares; NaN where nobody is there."""
-    return np.asarray(numbers / np.where(sizes > 0, sizes, np.nan))
-
-
 _FULL_TURN = 2 * math.pi
-
-
-class Backdrop:
-    """The part of a scene that never changes: the arena, the box around it, and its lines.
-
-    Parameters
-    ----------
-    arena : Arena
-        The arena.
-    """
-
-    def __init__(self, arena: Arena) -> None:
-        low, high = arena.bounds
-        self.bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
-        x, y = arena.period
-        self.wraps: Point | None = (float(x), float(y)) if x or y else None
-        self.walls, self.obstacles = _lines(walls(arena)), _lines(obstacles(arena))
-
-
-def scene_of(
-    backdrop: Backdrop,
-    groups: Iterable[Group],
-    slots: Iterable[Slot],
-    *,
-    title: str | None,
-    model: str,
-    seed: int,
-    every: int,
-    series: tuple[str, ...],
-    links: tuple[LinkList, ...],
-) -> Scene:
-    """Return the scene of a world.
-
-    Parameters
-    ----------
-    backdrop : Backdrop
-        Its arena.
-    groups : iterable of Group
-        Its groups, in order.
-    slots : iterable of Slot
-        The bodies of the frames.
-    title : str, optional
-        By default the class of the world, the policy of the first team, and the seed.
-    model : str
-        The class of the world.
-    seed, every, series, links
-        As in `Scene`.
-    """
-    listed = tuple(groups)
-    counting = [channel for group in listed for channel in group.channels.values() if channel.counts]
-    counted = {one.number for channel in counting for one in channel.observed}
-    described = tuple(_group(group, is_counted=group.number in counted) for group in listed)
-    policy = next((group.policy for group in described if group.role == "robot"), None)
-    parts = [model, policy, f"seed {seed}"]
-    return Scene(
-        ", ".join(part for part in parts if part) if title is None else title,
-        model, __version__, seed, every, backdrop.bounds, backdrop.walls, backdrop.obstacles, backdrop.wraps, described,
-        tuple(slots), series, links,
-    )  # fmt: skip
 
 
 def slots_of(group: Group) -> list[Slot]:
@@ -794,10 +658,8 @@ def _degree(awareness: Awareness) -> Mapping[str, Fact] | None:
     """Return a degree of awareness by name, with its options; None for none."""
     if awareness.name == "none":
         return None
-    options: dict[str, object] = {}
-    if is_dataclass(awareness):
-        options = {one.name: getattr(awareness, one.name) for one in fields(awareness)}
-    return {"name": awareness.name, **{name: _fact(value) for name, value in options.items()}}
+    options: list[str] = [one.name for one in fields(awareness)] if is_dataclass(awareness) else []
+    return {"name": awareness.name, **{name: _fact(getattr(awareness, name)) for name in options}}
 
 
 def _facts(group: Group) -> dict[str, Fact]:
@@ -873,11 +735,16 @@ class FrameRecorder(Watcher):
         self._slot_of: dict[int, int] = {}
         self._slots: list[Slot] = []
         self._seed, self._room, self._taken = data.seed, _FIRST, 0
-        self._backdrop = Backdrop(data.arena)
         self._scene: Scene | None = None
         self.when_closed: Callable[[], object] = self.end
-        low, high = data.arena.bounds
-        self._space = Space(low.copy(), high - low, data.arena.period)
+        arena = data.arena
+        (low, high), (x, y) = arena.bounds, arena.period
+        self._space = Space(low.copy(), high - low, arena.period)
+        # What never changes in a scene.
+        self._backdrop = (
+            (float(low[0]), float(low[1]), float(high[0]), float(high[1])), _lines(walls(arena)),
+            _lines(obstacles(arena)), (float(x), float(y)) if x or y else None,
+        )  # fmt: skip
 
     def begin(self) -> None:
         """Record the present, and every step from now on."""
@@ -891,12 +758,6 @@ class FrameRecorder(Watcher):
     def end(self) -> None:
         """Record no more."""
         self._engine.unwatch(self)
-
-    def release(self) -> None:
-        """Forget all frames, after the end."""
-        for chunk in self._chunks:
-            chunk.release()
-        self._chunks = []
 
     def close(self) -> None:
         """Record no more, since the world is closed."""
@@ -942,8 +803,18 @@ class FrameRecorder(Watcher):
 
     @property
     def links(self) -> tuple[LinkList, ...]:
-        """The lists of links that each frame has."""
-        return link_lists([chunk.layout for chunk in self._chunks])
+        """The lists of links that each frame has: one for each channel, "teammates" first."""
+        found: dict[str, list[LinkLayout]] = {}
+        for chunk in self._chunks:
+            for one in chunk.layout.links:
+                found.setdefault(one.channel, []).append(one)
+        return tuple(
+            LinkList(
+                name, name, any(one.counts for one in found[name]), any(one.measured for one in found[name]),
+                max(one.scale for one in found[name]),
+            )
+            for name in sorted(found, key=lambda name: name != TEAMMATES)
+        )  # fmt: skip
 
     @property
     def scene(self) -> Scene:
@@ -953,9 +824,16 @@ class FrameRecorder(Watcher):
             for slot in slots_of(group):
                 if (number := self._slot_of.get(slot.id)) is not None:
                     self._slots[number] = slot
-        scene = scene_of(
-            self._backdrop, groups, self._slots, title=self.title, model=self._model, seed=self._data.seed,
-            every=self.every, series=SERIES, links=self.links,
+        counting = [channel for group in groups for channel in group.channels.values() if channel.counts]
+        counted = {one.number for channel in counting for one in channel.observed}
+        described = tuple(_group(group, is_counted=group.number in counted) for group in groups)
+        seed, title = self._data.seed, self.title
+        if title is None:
+            policy = next((group.policy for group in described if group.role == "robot"), None)
+            title = ", ".join(filter(None, (self._model, policy, f"seed {seed}")))
+        scene = Scene(
+            title, self._model, __version__, seed, self.every, *self._backdrop, described, tuple(self._slots), SERIES,
+            self.links,
         )  # fmt: skip
         if self._scene is None or self._scene != scene:
             self._scene = scene
@@ -963,7 +841,7 @@ class FrameRecorder(Watcher):
 
     def bind(self, bound: Bound) -> None:
         """Find out whose words are where, and make room for a frame."""
-        layouts = link_layouts(bound.relations, bound.first_body, self._data.arena, self.most_links)
+        layouts = link_layouts(bound, self._data.arena, self.most_links)
         arrays = [link_arrays(relation, one) for relation, one in zip(bound.relations, layouts, strict=True)]
         bodies = sum(map(len, bound.groups))
         layout = self._layout(layouts)
@@ -1000,7 +878,8 @@ class FrameRecorder(Watcher):
         """Return the chunk for the next frame: the last one, if it has the layout and room."""
         if self._chunks:
             last = self._chunks[-1]
-            is_like = last.layout.is_like(layout)
+            # More slots are no reason for another chunk as long as the bodies are the same.
+            is_like = _is_same(last.layout._replace(size=0), layout._replace(size=0))
             last.most = max(last.most, most) if is_like else last.most
             if is_like and not last.is_full:
                 return last

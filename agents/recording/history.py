@@ -122,7 +122,6 @@ class Stretch:
     def __init__(self, relations: list[Relation], scores: tuple[str, ...] = (), *, is_open: bool = False) -> None:
         self.score_names = scores
         self._teammates = [r for r, relation in enumerate(relations) if relation.name == TEAMMATES]
-        self._teams = [relations[r].observers.team for r in self._teammates]
         self._groups = [(relations[r].observers.name, str(relations[r].observers.team)) for r in self._teammates]
         self._targets = [r for r, relation in enumerate(relations) if relation.counts]
         self.robots = sum(len(relations[r].observers) for r in self._teammates)
@@ -163,33 +162,16 @@ class Stretch:
         return self._sums
 
     def _sums_of(self, rows: Integers) -> Sums:
-        return Sums(
-            totals_of(self._targets_of(rows), self._observed_of(rows)),
-            totals_of(self._robots_of(rows), self._edges_of(rows)),
-            int(rows[:, self._teammates, _LARGEST].max(initial=0)),
-        )
+        observed, edges = self._counts(rows)
+        return Sums(totals_of(*observed), totals_of(*edges), int(rows[:, self._teammates, _LARGEST].max(initial=0)))
 
-    def _targets_of(self, rows: Integers) -> int | Integers:
-        """Return the number of active targets in each of some rows; one number if it is always the same."""
-        if not self._is_conditional:
-            return self.targets
-        return _sum_of(rows, self._targets, _ACTIVE_OBSERVED)
-
-    def _robots_of(self, rows: Integers) -> int | Integers:
-        if not self._is_conditional:
-            return self.robots
-        return _sum_of(rows, self._teammates, _ACTIVE)
-
-    def _observed_of(self, rows: Integers) -> Integers:
-        return _sum_of(rows, self._targets, _OBSERVED)
-
-    def _edges_of(self, rows: Integers) -> Integers:
-        return _sum_of(rows, self._teammates, _EDGES)
-
-    def largest_of(self, team: str | None, first: int) -> int:
-        """Return the largest degree in one team, or in any, in the rows from `first` on."""
-        own = [r for r, name in zip(self._teammates, self._teams, strict=True) if team in (None, name)]
-        return int(self.steps.found[first:, own, _LARGEST].max(initial=0))
+    def _counts(self, rows: Integers) -> tuple[tuple[int | Integers, Integers], tuple[int | Integers, Integers]]:
+        """Return, for each row, how many targets are active and observed, and how many robots and edges there are."""
+        sizes: tuple[int | Integers, int | Integers] = (self.targets, self.robots)
+        if self._is_conditional:
+            sizes = _sum_of(rows, self._targets, _ACTIVE_OBSERVED), _sum_of(rows, self._teammates, _ACTIVE)
+        observed, edges = _sum_of(rows, self._targets, _OBSERVED), _sum_of(rows, self._teammates, _EDGES)
+        return (sizes[0], observed), (sizes[1], edges)
 
     def largest_by_group(self, first: int) -> dict[tuple[str, str], int]:
         """Return the largest degree in each group that is on a team, by (group, team), in the rows from `first` on."""
@@ -210,25 +192,22 @@ class Stretch:
 
     def columns(self, first: int = 0, last: int | None = None) -> dict[str, npt.NDArray[Any]]:
         """Return the columns of `World.history` for the rows of the stretch from `first` to before `last`."""
-        rows = slice(first, self.rows if last is None else last)
-        scores = dict(zip(self.score_names, self.steps.scores[rows].T, strict=True))
-        return self._columns(self.steps.found[rows]) | scores
-
-    def _columns(self, rows: Integers) -> dict[str, npt.NDArray[Any]]:
-        values = (
-            _divided(self._observed_of(rows), self._targets_of(rows)),
-            _divided(self._edges_of(rows), self._robots_of(rows)),
-            rows[:, self._teammates, _LARGEST].max(axis=1, initial=0),
-        )
-        return dict(zip(COLUMNS, values, strict=True))
+        part = slice(first, self.rows if last is None else last)
+        rows = self.steps.found[part]
+        (targets, observed), (robots, edges) = self._counts(rows)
+        largest = rows[:, self._teammates, _LARGEST].max(axis=1, initial=0)
+        values = divided(observed, targets), divided(edges, robots), largest
+        scores = dict(zip(self.score_names, self.steps.scores[part].T, strict=True))
+        return dict(zip(COLUMNS, values, strict=True)) | scores
 
     def running(self, before: Sums, first: int, last: int) -> dict[str, npt.NDArray[Any]]:
         """Return the measures of a run after each row from `first` to before `last`, and all `before`."""
         rows = self.steps.found[first:last]
+        observed, edges = self._counts(rows)
         degrees = rows[:, self._teammates, _LARGEST].max(axis=1, initial=before.largest)
         return {
-            "observed_fraction": running_means(before.observed, self._targets_of(rows), self._observed_of(rows)),
-            "mean_neighbours": running_means(before.edges, self._robots_of(rows), self._edges_of(rows)),
+            "observed_fraction": running_means(before.observed, *observed),
+            "mean_neighbours": running_means(before.edges, *edges),
             "max_neighbours": np.maximum.accumulate(degrees),
         }
 
@@ -280,14 +259,6 @@ class History:
         """The largest degree in any row; 0 before the first."""
         return self._sums.largest
 
-    def largest_of(self, team: str | None, first: int = 0) -> int:
-        """Return the largest degree in one team, or in any, in the rows from `first` on; 0 before the first."""
-        largest = 0
-        for stretch in self._stretches:
-            largest = max(largest, stretch.largest_of(team, min(first, stretch.rows)))
-            first = max(first - stretch.rows, 0)
-        return largest
-
     def largest_by_group(self, first: int = 0) -> dict[tuple[str, str], int]:
         """Return the largest degree in each group that has been on a team, in the rows from `first` on."""
         largest: dict[tuple[str, str], int] = {}
@@ -324,7 +295,7 @@ def _column_of(part: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]
     return part[name] if name in part else np.full(len(part["observed"]), np.nan)
 
 
-def _divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:
+def divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:
     """Return shares; NaN where nobody is there."""
     return np.asarray(numbers / np.where(np.asarray(sizes) > 0, sizes, np.nan))
 

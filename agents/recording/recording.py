@@ -60,8 +60,10 @@ class Recording:
         first : int
             The number of steps to leave out at the start.
         """
-        history = self._data.history
-        return history.max_neighbours if team is None and not first else history.largest_of(team, first)
+        if team is None and not first:
+            return self._data.history.max_neighbours
+        largest = self.max_neighbours_by_group(first)
+        return max((degree for (_, name), degree in largest.items() if team in (None, name)), default=0)
 
     def max_neighbours_by_group(self, first: int = 0) -> dict[tuple[str, str], int]:
         """Return the largest number of neighbours of any robot in each group, by the names of group and team.

@@ -314,9 +314,8 @@ def concatenated(parts: Sequence[Transitions]) -> Transitions:
         np.concatenate([part.situation for part in parts]),
         np.concatenate([part.action for part in parts]),
         np.concatenate([part.next_situation for part in parts]),
-        {name: np.concatenate([_fact(part, name) for part in parts]) for name in names},
+        {
+            name: np.concatenate([part.facts.get(name, np.zeros(len(part.action), np.float32)) for part in parts])
+            for name in names
+        },
     )
-
-
-def _fact(part: Transitions, name: str) -> Reals:
-    return part.facts[name] if name in part.facts else np.zeros(len(part.situation), np.float32)

@@ -90,7 +90,6 @@ class WorldReplay(Replay):
         recorder.end()
         self._recorder = None
         self.tracks = (RecordedTrack(recorder.scene, recorder.frames),)
-        recorder.release()
         place = self._place
         self._forget_file()
         if place:

@@ -147,16 +147,14 @@ def _summed(differences: Words, is_there: Mask) -> Words:
 def _packed_links(lists: Sequence[Links], *, is_measured: bool) -> list[bytes]:
     """Return the parts of one list of links: sizes, omitted ones, sources, targets, and offsets if it is measured."""
     sizes = np.array([len(links) for links in lists], np.int64)
-    source, *others = (_joined(arrays) for arrays in _in_columns(lists, is_measured=is_measured))
+    nothing = [np.zeros(0, np.uint16)] * (4 if is_measured else 2)
+    rows = [nothing, *(_arrays_of(links, is_measured=is_measured) for links in lists)]
+    source, *others = map(np.concatenate, zip(*rows, strict=True))
     before = np.concatenate([np.zeros(1, np.uint16), source])[: len(source)]
-    before[_firsts(sizes)] = 0
+    # Where each list begins, one after the other; nothing for empty ones.
+    before[(np.cumsum(sizes) - sizes)[sizes > 0]] = 0
     omitted = np.array([links.omitted for links in lists], "<u4")
     return [sizes.astype("<u4").tobytes(), omitted.tobytes(), _split(source - before), *map(_split, others)]
-
-
-def _in_columns(lists: Sequence[Links], *, is_measured: bool) -> list[list[Words]]:
-    rows = [_arrays_of(links, is_measured=is_measured) for links in lists]
-    return [[row[column] for row in rows] for column in range(4 if is_measured else 2)]
 
 
 def _unpacked_links(reader: _Reader, count: int, *, is_measured: bool) -> list[Links]:
@@ -174,11 +172,6 @@ def _unpacked_links(reader: _Reader, count: int, *, is_measured: bool) -> list[L
     ]
 
 
-def _firsts(sizes: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """Return where the lists of these sizes begin, one after the other; nothing for empty ones."""
-    return np.asarray((np.cumsum(sizes) - sizes)[sizes > 0])
-
-
 def _arrays_of(links: Links, *, is_measured: bool) -> list[Words]:
     """Return the arrays of a list of links as words."""
     arrays = [links.source, links.target]
@@ -193,10 +186,6 @@ def _links_of(arrays: list[Words], omitted: int) -> Links:
     source, target, *offsets = arrays
     dx, dy = (offset.view(np.int16) for offset in offsets) if offsets else (None, None)
     return Links(source, target, dx, dy, omitted)
-
-
-def _joined(arrays: Sequence[Words]) -> Words:
-    return np.concatenate([np.zeros(0, np.uint16), *arrays])
 
 
 def _split(words: Words) -> bytes:

@@ -76,7 +76,7 @@ def test_values_that_compare_equal_are_equal_durations() -> None:
         (lambda: time_to("time_to_failure", -5), ValueError, ("time_to_failure=-5.0", "at least")),
         (lambda: time_to("time_to_failure", Times([4, 4])), ValueError, ("4 and 4 must ascend", "sort")),
         (lambda: lasting("time_to_repair", Times([0])), ValueError, ("time_to_repair=0.0", "at least")),
-        (lambda: lasting("time_to_repair", None), TypeError, ("time_to_repair=None", "Constant(50)")),
+        (lambda: lasting("time_to_repair", "long"), TypeError, ("time_to_repair='long'", "Constant(50)")),
     ],
 )
 def test_a_wrong_duration_is_refused(make: object, error: type[Exception], words: tuple[str, ...]) -> None:

@@ -283,3 +283,17 @@ def test_a_model_can_be_made_with_a_contact_log() -> None:
     model.run(10)
     assert model.log_contacts(model.robots) is model.sources[0]
     assert len(model.contacts) > 0
+
+
+def test_a_log_that_a_state_brings_back_goes_on() -> None:
+    world, twin = (CMOMMT(rng=3, robots=6, targets=6, radius=3.0) for _ in range(2))
+    log = world.log_contacts(world.robots, "targets")
+    whole = twin.log_contacts(twin.robots, "targets")
+    world.run(20)
+    state = world.state()
+    world.detach(log)
+    world.run(5)
+    world.restore(state)
+    world.run(60)
+    twin.run(80)
+    np.testing.assert_array_equal(log.rows, whole.rows)

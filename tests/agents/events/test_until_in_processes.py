@@ -119,9 +119,9 @@ def test_an_agent_that_leaves_ends_the_waiting_with_its_name(advance: Callable[[
     world.clock.at(8, gone.remove)
     advance(world, 10)
     assert log == [
-        (6, f"until.contact({first}, {shown}): {shown} has left the world"),
-        (6, f"until.contact({shown}): {shown} has left the world"),
-        (8, f"until.observed({target}): it has left the world and cannot be observed"),
+        (6, f"until.contact({first}, {shown}): {shown} has left the world, so this cannot come"),
+        (6, f"until.contact({shown}): {shown} has left the world, so this cannot come"),
+        (8, f"until.observed({target}): {target} has left the world, so this cannot come"),
     ]
     third.position = (0.5, 0)
     advance(world, 5)

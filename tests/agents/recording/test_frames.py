@@ -248,7 +248,6 @@ def test_recording_changes_no_result_and_fills_several_chunks(monkeypatch: pytes
     from teamsight.agents.recording import frames
 
     monkeypatch.setattr(frames, "_FIRST", 4_000)
-    monkeypatch.setattr(frames, "_spare", [])
     plain, recorded = (CMOMMT(rng=4, robots=10, targets=8, radius=3.0) for _ in range(2))
     replay = recorded.record()
     twin = Twin(recorded)
