@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.engine.relation import needs_detection
+from teamsight.agents.engine.relation import Relation, needs_detection
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.core.neighbour_list import NeighbourList, no_neighbours
+from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 
 class Teammates(NamedTuple):
@@ -86,22 +87,29 @@ def teammates(groups: list[Group]) -> Teammates:
     )
 
 
-def neighbours(groups: list[Group]) -> NeighbourList:
-    """Return the neighbours of each of `teammates`, by row: agents of its team within its awareness range."""
+def _joined(groups: list[Group], lists: Callable[[Relation], tuple[Integers, Integers]]) -> tuple[Integers, Integers]:
+    """Return the lists of all that are on a team by the rows of `teammates`; `lists` returns those of a relation."""
     teams = on_teams(groups)
-    rows, row = {}, 0
-    for group in teams:
-        rows[group.number] = row + np.arange(len(group))
-        row += len(group)
-    found, edges = [no_neighbours(0)], 0
+    ends = np.cumsum([0, *map(len, teams)])
+    rows = {group.number: np.arange(*ends[at : at + 2]) for at, group in enumerate(teams)}
+    starts, index, edges = [np.zeros(1, np.int64)], [np.zeros(0, np.int64)], 0
     for group in teams:
         relation = group.relations[TEAMMATES]
-        graph = relation.graph
+        start, found = lists(relation)
         # The relation numbers the agents of this team only.
         row_of = np.concatenate([rows[other.number] for other in relation.observed])
-        found.append(NeighbourList(edges + graph.start[1:], row_of[graph.identity], graph.offset, graph.distance))
-        edges += len(graph.identity)
-    return NeighbourList(*map(np.concatenate, zip(*found, strict=True)))
+        starts.append(edges + start[1:])
+        index.append(row_of[found[: start[-1]]])
+        edges += int(start[-1])
+    return np.concatenate(starts), np.concatenate(index)
+
+
+def neighbours(groups: list[Group]) -> NeighbourList:
+    """Return the neighbours of each of `teammates`, by row: agents of its team within its awareness range."""
+    graphs = [group.relations[TEAMMATES].graph for group in on_teams(groups)]
+    start, index = _joined(groups, lambda relation: (relation.graph.start, relation.graph.identity))
+    offset = np.concatenate([np.zeros((0, 2)), *(graph.offset for graph in graphs)])
+    return NeighbourList(start, index, offset, np.concatenate([np.zeros(0), *(graph.distance for graph in graphs)]))
 
 
 def are_all_sensed(groups: list[Group], arena: Arena) -> bool:
@@ -118,21 +126,8 @@ def sensed_teammates(groups: list[Group], arena: Arena) -> NeighbourList:
 
     False detections are left out, and detections on their way to the percept are in. Offsets are the true ones.
     """
-    teams = on_teams(groups)
-    rows, row = {}, 0
-    for group in teams:
-        rows[group.number] = row + np.arange(len(group))
-        row += len(group)
+    start, index = _joined(groups, lambda relation: relation.true_lists)
     position = teammates(groups).position
-    starts, identity, edges = [np.zeros(1, np.int64)], [np.zeros(0, np.int64)], 0
-    for group in teams:
-        relation = group.relations[TEAMMATES]
-        start, indices = relation.true_lists
-        row_of = np.concatenate([rows[other.number] for other in relation.observed])
-        starts.append(edges + start[1:])
-        identity.append(row_of[indices[: start[-1]]])
-        edges += int(start[-1])
-    joined, sensed = np.concatenate(starts), np.concatenate(identity)
-    observer = np.repeat(np.arange(row), np.diff(joined))
-    offset = arena.displacement(position[observer], position[sensed])
-    return NeighbourList(joined, sensed, offset, np.hypot(offset[:, 0], offset[:, 1]))
+    observer = np.repeat(np.arange(len(position)), np.diff(start))
+    offset = arena.displacement(position[observer], position[index])
+    return NeighbourList(start, index, offset, np.hypot(offset[:, 0], offset[:, 1]))
