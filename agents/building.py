@@ -355,7 +355,6 @@ def newcomers(
         If a value does not fit, or must be given.
     """
     first, tick = len(group.members), data.timeline.tick
-    checks.count("count", count, most=MOST_AGENTS - len(group))
     abilities = _abilities(data, group, count, given)
     places = Places(given["placement"], given["position"], given["heading"])
     founders = founders_of(data.arena, group.number, first, count, places, abilities)

@@ -260,7 +260,8 @@ class WorldHost:
         data = self._data
         data.timeline.check_undecided("add()", "plan it with world.clock.at(world.clock.now, group.add)")
         self._check_complete(group, "add()")
-        size, count = len(group), checks.count("count", count, most=MOST_AGENTS)
+        size = len(group)
+        count = checks.count("count", count, most=MOST_AGENTS - size)
         own = divided(group.agent_class, count, arguments, OWN_OF_GROUP, group.columns)
         new = newcomers(data, group, count, given, own.columns)
         if group.agent_class.__init__ is Body.__init__:
