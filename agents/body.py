@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Never
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import Kept, Points, PolicyLike, Setting, refusing
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES, channel_of
 from teamsight.agents.columns import unwritable
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
-from teamsight.agents.fixed import Kept, Setting, refusing
-from teamsight.agents.given import Points, PolicyLike
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.core import checks
 from teamsight.core.card import shown

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import put
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.body import Body, checked_headings, checked_positions
 from teamsight.agents.decisions import EVERY_STEP, Cycle, cycle_of, give_timetable
-from teamsight.agents.fixed import put
 from teamsight.agents.group import Group
 from teamsight.agents.policy_state import columns_of_state, state_of_more
 from teamsight.agents.resolve import check_needs

@@ -8,6 +8,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Never
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import (
+    AwarenessLike,
+    Given,
+    Got,
+    Numbers,
+    PolicyLike,
+    PresetName,
+    RangeShape,
+    SeedLike,
+    Setting,
+    refusing,
+)
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.body import Robot, Target
@@ -15,8 +27,6 @@ from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
-from teamsight.agents.fixed import Given, Got, Setting, refusing
-from teamsight.agents.given import AwarenessLike, Numbers, PolicyLike, PresetName, RangeShape, SeedLike
 from teamsight.agents.group import Group
 from teamsight.agents.presets import PRESETS
 from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.fixed import put
+from teamsight.agents.attributes import put
 from teamsight.core import checks
 from teamsight.core.table import Field, Table
 from teamsight.world.noise import Stream, key_of, stream_number, uniforms

@@ -10,13 +10,24 @@ from weakref import WeakValueDictionary
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import (
+    AwarenessLike,
+    Got,
+    Kept,
+    Numbers,
+    PlacementName,
+    Points,
+    PolicyLike,
+    Rows,
+    Setting,
+    put,
+    refusing,
+)
 from teamsight.agents.awareness.interface import Awareness, Perception
 from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors, note_of_inactive
 from teamsight.agents.columns import Column, Columns, new_column, readonly
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.engine.detection import Readings
-from teamsight.agents.fixed import Got, Kept, Setting, put, refusing
-from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, Rows
 from teamsight.agents.policy_state import IN_TABLE, columns_of_state, first_state, has_rows
 from teamsight.core import checks
 from teamsight.core.card import shown

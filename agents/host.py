@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import put
 from teamsight.agents.body import Body, checked_positions
 from teamsight.agents.building import (
     MOST_AGENTS,
@@ -25,7 +26,6 @@ from teamsight.agents.building import (
 from teamsight.agents.channel import TEAMMATES, changed, channel_of
 from teamsight.agents.decisions import EVERY_STEP, cycle_of, give_timetable
 from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.fixed import put
 from teamsight.agents.group import Group, team_of
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.compat import Agent

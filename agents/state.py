@@ -11,12 +11,12 @@ import mesa
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import put
 from teamsight.agents.body import Body
 from teamsight.agents.decisions import EVERY_STEP, give_timetable
 from teamsight.agents.engine.detection import Readings
 from teamsight.agents.engine.interactions import InteractionSaved, check_interactions
 from teamsight.agents.events.sources import EventLog
-from teamsight.agents.fixed import put
 from teamsight.agents.host import note_conditions
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.collector import HistoryCollector, collecting_once
@@ -35,8 +35,8 @@ from teamsight.world.noise import key_of
 from teamsight.world.placement import Founders
 
 if TYPE_CHECKING:
+    from teamsight.agents.attributes import SeedLike
     from teamsight.agents.engine.engine import Engine
-    from teamsight.agents.given import SeedLike
     from teamsight.agents.group import Group
     from teamsight.agents.mesa.compat import Model
     from teamsight.agents.recording.recording import Recording

@@ -12,13 +12,21 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
 import numpy as np
 import pandas as pd
 
+from teamsight.agents.attributes import (
+    AwarenessLike,
+    Numbers,
+    PlacementName,
+    Points,
+    PolicyLike,
+    RangeShape,
+    SeedLike,
+    refusing,
+)
 from teamsight.agents.body import Body
 from teamsight.agents.building import MOST_AGENTS, OWN_OF_WORLD, Places, Plan, check_class, divided, team_given
 from teamsight.agents.channel import note_of_inactive
 from teamsight.agents.decisions import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.fixed import refusing
-from teamsight.agents.given import AwarenessLike, Numbers, PlacementName, Points, PolicyLike, RangeShape, SeedLike
 from teamsight.agents.group import Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.mesa.model import MesaModel

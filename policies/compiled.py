@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.core.contracts import check_names
+from teamsight.core.contracts import check_names, parameters_of
 from teamsight.core.kernel import Entry, Packed, Record, specialise
-from teamsight.core.parameters import parameters_of
 from teamsight.policies.channels import (
     OWN_FIELDS,
     channels_type,

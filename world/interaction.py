@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.core.contracts import check_names, class_name, numbers
+from teamsight.core.contracts import check_names, class_name, numbers, parameters_of
 from teamsight.core.kernel import Entry, Record, specialise
-from teamsight.core.parameters import parameters_of
 
 if TYPE_CHECKING:
     from teamsight.world.contract import Arena

@@ -11,9 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.contracts import parameters_of
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room, no_neighbours
-from teamsight.core.parameters import parameters_of
 
 Floats = npt.NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from teamsight.agents.mesa.compat import next_identity, set_next_identity
 from teamsight.core import checks
 
 if TYPE_CHECKING:
+    from teamsight.agents.attributes import Points
     from teamsight.agents.body import Body
-    from teamsight.agents.given import Points
 
 
 class _Leaving(EventSource):

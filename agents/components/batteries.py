@@ -22,7 +22,7 @@ from teamsight.core.kernel import Entry, Record
 from teamsight.core.neighbour_list import Filled
 
 if TYPE_CHECKING:
-    from teamsight.agents.given import Points, PolicyLike
+    from teamsight.agents.attributes import Points, PolicyLike
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -13,8 +13,8 @@ import numpy.typing as npt
 from mesa.agent import AgentSet
 from scipy.spatial.distance import cdist
 
+from teamsight.agents.attributes import Points
 from teamsight.agents.body import Body
-from teamsight.agents.given import Points
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 

@@ -12,7 +12,7 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from teamsight.agents.given import AwarenessLike
+from teamsight.agents.attributes import AwarenessLike
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.env.actions import ActionLike, stacked

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from teamsight.agents.attributes import AwarenessLike
 from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named, with_option
 from teamsight.agents.cmommt import CMOMMT
-from teamsight.agents.given import AwarenessLike
 from teamsight.agents.group import Group
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.teammates import of_team

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector.utils import batch_space
 
-from teamsight.agents.given import AwarenessLike
+from teamsight.agents.attributes import AwarenessLike
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.env.actions import ActionLike, as_array

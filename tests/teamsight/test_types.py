@@ -14,8 +14,8 @@ from typing import Any, get_args
 import pytest
 
 import teamsight
+from teamsight.agents.attributes import AwarenessName, PlacementName, PolicyName, PresetName
 from teamsight.agents.awareness import AWARENESS
-from teamsight.agents.given import AwarenessName, PlacementName, PolicyName, PresetName
 from teamsight.agents.presets import PRESETS
 from teamsight.policies.registry import POLICIES
 

@@ -5,7 +5,7 @@ signature ``int64 (int64)``: it takes the address of a record, finds its arrays 
 all entries have one signature, a loop can call any policy, degree of awareness or arena; each is compiled once, and not
 once per combination. All use of numba's internals is in this folder.
 
-Entries are cached on disk under a digest of all their code; see `teamsight.core.kernel.digest`.
+Entries are cached on disk under a digest of all their code; see `teamsight.core.kernel.cache`.
 """
 
 from __future__ import annotations

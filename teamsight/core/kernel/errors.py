@@ -22,7 +22,7 @@ import numba
 import numpy as np
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
-from teamsight.core.kernel.digest import enclosed, globals_of, is_library
+from teamsight.core.kernel.cache import enclosed, globals_of, is_library
 
 #: The errors that numba raises for a kernel that it cannot compile.
 COMPILE_ERRORS = (NumbaError, UnsupportedBytecodeError, AttributeError, NameError, NotImplementedError)

@@ -23,7 +23,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.cpython.unsafe.numbers import trailing_zeros
 
 from teamsight.core.contracts import are_equal
-from teamsight.core.kernel.digest import enclosed, is_library, names_in
+from teamsight.core.kernel.cache import enclosed, is_library, names_in
 from teamsight.core.kernel.entry import Entry
 from teamsight.core.kernel.errors import shown
 from teamsight.core.kernel.intrinsics import below_8, below_64, bits_of, float_of, ones, scratch

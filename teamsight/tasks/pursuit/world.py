@@ -5,9 +5,9 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
+from teamsight.agents.attributes import AwarenessLike, PolicyLike
 from teamsight.agents.body import Body, Robot
 from teamsight.agents.building import MOST_AGENTS
-from teamsight.agents.given import AwarenessLike, PolicyLike
 from teamsight.agents.group import Group
 from teamsight.agents.world import World
 from teamsight.core import checks

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from teamsight.core.parameters import parameters_of
+from teamsight.core.contracts import parameters_of
 
 
 class Base:

@@ -18,7 +18,7 @@ MAIN = """
 import sys
 import numpy as np
 {imports}
-from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel.cache import digest
 from teamsight.core.kernel import Entry, array_at, kernel
 
 @kernel

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel
-from teamsight.core.kernel.digest import digest
+from teamsight.core.kernel.cache import digest
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
 
