@@ -18,13 +18,20 @@ from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import Rule
 
 PolicyName: TypeAlias = Literal[
-    "a-cmommt", "b-cmommt", "centroid", "evasive", "evolved", "lattice-walk", "lazy-collective", "lazy-cooperative",
-    "p-cmommt", "random-walk", "stationary",
+    "a-cmommt",
+    "b-cmommt",
+    "centroid",
+    "evasive",
+    "evolved",
+    "lattice-walk",
+    "lazy-collective",
+    "lazy-cooperative",
+    "p-cmommt",
+    "random-walk",
+    "stationary",
 ]
 AwarenessName: TypeAlias = Literal["none", "ring", "nearest", "pairwise", "shared"]
 PlacementName: TypeAlias = Literal["uniform", "spread", "cells"]
-RangeShape: TypeAlias = Literal["disc", "square"]
-PresetName: TypeAlias = Literal["touzet2000"]
 
 PolicyLike: TypeAlias = Policy | Rule | PolicyName | str
 AwarenessLike: TypeAlias = Awareness | AwarenessName | str

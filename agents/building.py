@@ -38,11 +38,7 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 
-
 A = TypeVar("A", bound=Body)
-
-MOST_AGENTS = 10_000_000
-"""The largest size of a group; larger ones would not fit in memory."""
 
 # So many agents are placed in one call when the first of them comes.
 _AHEAD = 64
@@ -433,8 +429,7 @@ def _cycle_of_new(group: Group, given: Any) -> Cycle | None:
     cycle = cycle or table.usual()
     if cycle is None:
         raise ValueError(
-            f"cycle: the agents of {group.name!r} have different ones; give that of the new ones, as in "
-            "add(…, cycle=5)"
+            f"cycle: the agents of {group.name!r} have different ones; give that of the new ones, as in add(…, cycle=5)"
         )
     return cycle
 

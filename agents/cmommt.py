@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Never
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Never
 
 import numpy as np
 import numpy.typing as npt
@@ -14,8 +15,6 @@ from teamsight.agents.attributes import (
     Got,
     Numbers,
     PolicyLike,
-    PresetName,
-    RangeShape,
     SeedLike,
     Setting,
     refusing,
@@ -23,26 +22,23 @@ from teamsight.agents.attributes import (
 from teamsight.agents.awareness import Awareness, RingAwareness
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.agents.body import Robot, Target
-from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.channel import TARGETS
-from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
+from teamsight.agents.decisions import Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.group import Group
-from teamsight.agents.presets import PRESETS
-from teamsight.agents.resolve import awareness_of, checked_options, policy_of, shared_options
+from teamsight.agents.resolve import awareness_of, policy_of, shared_options
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.settings import PRESETS, Settings
 from teamsight.agents.world import World
 from teamsight.agents.world_data import FirstStates
 from teamsight.core import checks
+from teamsight.core.component import built_from, declared, defaults_of
 from teamsight.policies import Policy, Stationary
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.arena import Disc
-from teamsight.world.limits import Limits, length
+from teamsight.world.limits import Limits
 from teamsight.world.noise import Stream, stream_number, uniforms
 from teamsight.world.placement import Starts
-
-if TYPE_CHECKING:
-    from teamsight.agents.events.sources import EventSource
 
 
 class LiveSetting(Setting[Got, Given]):
@@ -85,8 +81,8 @@ class FixedSetting:
         raise AttributeError(f"{self._name}={checks.shown(value)}: is fixed when the model is built; {self._cure}")
 
 
-class CheckedNumbers(NamedTuple):
-    """The settings that differ between runs of equal worlds; see the parameters of `CMOMMT`."""
+class _Numbers(NamedTuple):
+    """The arena, the ranges and the speeds of a plan, within the limits of the arena."""
 
     arena: Disc
     limits: Limits
@@ -95,20 +91,14 @@ class CheckedNumbers(NamedTuple):
     robot_speed: float
     target_speed: float
 
-
-def checked_numbers(plan: Mapping[str, Any]) -> CheckedNumbers:
-    """Return the arena, the ranges and the speeds of a plan.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If one is not a number or outside its limits.
-    """
-    arena = Disc(length("radius", plan["radius"]))
-    limits = Limits(arena)
-    sensing, aware = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-    speeds = (limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
-    return CheckedNumbers(arena, limits, sensing, aware, *speeds)
+    @classmethod
+    def of(cls, plan: Mapping[str, Any]) -> _Numbers:
+        arena = Disc(plan["radius"])
+        limits = Limits(arena)
+        ranges = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+        return cls(
+            arena, limits, *ranges, *(limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
+        )
 
 
 # Options of policies by name whose defaults are for robots.
@@ -131,90 +121,20 @@ def degree_of(plan: Mapping[str, Any]) -> Awareness:
 
 Floats = npt.NDArray[np.float64]
 
-DEFAULTS: dict[str, Any] = {
-    "robots": 10,
-    "targets": 15,
-    "radius": 5.0,
-    "policy": "a-cmommt",
-    "awareness": "pairwise",
-    "delta": 16,
-    "sensing_range": 1.0,
-    "awareness_range": 1.0,
-    "range_shape": "disc",
-    "sensor": None,
-    "robot_speed": 0.1,
-    "target_speed": 0.075,
-    "cycle": EVERY_STEP,
-    "uniform_target_speed": False,
-    "target_policy": "random-walk",
-    "policy_options": {},
-    "target_policy_options": {},
-    "events": None,
-}
-
-
-class _Default:
-    """A default value, told apart from the same value given by a user: a preset replaces what is not given."""
-
-    def __init__(self, value: Any) -> None:
-        self.value = value
-
-    def __repr__(self) -> str:
-        return repr(self.value)
-
-
-_DEFAULT: dict[str, Any] = {name: _Default(value) for name, value in DEFAULTS.items()}
+#: The default of each setting; see `Settings`.
+DEFAULTS = {name: value for name, value in defaults_of(Settings).items() if name not in ("rng", "seed", "preset")}
+#: The settings that a built world takes anew for its next run.
+REWRITTEN = frozenset(name for name, one in declared(Settings).items() if one.allowed.rewritten)
 
 
 @refusing(
     robots="build another model, or change their number with model.robots.add(5) and robot.remove()",
     targets="build another model, or change their number with model.targets.add(5) and target.remove()",
 )
-
-
 class CMOMMT(World):
     """Robots in a disc that observe as many moving targets as possible.
 
-    Parameters
-    ----------
-    robots, targets : int
-        The numbers of robots and targets; by default 10 and 15.
-    radius : float
-        The radius of the arena [length]; by default 5.
-    policy : str or Policy
-        The policy of the robots: a name, by default "a-cmommt", or an object. Stationary robots are spread over the
-        arena; all others are placed uniformly.
-    awareness : str or Awareness
-        What they perceive of teammates: "none", "ring", "nearest", "pairwise" (the default), "shared", or an
-        object.
-    delta : int
-        The number of sectors of "ring", or of teammates of "nearest"; by default 16.
-    sensing_range, awareness_range : float
-        Distances within which they sense targets and teammates [length]; by default 1.
-    range_shape : {"disc", "square"}
-        The shape of all ranges; see `World.add`.
-    sensor : Sensor, optional
-        The sensor with which robots sense targets; by default exact. That of teammates is
-        ``robots.sensors["teammates"]``.
-    robot_speed, target_speed : float
-        The largest distance of a step [length]; by default 0.1 and 0.075.
-    uniform_target_speed : bool
-        Whether each target has a speed of its own, uniform between 0 and `target_speed`.
-    cycle : Cycle or float
-        When robots sense and decide; a number is a period [ticks]. By default at every step, as targets do.
-    target_policy : str or Policy
-        The policy of the targets: "random-walk" (the default), which turns with a probability of 5 % in a step,
-        "evasive", or another. Targets sense the robots if their policy declares that it needs ``"targets"``.
-    policy_options, target_policy_options : mapping of str to object, optional
-        The options of a policy given by name: the parameters of its class, such as ``{"weights": "shared"}``.
-    events : EventSource or list of EventSource, optional
-        Event sources, such as ``Failures(500, 50)``, of which copies are attached to the robots, in this order. In a
-        sweep, as by `run_many`, a list is several values; ``[[a, b]]`` is one, with both.
-    preset : str, optional
-        "touzet2000" sets parameters that are not given to the values chosen by calibration. Its policy options apply to
-        a policy given by name, if it has them.
-    rng, seed : int, optional
-        Two names for the seed; see `World` for what else they may be.
+    Its parameters are the fields of `Settings`.
 
     Attributes
     ----------
@@ -231,69 +151,27 @@ class CMOMMT(World):
     *Source:* §4 and §5. *Departs:* speeds, wall and idle behaviour are open in the paper; see docs/model.md.
     """
 
-    def __init__(
-        self,
-        robots: int = _DEFAULT["robots"],
-        targets: int = _DEFAULT["targets"],
-        radius: float = _DEFAULT["radius"],
-        *,
-        policy: PolicyLike = _DEFAULT["policy"],
-        awareness: AwarenessLike = _DEFAULT["awareness"],
-        delta: int = _DEFAULT["delta"],
-        sensing_range: float = _DEFAULT["sensing_range"],
-        awareness_range: float = _DEFAULT["awareness_range"],
-        range_shape: RangeShape = _DEFAULT["range_shape"],
-        sensor: Sensor | None = _DEFAULT["sensor"],
-        robot_speed: float = _DEFAULT["robot_speed"],
-        target_speed: float = _DEFAULT["target_speed"],
-        uniform_target_speed: bool = _DEFAULT["uniform_target_speed"],
-        cycle: CycleLike = _DEFAULT["cycle"],
-        target_policy: PolicyLike = _DEFAULT["target_policy"],
-        policy_options: Mapping[str, Any] = _DEFAULT["policy_options"],
-        target_policy_options: Mapping[str, Any] = _DEFAULT["target_policy_options"],
-        events: EventSource | Sequence[EventSource] | None = _DEFAULT["events"],
-        preset: PresetName | None = None,
-        rng: SeedLike = None,
-        seed: SeedLike = None,
-    ) -> None:
-        values: dict[str, Any] = {
-            "robots": robots, "targets": targets, "radius": radius, "policy": policy, "awareness": awareness,
-            "delta": delta, "sensing_range": sensing_range, "awareness_range": awareness_range,
-            "range_shape": range_shape, "sensor": sensor,
-            "robot_speed": robot_speed, "target_speed": target_speed, "uniform_target_speed": uniform_target_speed,
-            "cycle": cycle,
-            "target_policy": target_policy, "policy_options": policy_options,
-            "target_policy_options": target_policy_options, "events": events,
-        }  # fmt: skip
-        given = {name: value for name, value in values.items() if not isinstance(value, _Default)}
-        chosen = PRESETS[checks.choice("preset", preset, PRESETS)] if preset is not None else {}
-        options = checked_options(given.pop("policy_options", None))
-        target_options = checked_options(given.pop("target_policy_options", None), "target_policy")
-        self.settings: dict[str, Any] = {**DEFAULTS, **chosen, **given}
-        plan = self.settings
-        preset_options = plan["policy_options"]
-        plan["policy_options"], plan["target_policy_options"] = {**preset_options, **options}, target_options
-        rules = (
-            policy_of(plan["policy"], shared_options(plan["policy"], preset_options) | options),
-            target_policy_of(plan["target_policy"], target_options),
-        )
+    @built_from(Settings)
+    def __init__(self, settings: Settings) -> None:
+        plan = self.settings = {name: value for name, value in vars(settings).items() if name in DEFAULTS}
+        preset = {} if settings.preset is None else PRESETS[settings.preset].get("policy_options", {})
+        policy = policy_of(plan["policy"], {**shared_options(plan["policy"], preset), **settings.own_options})
+        moving = target_policy_of(plan["target_policy"], plan["target_policy_options"])
         degree = degree_of(plan)
-        count = tuple(checks.count(name, plan[name], most=MOST_AGENTS) for name in ("robots", "targets"))
-        checks.flag("uniform_target_speed", plan["uniform_target_speed"])
-        numbers = checked_numbers(plan)
-        super().__init__(numbers.arena, rng=rng, seed=seed)
+        numbers = _Numbers.of(plan)
+        super().__init__(numbers.arena, rng=settings.rng, seed=settings.seed)
         self._robots = self.add(
-            Robot, count[0], policy=rules[0], awareness=degree, sensing_range=numbers.sensing_range,
-            awareness_range=numbers.awareness_range, range_shape=plan["range_shape"], speed=numbers.robot_speed,
-            placement="spread" if isinstance(rules[0], Stationary) else "uniform", cycle=plan["cycle"],
+            Robot, settings.robots, policy=policy, awareness=degree, sensing_range=numbers.sensing_range,
+            awareness_range=numbers.awareness_range, range_shape=settings.range_shape, speed=numbers.robot_speed,
+            placement="spread" if isinstance(policy, Stationary) else "uniform", cycle=settings.cycle,
         )  # fmt: skip
         self._targets = self.add(
-            Target, count[1], policy=rules[1], speed=self._target_speeds(np.arange(count[1])),
-            sensing_range=numbers.sensing_range, range_shape=plan["range_shape"],
+            Target, settings.targets, policy=moving, speed=self._target_speeds(np.arange(settings.targets)),
+            sensing_range=numbers.sensing_range, range_shape=settings.range_shape,
         )  # fmt: skip
-        self.senses(self.robots, self.targets, sensor=plan["sensor"])
+        self.senses(self.robots, self.targets, sensor=settings.sensor)
         self._let_targets_sense()
-        for source in sources_of(plan["events"]):
+        for source in sources_of(settings.events):
             self.attach(source, self.robots)
         self._stepper.begin_to_collect()
 
@@ -307,9 +185,7 @@ class CMOMMT(World):
         """The targets."""
         return self._targets
 
-    policy = LiveSetting[Policy | Rule, PolicyLike](
-        "robots", "policy", lambda model, value: model._robot_policy(value)
-    )
+    policy = LiveSetting[Policy | Rule, PolicyLike]("robots", "policy", lambda model, value: model._robot_policy(value))
     awareness = LiveSetting[Awareness, AwarenessLike](
         "robots", "awareness", lambda model, value: degree_of(model.settings | {"awareness": value})
     )
@@ -377,9 +253,9 @@ class CMOMMT(World):
     def _take_numbers(self, plan: Mapping[str, Any]) -> None:
         """Set the arena, the ranges and the speeds with which the next run begins; an error changes nothing.
 
-        The plan has all settings; only the numbers of `checked_numbers` may differ from those of this model.
+        The plan has all settings; only those of `REWRITTEN` may differ from those of this model.
         """
-        numbers = checked_numbers(plan)
+        numbers = _Numbers.of(plan)
         self.settings.update(plan)
         self._data.arena, self._data.limits = numbers.arena, numbers.limits
         self._data.arena_size[:] = numbers.arena.size
@@ -395,3 +271,9 @@ class CMOMMT(World):
         if not self.settings["uniform_target_speed"]:
             return fastest
         return fastest * uniforms(self._data.key, stream_number(Stream.PLACEMENT, 1), 0, member, 4)[3]
+
+
+# For help(CMOMMT): the parameters stand where they are declared.
+CMOMMT.__doc__ = inspect.cleandoc(CMOMMT.__doc__ or "").replace(
+    "Its parameters are the fields of `Settings`.", inspect.cleandoc(Settings.__doc__ or "").partition("\n\n")[2]
+)

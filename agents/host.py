@@ -13,7 +13,6 @@ import numpy.typing as npt
 from teamsight.agents.attributes import put
 from teamsight.agents.body import Body, checked_positions
 from teamsight.agents.building import (
-    MOST_AGENTS,
     OWN_OF_GROUP,
     check_names,
     column,
@@ -31,6 +30,7 @@ from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.compat import Agent
 from teamsight.agents.policy_state import first_state, put_rows, take_rows
 from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
+from teamsight.agents.settings import MOST_AGENTS
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.registry import label
@@ -323,9 +323,7 @@ class WorldHost:
         """Refuse to change the agents of a group that are being made."""
         if group.is_growing:
             name = group.agent_class.__name__
-            raise RuntimeError(
-                f"{what}: called in {name}.__init__, while agents of {group.name!r} are made; {_WHEN}"
-            )
+            raise RuntimeError(f"{what}: called in {name}.__init__, while agents of {group.name!r} are made; {_WHEN}")
         if group not in self._data.groups:
             raise ValueError(f"{what}: {group.name!r} is not in this world; add a group with world.add")
 

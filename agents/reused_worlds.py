@@ -9,18 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.agents.cmommt import CMOMMT, DEFAULTS
+from teamsight.agents.cmommt import CMOMMT, DEFAULTS, REWRITTEN
 from teamsight.agents.decisions import EVERY_STEP, Cycle
 from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.presets import PRESETS
+from teamsight.agents.settings import PRESETS
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.world.noise import key_of
 from teamsight.world.placement import Starts
-
-#: Parameters of `CMOMMT` that are written into the arrays of a built world.
-NUMBERS = frozenset({"radius", "sensing_range", "awareness_range", "robot_speed", "target_speed"})
 
 # Seeds whose starts are computed in one call: more would not be faster, and cost memory in large worlds.
 _STARTS_PER_CALL = 64
@@ -30,8 +27,8 @@ class ReusedWorlds:
     """Begins one run after the other, reusing the last built world if possible.
 
     A run in a reused world gives the same bits as one in a new world. A world is reused if only the seed differs, and
-    of `CMOMMT` also `NUMBERS`; if its class and all its components are this package's own; and if nothing was added to
-    it. A class of one's own may do in its constructor what `World.reset` does not repeat.
+    of `CMOMMT` also what is declared as rewritten; if its class and all its components are this package's own; and if
+    nothing was added to it. A class of one's own may do in its constructor what `World.reset` does not repeat.
     """
 
     def __init__(self) -> None:
@@ -120,7 +117,7 @@ class _Built:
         if isinstance(world, CMOMMT) and not _are_same(numbers, self._numbers):
             chosen = PRESETS.get(parameters.get("preset", ""), {})
             plan = {**DEFAULTS, **chosen, **parameters}
-            world._take_numbers({name: plan[name] for name in NUMBERS})
+            world._take_numbers({name: plan[name] for name in REWRITTEN})
             self._numbers, self._runs, self._settings = numbers, {}, _settings(world)
         following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
@@ -138,7 +135,7 @@ class _Built:
 
     def _divided(self, parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the parameters that can be rewritten in the built world, and the others."""
-        rewritten = NUMBERS if isinstance(self.world, CMOMMT) else frozenset()
+        rewritten = REWRITTEN if isinstance(self.world, CMOMMT) else frozenset()
         numbers = {name: value for name, value in parameters.items() if name in rewritten}
         return numbers, {name: value for name, value in parameters.items() if name not in rewritten}
 

@@ -18,12 +18,11 @@ from teamsight.agents.attributes import (
     PlacementName,
     Points,
     PolicyLike,
-    RangeShape,
     SeedLike,
     refusing,
 )
 from teamsight.agents.body import Body
-from teamsight.agents.building import MOST_AGENTS, OWN_OF_WORLD, Places, Plan, check_class, divided, team_given
+from teamsight.agents.building import OWN_OF_WORLD, Places, Plan, check_class, divided, team_given
 from teamsight.agents.channel import note_of_inactive
 from teamsight.agents.decisions import EVERY_STEP, CycleLike, cycle_of
 from teamsight.agents.engine.engine import Engine
@@ -33,6 +32,7 @@ from teamsight.agents.mesa.model import MesaModel
 from teamsight.agents.recording.recording import Recording
 from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.settings import MOST_AGENTS, RangeShape
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates

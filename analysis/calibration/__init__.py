@@ -4,5 +4,5 @@
     is behind ``teamsight calibrate``. `folder` must exist, and `watch` is called with a phase, the work done in it and
     its work in all.
 
-The winner is copied to ``agents/presets.py`` by hand, because a default is a decision.
+The winner is copied to ``agents/settings.py`` by hand, because a default is a decision.
 """

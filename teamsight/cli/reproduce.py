@@ -120,7 +120,7 @@ def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
 
 def plan_of(settings: ReproduceSettings) -> Plan:
     """Return the plan that the settings describe."""
-    from teamsight.agents.presets import PRESETS
+    from teamsight.agents.settings import PRESETS
     from teamsight.analysis.paper.figures import FIGURES
     from teamsight.analysis.paper.reproduce import DEFAULTS, Plan
     from teamsight.analysis.runs.experiment import PAPER, QUICK

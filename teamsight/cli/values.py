@@ -253,7 +253,7 @@ def registry(module: str, name: str) -> Callable[[], Iterable[str]]:
 
 POLICIES = registry("teamsight.policies.registry", "POLICIES")
 DEGREES = registry("teamsight.agents.awareness.registry", "AWARENESS")
-PRESETS = registry("teamsight.agents.presets", "PRESETS")
+PRESETS = registry("teamsight.agents.settings", "PRESETS")
 RANGE_SHAPES = registry("teamsight.world.limits", "SHAPES")
 LEARNERS = registry("teamsight.analysis.learning.registry", "LEARNERS")
 FORMATS = registry("teamsight.analysis.plot.style", "FORMATS")

@@ -138,8 +138,8 @@ class Declared:
     ----------
     name : str
         Its name.
-    kind : {"flag", "integer", "number", "choice", "text", "path", "list", "mapping", "object"}
-        What it is. An object is checked by what it is given to.
+    kind : {"flag", "integer", "number", "choice", "text", "path", "component", "list", "mapping", "object"}
+        What it is. A component is given by name or as an object; objects are checked by what they are given to.
     default : object
         Its default; `MISSING` if it must be given.
     allowed : Allowed
@@ -204,7 +204,9 @@ class Declared:
             return checks.number(
                 name, value, above=allowed.above, least=allowed.least, most=allowed.most, cure=allowed.cure
             )
-        if self.kind == "choice" and not (self.names and value in self.names.values()):
+        if self.kind == "component" and not isinstance(value, str):
+            return value
+        if self.kind in ("choice", "component") and not (self.names and value in self.names.values()):
             chosen = checks.choice(name, value, self.choices)
             return self.names[chosen] if self.names else chosen
         if self.kind == "text" and not isinstance(value, str):
@@ -230,7 +232,7 @@ class Declared:
             text = assignments(self.name, text)
         elif self.kind == "flag":
             text = _TRUTH.get(text, text) if isinstance(text, str) else text
-        elif self.kind not in ("text", "choice", "path"):
+        elif self.kind not in ("text", "choice", "component", "path"):
             text = value_in(text)
         return self.checked(text)
 
@@ -242,10 +244,10 @@ class Declared:
             form["type"] = _FORMS[self.kind]
         elif self.kind == "list":
             form["type"] = "array"
-        elif self.kind == "choice" and not callable(allowed.choices):
-            form["enum"] = list(self.choices)
         elif self.kind == "choice":
-            # A name, also of a plug-in, or a component as a table.
+            form["enum"] = list(self.choices)
+        elif self.kind == "component":
+            # A name, also of a plug-in, or a table with its options.
             form["type"] = ["string", "object"]
         limits = {"minimum": allowed.least, "maximum": allowed.most, "exclusiveMinimum": allowed.above}
         if self.kind in ("integer", "number"):
@@ -290,7 +292,8 @@ class Component:
     """
 
     def __post_init__(self) -> None:
-        for name, one in declared(type(self)).items():
+        kind: Any = type(self)
+        for name, one in declared(kind).items():
             if one.is_checked:
                 object.__setattr__(self, name, one.checked(getattr(self, name)))
 
@@ -348,8 +351,8 @@ def _declared(name: str, hint: Any, default: Any, meaning: str = "") -> Declared
     elif isinstance(default, enum.Enum) or (isinstance(kind, type) and issubclass(kind, enum.Enum)):
         members: Any = kind if isinstance(kind, type) and issubclass(kind, enum.Enum) else type(default)
         found, names = "choice", {one.name: one for one in members}
-    elif allowed.choices is not None and origin is None:
-        found = "choice"
+    elif allowed.choices is not None:
+        found = "choice" if kind is str else "component"
     elif origin in (tuple, list, Sequence) and isinstance(default, (tuple, list)) and get_args(kind):
         found, item = "list", _declared(name, get_args(kind)[0], MISSING)
     elif origin is not None and isinstance(origin, type) and issubclass(origin, Mapping):
@@ -467,7 +470,7 @@ def built_from(component: Callable[P, S]) -> Callable[[Callable[[W, S], None]], 
         signature = inspect.signature(component)
         names = tuple(signature.parameters)
 
-        def __init__(self: W, *args: P.args, **kwargs: P.kwargs) -> None:
+        def begun(self: W, /, *args: P.args, **kwargs: P.kwargs) -> None:
             try:
                 values = signature.bind(*args, **kwargs).arguments
             except TypeError as error:
@@ -477,15 +480,15 @@ def built_from(component: Callable[P, S]) -> Callable[[Callable[[W, S], None]], 
             begin(self, own.given(values))
 
         first = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        plain = {"flag": bool, "integer": int, "number": float}
+        known, plain = declared(own), {"flag": bool, "integer": int, "number": float}
         shown = [
-            one.replace(annotation=plain.get(declared(own)[name].kind, one.empty))
+            one.replace(annotation=plain.get(known[name].kind, one.empty), default=known[name].default)
             for name, one in signature.parameters.items()
         ]
-        made: Any = __init__
+        made: Any = begun
         made.__signature__ = signature.replace(parameters=[first, *shown], return_annotation=None)
         made.component, made.__doc__ = component, begin.__doc__
         made.__module__, made.__qualname__ = begin.__module__, begin.__qualname__
-        return __init__
+        return begun
 
     return decorate

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from teamsight.agents.cmommt import CMOMMT, DEFAULTS
+from teamsight.agents.cmommt import CMOMMT, DEFAULTS, REWRITTEN
 from teamsight.agents.world import World
 from teamsight.tasks.objective import Objective
 from teamsight.tasks.task import Task
 
-_SCENARIO = (
-    "robots", "targets", "radius", "sensing_range", "awareness_range", "robot_speed", "target_speed",
-)  # fmt: skip
+_SCENARIO = [name for name in DEFAULTS if name in {"robots", "targets", *REWRITTEN}]
 
 
 def observed_fraction(world: World) -> float:

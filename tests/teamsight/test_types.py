@@ -14,9 +14,9 @@ from typing import Any, get_args
 import pytest
 
 import teamsight
-from teamsight.agents.attributes import AwarenessName, PlacementName, PolicyName, PresetName
+from teamsight.agents.attributes import AwarenessName, PlacementName, PolicyName
 from teamsight.agents.awareness import AWARENESS
-from teamsight.agents.presets import PRESETS
+from teamsight.agents.settings import PRESETS, PresetName
 from teamsight.policies.registry import POLICIES
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent

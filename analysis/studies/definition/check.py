@@ -97,8 +97,8 @@ def _typical(plan: Plan) -> list[int]:
 
 
 def _build(plan: Plan, k: int, steps: int) -> None:
-    from teamsight.agents import building
     from teamsight.agents.cmommt import CMOMMT
+    from teamsight.agents.settings import MOST_AGENTS
 
     with _one_line("model"):
         given: dict[str, Any] = plan.components(k)
@@ -106,7 +106,7 @@ def _build(plan: Plan, k: int, steps: int) -> None:
         for name in ("robots", "targets"):
             value = given.get(name, _MOST_AGENTS)
             # More than there may be is left for the model to refuse.
-            is_allowed = type(value) is int and value <= building.MOST_AGENTS
+            is_allowed = type(value) is int and value <= MOST_AGENTS
             given[name] = min(value, _MOST_AGENTS) if is_allowed else value
     try:
         # A world of two robots may warn of what is true of it alone.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from teamsight.agents.attributes import AwarenessLike, PolicyLike
 from teamsight.agents.body import Body, Robot
-from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.settings import MOST_AGENTS
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.tasks.collecting.pucks import Collecting

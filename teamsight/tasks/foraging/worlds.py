@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from teamsight.agents.body import Body, Robot, Target
-from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.settings import MOST_AGENTS
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.policies.schemas import ForageSchemas, GrazeSchemas

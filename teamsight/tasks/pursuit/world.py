@@ -7,8 +7,8 @@ from typing import Any
 
 from teamsight.agents.attributes import AwarenessLike, PolicyLike
 from teamsight.agents.body import Body, Robot
-from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.group import Group
+from teamsight.agents.settings import MOST_AGENTS
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.tasks.pursuit.capture import RULES, Capture

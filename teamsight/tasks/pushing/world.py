@@ -7,9 +7,9 @@ from typing import Any
 
 from teamsight.agents.attributes import AwarenessLike, PolicyLike
 from teamsight.agents.body import Body, Robot
-from teamsight.agents.building import MOST_AGENTS
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.settings import MOST_AGENTS
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.policies.braitenberg.vehicle import FixedPriority

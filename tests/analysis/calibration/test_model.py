@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from teamsight.agents.cmommt import CMOMMT
-from teamsight.agents.presets import PRESETS
+from teamsight.agents.settings import PRESETS
 from teamsight.analysis.calibration import model, model_page
 from teamsight.analysis.calibration.model import OPEN_CLAIMS, PARAMETERS
 from teamsight.analysis.calibration.search import Simulator, assess

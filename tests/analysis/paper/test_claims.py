@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.agents.presets import PRESETS
+from teamsight.agents.settings import PRESETS
 from teamsight.analysis.calibration.model import defaults, setting_of
 from teamsight.analysis.paper.claims import CLAIMS, Ledger, Tables, Verdict, judge, needed
 from teamsight.analysis.paper.claims.awareness import smallest_delta

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.presets import PRESETS
+from teamsight.agents.settings import PRESETS
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.lazy_teams import LEARNED, LITERAL, READINGS, SLOPES, described, exploration
