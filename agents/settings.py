@@ -149,7 +149,7 @@ class Settings(Component):
     own_options: Mapping[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
-    def given(cls, values: Mapping[str, Any]) -> Self:
+    def of(cls, values: Mapping[str, Any]) -> Self:
         """Return the settings for the values that were given: a preset replaces the defaults of the others.
 
         Raises

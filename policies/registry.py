@@ -29,6 +29,7 @@ POLICIES: Registry[Callable[..., Policy]] = Registry(
         "stationary": "teamsight.policies.handmade.stationary:Stationary",
     },
     group="teamsight.policies",
+    by_reference="policy",
 )
 
 # Policies are immutable, so all worlds share those without options.

@@ -21,6 +21,7 @@ AWARENESS: Registry[type[Awareness]] = Registry(
         "shared": "teamsight.agents.awareness.degrees:SharedAwareness",
     },
     group="teamsight.awareness",
+    by_reference="awareness",
 )
 
 

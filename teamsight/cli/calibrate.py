@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
-from teamsight.cli import values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import Folder
 
 
-class CalibrateSettings(Settings):
-    """Settings of ``teamsight calibrate``."""
+@dataclass(frozen=True, kw_only=True)
+class CalibrateSettings(Works, Writes):
+    """Options of ``teamsight calibrate``.
 
-    out: Path = values.folder(Path("results"), "Folder for the table and the page.")
-    workers: int | None = values.workers()
-    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+    Parameters
+    ----------
+    out : Path
+        Folder for the table and the page.
+    """
+
+    out: Folder = Path("results")
 
 
 def calibrate(settings: CalibrateSettings) -> None:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import math
 import warnings
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.analysis.runs.limits import MOST_RUNS
-from teamsight.cli import limits, task_options, values
-from teamsight.cli.options import Settings
+from teamsight.analysis.runs.limits import MOST_RUNS, Runs, Steps
+from teamsight.cli import limits
+from teamsight.cli.options import Works, Writes
 from teamsight.cli.paths import check_apart
-from teamsight.world.limits import length
+from teamsight.cli.values import Agents, File, Folder, PolicyName, PresetName, Risk, Treatment
+from teamsight.cli.world_settings import TaskOptions
+from teamsight.core.component import Allowed, Flag, Seed
+from teamsight.world.limits import SHAPES, Length, length
 
 if TYPE_CHECKING:
     from teamsight.analysis.delta.report import DeltaReport
@@ -27,64 +31,81 @@ _STEPS = 600
 _SHORTEST, _LONGEST = 1e-15, 1e18
 
 
-class DeltaSettings(Settings):
-    """Settings of ``teamsight delta``."""
+@dataclass(frozen=True, kw_only=True)
+class DeltaSettings(TaskOptions, Works, Writes):
+    """Options of ``teamsight delta``.
 
-    robots: int = values.agents(30, "Number of robots.")
-    targets: int = values.agents(15, "Number of targets; only policies that follow targets depend on it.")
-    radius: float = values.length(5.0, "Radius of the arena, in sensing ranges.")
-    policy: str = values.choice("random-walk", "Policy of the robots: {names}.", values.POLICIES)
-    preset: str | None = values.preset()
-    task: str | None = task_options.task()
-    set: dict[str, Any] = task_options.scenario()
-    treatment: Literal["explore", "skilled"] = task_options.treatment("explore", "The team of the task: {names}.")
-    awareness_range: float = values.number(
-        1.0,
-        "Distance within which two robots are neighbours.",
-        least=_SHORTEST,
-        most=_LONGEST,
-        shown="1; required with --trajectories",
-    )
-    range_shape: str = values.choice("disc", "Shape of ranges: {names}.", values.RANGE_SHAPES)
-    risk: float = values.number(
-        0.01,
-        "Maximum probability that any robot has more than δ neighbours during a run.",
-        least=limits.LEAST_RISK,
-        most=1.0,
-    )
-    runs: int | None = values.runs(None, "Number of runs to simulate.", shown="10 / risk")
-    steps: int | None = values.steps(None, shown="600, or that of the task")
-    seed: int = values.seed(0, "Seed of all runs.")
-    workers: int | None = values.workers()
-    trajectories: Path | None = values.file(
-        "Read recorded positions instead of simulating: CSV or Parquet with the columns time, robot, x, y and, for "
-        "several recordings, run."
-    )
-    window: float | None = values.number(
-        None,
-        "Duration for which the risk is stated, in the unit of the time column.",
-        least=_SHORTEST,
-        most=_LONGEST,
-        shown="a run if there are ten or more, otherwise 1/20 of the record",
-    )
-    sort: bool = values.flag("Sort recorded positions whose times are out of order.")
-    out: Path | None = values.folder(None, "Write tables, report and figure to this folder.")
-    force: bool = values.force()
+    Parameters
+    ----------
+    robots : int
+        Number of robots.
+    targets : int
+        Number of targets; only policies that follow targets depend on it.
+    radius : float
+        Radius of the arena, in sensing ranges.
+    policy : str
+        Policy of the robots.
+    preset : str, optional
+        Values for what the paper leaves open. See docs/calibration.md.
+    treatment : str
+        The team of the task.
+    awareness_range : float
+        Distance within which two robots are neighbours.
+    range_shape : {"disc", "square"}
+        Shape of ranges.
+    risk : float
+        Maximum probability that any robot has more than δ neighbours during a run.
+    runs : int, optional
+        Number of runs to simulate.
+    steps : int, optional
+        Number of steps of each run.
+    seed : int
+        Seed of all runs.
+    trajectories : Path, optional
+        Read recorded positions instead of simulating: CSV or Parquet with the columns time, robot, x, y and, for
+        several recordings, run.
+    window : float, optional
+        Duration for which the risk is stated, in the unit of the time column.
+    sort : bool
+        Sort recorded positions whose times are out of order.
+    out : Path, optional
+        Write tables, report and figure to this folder.
+    """
+
+    robots: Agents = 30
+    targets: Agents = 15
+    radius: Length = 5.0
+    policy: PolicyName = "random-walk"
+    preset: PresetName | None = None
+    treatment: Treatment = "explore"
+    awareness_range: Annotated[
+        float, Allowed(least=_SHORTEST, most=_LONGEST, shown="1; required with --trajectories")
+    ] = 1.0
+    range_shape: Annotated[str, Allowed(choices=SHAPES)] = "disc"
+    risk: Risk = 0.01
+    runs: Annotated[Runs | None, Allowed(shown="10 / risk")] = None
+    steps: Annotated[Steps | None, Allowed(shown="600, or that of the task")] = None
+    seed: Seed = 0
+    trajectories: File | None = None
+    window: Annotated[
+        float | None,
+        Allowed(least=_SHORTEST, most=_LONGEST,
+                shown="a run if there are ten or more, otherwise 1/20 of the record"),
+    ] = None  # fmt: skip
+    sort: Flag = False
+    out: Folder | None = None
 
     def check(self) -> None:
         """Refuse options of a simulation with recorded positions, and the other way round."""
         if self.trajectories:
-            self._refuse(_SIMULATED, "cannot be combined with --trajectories, which determines it; leave it out")
+            self.refuse(_SIMULATED, "cannot be combined with --trajectories, which determines it")
             if "awareness_range" not in self.given:
                 raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
             return
-        if self.task:
-            task_options.check(self, (*_OF_CMOMMT, "awareness_range", "range_shape"))
-        else:
-            task_options.check(self, ())
-        self._refuse(_RECORDED, "is for recorded positions; give --trajectories too, or leave it out")
+        self.check_task()
+        self.refuse(_RECORDED, "is for recorded positions; give --trajectories too")
         length("awareness_range", self.awareness_range)
-        robots, targets = (task_options.size_of(self), 0) if self.task else (self.robots, self.targets)
+        robots, targets = (self.task_size(), 0) if self.task else (self.robots, self.targets)
         limits.check_worlds(
             robots, targets, self.radius, self.length(), self.runs_needed(), awareness_range=self.awareness_range
         )
@@ -93,7 +114,7 @@ class DeltaSettings(Settings):
         """Return T: the given number of steps, that of the task, or 600."""
         if self.steps is not None:
             return self.steps
-        return task_options.task_of(self).steps if self.task else _STEPS
+        return self.task_given().steps if self.task else _STEPS
 
     def runs_needed(self) -> int:
         """Return the number of runs: the given one, or the 10 / risk that a risk needs.
@@ -111,17 +132,16 @@ class DeltaSettings(Settings):
             )
         return needed
 
-    def _refuse(self, names: tuple[str, ...], reason: str) -> None:
-        for name in names:
-            if name in self.given:
-                raise ValueError(f"--{name}={getattr(self, name)}: {reason}")
-
     def about(self) -> dict[str, Any]:
         """Return the settings that distinguish a report from others, fit for JSON."""
         unused = _SIMULATED if self.trajectories else (*_RECORDED, *(_OF_CMOMMT if self.task else _OF_TASK))
         found = self.values(without=(*unused, "workers", "out", "force"))
-        found |= {} if self.trajectories else {"steps": self.length()}
+        found |= {} if self.trajectories else {"steps": self.length(), **self.parameters_of_task()}
         return {name: str(value) if isinstance(value, Path) else value for name, value in found.items()}
+
+    def parameters_of_task(self) -> dict[str, Any]:
+        """Return the parameters of the task, if one was given."""
+        return {"set": self.parameters} if self.task else {}
 
 
 def delta(settings: DeltaSettings) -> None:
@@ -156,8 +176,8 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
     how: dict[str, Any] = {}
     agents = settings.robots + settings.targets
     if settings.task:
-        agents = task_options.size_of(settings)
-        world, how = settings.task, task_options.chosen(settings, settings.treatment)
+        agents = settings.task_size()
+        world, how = settings.task, settings.chosen(settings.treatment)
     runs = settings.runs_needed()
     with working(settings.workers, agents * settings.length() * runs) as (watch, pool):
         return choose_delta(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teamsight.cli import values
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Writes
+from teamsight.cli.values import File
+from teamsight.core.component import Flag, Seed
 
 if TYPE_CHECKING:
     from teamsight.view.replay import Replay
@@ -26,13 +28,23 @@ _GIF_SIZE: dict[str, Any] = {"width": 640, "fps": 12.5}
 _FILE = Path("teamsight-demo.html")
 
 
-class DemoSettings(Settings):
-    """Settings of ``teamsight demo``."""
+@dataclass(frozen=True, kw_only=True)
+class DemoSettings(Writes):
+    """Options of ``teamsight demo``.
 
-    seed: int = values.seed(1, "Seed of both worlds.")
-    no_browser: bool = values.flag("Open no browser; write the recording instead.")
-    record: Path | None = values.file("Write the recording to this file, which ends in .html, .gif, .mp4 or .png.")
-    force: bool = values.force()
+    Parameters
+    ----------
+    seed : int
+        Seed of both worlds.
+    no_browser : bool
+        Open no browser; write the recording instead.
+    record : Path, optional
+        Write the recording to this file, which ends in .html, .gif, .mp4 or .png.
+    """
+
+    seed: Seed = 1
+    no_browser: Flag = False
+    record: File | None = None
 
 
 def demo(settings: DemoSettings) -> None:

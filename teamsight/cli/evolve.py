@@ -2,41 +2,70 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from teamsight.cli import limits, values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import CellRuns, File, Folder
+from teamsight.core.component import Allowed, Seed
 
 # More candidates or generations than can be computed.
 _MOST = 100_000
 
 
-class TrainSettings(Settings):
-    """Settings of ``teamsight evolve train``."""
+@dataclass(frozen=True, kw_only=True)
+class TrainSettings(Works, Writes):
+    """Options of ``teamsight evolve train``.
 
-    out: Path = values.folder(Path("evolution"), "Folder for the checkpoint and the constants.")
-    generations: int = values.count(400, "Total number of generations.", most=_MOST)
-    population: int = values.count(40, "Number of candidates in each generation.", least=2, most=_MOST)
-    seed: int = values.seed(1, "Seed of the candidates.")
-    start: Path | None = values.file(
-        "Constants that 'evolve train' wrote, with which to begin.", shown="the forces of A-CMOMMT"
-    )
-    spread: float = values.number(0.07, "Standard deviation of the first generation.", least=1e-6, most=10.0)
-    workers: int | None = values.workers()
-    force: bool = values.force()
+    Parameters
+    ----------
+    out : Path
+        Folder for the checkpoint and the constants.
+    generations : int
+        Total number of generations.
+    population : int
+        Number of candidates in each generation.
+    seed : int
+        Seed of the candidates.
+    start : Path, optional
+        Constants that 'evolve train' wrote, with which to begin.
+    spread : float
+        Standard deviation of the first generation.
+    """
+
+    out: Folder = Path("evolution")
+    generations: Annotated[int, Allowed(least=1, most=_MOST)] = 400
+    population: Annotated[int, Allowed(least=2, most=_MOST)] = 40
+    seed: Seed = 1
+    start: Annotated[File | None, Allowed(shown="the forces of A-CMOMMT")] = None
+    spread: Annotated[float, Allowed(least=1e-6, most=10)] = 0.07
 
 
-class TestSettings(Settings):
-    """Settings of ``teamsight evolve test``."""
+@dataclass(frozen=True, kw_only=True)
+class TestSettings(Works, Writes):
+    """Options of ``teamsight evolve test``.
 
-    out: Path = values.folder(Path("results"), "Folder for the page, its table and its figure.")
-    constants: Path | None = values.file("Constants that 'evolve train' wrote.", shown="the constants that ship")
-    training: Path | None = values.folder(None, "Folder that 'evolve train' wrote; its progress is added to the page.")
-    further: Path | None = values.folder(None, "Folder of an evolution that began with these constants; as --training.")
-    runs: int = values.count(30, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS)
-    workers: int | None = values.workers()
-    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+    Parameters
+    ----------
+    out : Path
+        Folder for the page, its table and its figure.
+    constants : Path, optional
+        Constants that 'evolve train' wrote.
+    training : Path, optional
+        Folder that 'evolve train' wrote; its progress is added to the page.
+    further : Path, optional
+        Folder of an evolution that began with these constants; as --training.
+    runs : int
+        Number of runs of each cell.
+    """
+
+    out: Folder = Path("results")
+    constants: Annotated[File | None, Allowed(shown="the constants that ship")] = None
+    training: Folder | None = None
+    further: Folder | None = None
+    runs: CellRuns = 30
 
 
 def train(settings: TrainSettings) -> None:

@@ -3,61 +3,70 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.analysis.runs.limits import MOST_RUNS
-from teamsight.cli import limits, task_options, values
+from teamsight.analysis.gathering.plan import DEGREES, DELTAS, SIZES
+from teamsight.analysis.runs.limits import MOST_RUNS, Steps
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import Folder, Format, Risk
+from teamsight.cli.world_settings import TaskName, listed
+from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
     from teamsight.analysis.gathering.plan import Plan
 
-# Team sizes of one command.
-_MOST_SIZES = 20
-_MOST_TRAININGS, _MOST_DELTAS = 1_000, 100
-_DEGREES = values.registry("teamsight.analysis.gathering.plan", "DEGREES")
+@dataclass(frozen=True, kw_only=True)
+class GatheringSettings(Works, Writes):
+    """Options of ``teamsight gathering``.
 
+    Parameters
+    ----------
+    task : sequence of str
+        Tasks, with commas between them.
+    set : mapping of str to object
+        A value of the scenario of all tasks, or of one, as in forage.side=64; or, with commas between them, one for
+        each N. May be given several times.
+    sizes : sequence of int
+        N, the sizes of the team.
+    runs : int
+        Number of runs of each team and δ.
+    steps : int, optional
+        Number of steps of each run.
+    risk : float
+        Accepted probability that any robot has more than δ neighbours during a run.
+    tolerance : float
+        By which share of the objective a δ may fall short and be enough.
+    degree : str
+        Degree of awareness with δ.
+    deltas : sequence of int
+        δ at which the objective is measured, beside 0, N − 1 and those of both teams.
+    trainings : int
+        How often a team that learns does so anew for each δ.
+    seed : int
+        Seed of all runs.
+    out : Path
+        Folder for the results.
+    format : sequence of str
+        Formats of the picture, with commas between them.
+    """
 
-class GatheringSettings(Settings):
-    """Settings of ``teamsight gathering``."""
-
-    task: tuple[str, ...] = values.choices(
-        ("cmommt",), "Tasks, with commas between them: {names}.", task_options.TASKS, "task"
-    )
-    set: dict[str, Any] = task_options.scenario(
-        "A value of the scenario of all tasks, or of one, as in forage.side=64; or, with commas between them, one for "
-        "each N. May be given several times.",
-        dotted=True,
-    )
-    sizes: tuple[int, ...] = values.counts((4, 8, 16, 30), "N, the sizes of the team.", most=_MOST_SIZES, sort=False)
-    runs: int = values.count(200, "Number of runs of each team and δ.", least=2, most=MOST_RUNS)
-    steps: int | None = values.steps(None, shown="that of each task")
-    risk: float = values.number(
-        0.05,
-        "Accepted probability that any robot has more than δ neighbours during a run.",
-        least=limits.LEAST_RISK,
-        most=1.0,
-    )
-    tolerance: float = values.number(
-        0.02, "By which share of the objective a δ may fall short and be enough.", least=1e-9, most=1.0
-    )
-    degree: str = values.choice("nearest", "Degree of awareness with δ: {names}.", _DEGREES)
-    deltas: tuple[int, ...] = values.counts(
-        (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64),
-        "δ at which the objective is measured, beside 0, N − 1 and those of both teams.",
-        most=_MOST_DELTAS,
-    )
-    trainings: int = values.count(1, "How often a team that learns does so anew for each δ.", most=_MOST_TRAININGS)
-    seed: int = values.seed(0, "Seed of all runs.")
-    out: Path = values.folder(Path("results"), "Folder for the results.")
-    format: tuple[str, ...] = values.choices(
-        ("png",), "Formats of the picture, with commas between them: {names}.", values.FORMATS, "format"
-    )
-    workers: int | None = values.workers()
-    force: bool = values.force()
+    task: Annotated[tuple[TaskName, ...], Allowed()] = ("cmommt",)
+    set: Mapping[str, Any] = field(default_factory=dict)
+    sizes: Annotated[tuple[Count, ...], Allowed(most=20)] = SIZES
+    runs: Annotated[int, Allowed(least=2, most=MOST_RUNS)] = 200
+    steps: Annotated[Steps | None, Allowed(shown="that of each task")] = None
+    risk: Risk = 0.05
+    tolerance: Annotated[float, Allowed(least=1e-9, most=1)] = 0.02
+    degree: Annotated[str, Allowed(choices=DEGREES)] = "nearest"
+    deltas: Annotated[tuple[Count, ...], Allowed(most=100, is_sorted=True)] = DELTAS
+    trainings: Annotated[int, Allowed(least=1, most=1_000)] = 1
+    seed: Seed = 0
+    out: Folder = Path("results")
+    format: Annotated[tuple[Format, ...], Allowed()] = ("png",)
 
 
 def gathering(settings: GatheringSettings) -> None:
@@ -96,9 +105,9 @@ def plan_of(settings: GatheringSettings) -> Plan:
 
     names = ("runs", "steps", "risk", "tolerance", "degree", "deltas", "trainings", "seed")
     sizes = sorted(settings.sizes)
-    listed = {name: task_options.listed(value) for name, value in settings.set.items()}
+    several = {name: listed(value) for name, value in settings.set.items()}
     scenario = {
-        name: value[0] if len(value) == 1 else _by_size(value, settings.sizes) for name, value in listed.items()
+        name: value[0] if len(value) == 1 else _by_size(value, settings.sizes) for name, value in several.items()
     }  # fmt: skip
     return Plan(tasks=settings.task, sizes=sizes, scenario=scenario, **settings.values(names))
 

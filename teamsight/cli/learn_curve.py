@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.analysis.runs.limits import MOST_STEPS
-from teamsight.cli import limits, task_options, values
+from teamsight.analysis.runs.limits import MOST_STEPS, Steps
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
-from teamsight.core import checks
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import CellRuns, DegreeName, Folder, Format
+from teamsight.cli.world_settings import TaskName
+from teamsight.core.component import Allowed, Seed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,46 +24,63 @@ if TYPE_CHECKING:
 
 _TESTS, _POINTS, _GAINS = "learning-curve.parquet", "learning-curve-points.parquet", "learning-curve-gains.parquet"
 _PICTURE = "learning-curve"
-# Times of learning, and trainings of each.
-_MOST_TIMES, _MOST_TRAININGS = 50, 1000
+_Learned = Annotated[int, Allowed(least=1, most=MOST_STEPS, cure="let teams learn for less long")]
 
 
-class CurveSettings(Settings):
-    """Settings of ``teamsight learn curve``."""
+@dataclass(frozen=True, kw_only=True)
+class CurveSettings(Works, Writes):
+    """Options of ``teamsight learn curve``.
 
-    task: str | None = values.choice(
-        "pursuit", "The task: {names}. Its team has to learn, as those of pursuit and collect do.", task_options.TASKS
-    )
-    set: dict[str, Any] = task_options.scenario("A value of the scenario of the task. May be given several times.")
-    learned: tuple[int, ...] = values.counts(
-        (1000, 10000, 100000), "Numbers of steps of learning, separated by commas.", most=_MOST_TIMES
-    )
-    awareness: tuple[str, ...] = values.choices(
-        ("none", "pairwise"), "Degrees of awareness, separated by commas: {names}; gains are over the first.",
-        values.DEGREES, "awareness",
-    )  # fmt: skip
-    trainings: int = values.count(5, "How often each team learns, with other seeds.", most=_MOST_TRAININGS)
-    runs: int = values.count(20, "Number of test runs of each training.", most=limits.MOST_CELL_RUNS)
-    steps: int | None = values.steps(None, "Number of steps of each test run.", shown="that of the task")
-    seed: int = values.seed(0, "Seed of the learning and of the tests.")
-    out: Path = values.folder(Path("results"), "Folder for the results.")
-    format: tuple[str, ...] = values.choices(
-        ("png",), "Formats of the picture, with commas between them: {names}.", values.FORMATS, "format"
-    )
-    workers: int | None = values.workers()
-    force: bool = values.force()
+    Parameters
+    ----------
+    task : str
+        The task. Its team has to learn, as those of pursuit and collect do.
+    set : mapping of str to object
+        A value of the scenario of the task. May be given several times.
+    learned : sequence of int
+        Numbers of steps of learning, separated by commas.
+    awareness : sequence of str
+        Degrees of awareness, separated by commas; gains are over the first.
+    trainings : int
+        How often each team learns, with other seeds.
+    runs : int
+        Number of test runs of each training.
+    steps : int, optional
+        Number of steps of each test run.
+    seed : int
+        Seed of the learning and of the tests.
+    out : Path
+        Folder for the results.
+    format : sequence of str
+        Formats of the picture, with commas between them.
+    """
+
+    task: TaskName = "pursuit"
+    set: Mapping[str, Any] = field(default_factory=dict)
+    learned: Annotated[tuple[_Learned, ...], Allowed(most=50, is_sorted=True)] = (1000, 10000, 100000)
+    awareness: Annotated[tuple[DegreeName, ...], Allowed()] = ("none", "pairwise")
+    trainings: Annotated[int, Allowed(least=1, most=1000)] = 5
+    runs: CellRuns = 20
+    steps: Annotated[Steps | None, Allowed(shown="that of the task")] = None
+    seed: Seed = 0
+    out: Folder = Path("results")
+    format: Annotated[tuple[Format, ...], Allowed()] = ("png",)
 
     def check(self) -> None:
-        """Refuse tasks whose teams do not learn, unknown values, and times of learning that no run may have."""
-        task = task_options.task_of(self)
+        """Refuse tasks whose teams do not learn, and unknown values."""
+        task = self.task_given()
         if not callable(task.skilled):
             from teamsight.tasks.registry import TASKS
 
             names = ", ".join(name for name, one in TASKS.items() if callable(one.skilled))
             raise ValueError(f"task={task.name!r}: its team does not learn; give one whose team does: {names}")
         task.full_scenario(self.set)
-        for amount in self.learned:
-            checks.count("learned", amount, most=MOST_STEPS, cure="let teams learn for less long")
+
+    def task_given(self) -> Task:
+        """Return the task."""
+        from teamsight.tasks.named import task_of
+
+        return task_of(self.task)
 
 
 def curve(settings: CurveSettings) -> None:
@@ -85,7 +105,7 @@ def curve(settings: CurveSettings) -> None:
     from teamsight.analysis.runs.results import Content, check_results, write_results
     from teamsight.cli.show import say, working
 
-    task, folder = task_options.task_of(settings), prepare_folder(settings.out)
+    task, folder = settings.task_given(), prepare_folder(settings.out)
     about = {"learning curve": _about(settings, task)}
     pictures = {f"{_PICTURE}.{kind}": kind for kind in settings.format}
     check_results(folder, (_TESTS, _POINTS, _GAINS, *pictures), about, force=settings.force)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.cli import limits, values
+from teamsight.analysis.runs.limits import Runs
+from teamsight.cli import limits
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import File, Folder, Learner, Matches, Reward
+from teamsight.core.component import Allowed, Count, Probability, Seed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,36 +24,52 @@ if TYPE_CHECKING:
 
 _TABLE, _PAGE, _PICTURE = "diagnosis.parquet", "diagnosis.md", "diagnosis.png"
 _SAMPLES = (600, 2400, 9600, 38400)
-_MOST_SAMPLES = 20
 # Robots and steps of each explored world, as in the paper.
 _ROBOTS, _STEPS = 5, 120
 
 
-class DiagnoseSettings(Settings):
-    """Settings of ``teamsight learn diagnose``."""
+@dataclass(frozen=True, kw_only=True)
+class DiagnoseSettings(Works, Writes):
+    """Options of ``teamsight learn diagnose``.
 
-    memory: Path | None = values.file("Memory to diagnose.", metavar="[MEMORY]", kind="argument")
-    out: Path = values.folder(Path("results"), "Folder for the results.")
-    learners: tuple[str, ...] = values.choices(
-        ("lazy", "regression"), "Learners, separated by commas: {names}.", values.LEARNERS, "learner"
-    )
-    samples: tuple[int, ...] = values.counts(
-        _SAMPLES, "Numbers of transitions to learn from, separated by commas.", most=_MOST_SAMPLES
-    )
-    memories: int = values.runs(24, "Number of explorations, if no MEMORY is given.")
-    reward: str = values.reward("own")
-    k: int | None = values.matches()
-    discount: float = values.discount(0.7)
-    seed: int = values.seed(0, "Seed of the first exploration; the others follow. Or of the samples of MEMORY.")
-    workers: int | None = values.workers()
-    force: bool = values.flag("Replace tables of other settings, and files that teamsight did not write.")
+    Parameters
+    ----------
+    memory : Path, optional
+        Memory to diagnose.
+    out : Path
+        Folder for the results.
+    learners : sequence of str
+        Learners, separated by commas.
+    samples : sequence of int
+        Numbers of transitions to learn from, separated by commas.
+    memories : int
+        Number of explorations, if no MEMORY is given.
+    reward : str
+        Reward of a transition. See docs/learning.md.
+    k : int, optional
+        Number k of nearest transitions that a learner uses.
+    discount : float
+        Discount factor γ, in [0, 1].
+    seed : int
+        Seed of the first exploration; the others follow. Or of the samples of MEMORY.
+    """
+
+    memory: Annotated[File | None, Allowed(metavar="[MEMORY]", is_argument=True)] = None
+    out: Folder = Path("results")
+    learners: Annotated[tuple[Learner, ...], Allowed()] = ("lazy", "regression")
+    samples: Annotated[tuple[Count, ...], Allowed(most=20, is_sorted=True)] = _SAMPLES
+    memories: Runs = 24
+    reward: Reward = "own"
+    k: Matches = None
+    discount: Probability = 0.7
+    seed: Seed = 0
 
     def check(self) -> None:
         """Refuse options that do not fit together, and explorations that are too large."""
         if self.memory is None:
             limits.check_transitions(_ROBOTS, _STEPS, -(-max(self.samples) // (_ROBOTS * _STEPS)), ("ring",), 16)
-        elif "memories" in self.given:
-            raise ValueError(f"memories={self.memories}: with MEMORY nothing is explored; leave one of them out")
+        else:
+            self.refuse(("memories",), "with MEMORY nothing is explored")
 
 
 def diagnose(settings: DiagnoseSettings) -> None:

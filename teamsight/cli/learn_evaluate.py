@@ -6,15 +6,20 @@ import contextlib
 import math
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.cli import learn_evaluate_task, limits, task_options, values
+from teamsight.analysis.runs.limits import Runs, Steps
+from teamsight.cli import learn_evaluate_task, limits
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
 from teamsight.cli.paths import check_apart
+from teamsight.cli.values import Agents, File, Learner, Matches, Reward
+from teamsight.cli.world_settings import TaskName
+from teamsight.core.component import Allowed, Probability, Seed
+from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,35 +35,62 @@ _LONG = 30
 _STEPS = 600
 
 
-class EvaluateSettings(Settings):
-    """Settings of ``teamsight learn evaluate``."""
+@dataclass(frozen=True, kw_only=True)
+class EvaluateSettings(Works, Writes):
+    """Options of ``teamsight learn evaluate``.
 
-    memory: Path = values.file("Memory to learn from.", metavar="MEMORY", kind="argument", required=True)
-    learner: str = values.choice("regression", "Learner: {names}.", values.LEARNERS)
-    reward: str | None = values.reward(
-        None, "keep for regression, own for others; interaction with a task other than cmommt"
-    )
-    k: int | None = values.matches()
-    discount: float | None = values.discount(None, "0.7; regression uses none")
-    task: str | None = values.choice(
-        None, "Task in whose worlds robots are evaluated: {names}.", task_options.TASKS, shown="that of the exploration"
-    )
-    set: dict[str, Any] = task_options.scenario(
-        "A value of the scenario of a task other than cmommt; by default that of the exploration. May be given several "
-        "times."
-    )
-    robots: int | None = values.agents(None, "Number of robots.", shown="as many as explored")
-    targets: int = values.agents(15, "Number of targets.")
-    radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
-    runs: int = values.runs(30, "Number of worlds.")
-    steps: int | None = values.steps(None, "Number of steps in each world.", shown="600, or that of the task")
-    seed: int = values.seed(0, "Seed of the worlds, which always differ from the explored ones.")
-    workers: int | None = values.workers()
-    sample: int | None = values.count(
-        None, "Number of transitions to learn from, drawn at random with --seed.", shown="all"
-    )
-    save: Path | None = values.file("Write one row per policy and world to this Parquet file.")
-    force: bool = values.force()
+    Parameters
+    ----------
+    memory : Path
+        Memory to learn from.
+    learner : str
+        What learns.
+    reward : str, optional
+        Reward of a transition. See docs/learning.md.
+    k : int, optional
+        Number k of nearest transitions that a learner uses.
+    discount : float, optional
+        Discount factor γ, in [0, 1].
+    task : str, optional
+        Task in whose worlds robots are evaluated.
+    set : mapping of str to object
+        A value of the scenario of a task other than cmommt; by default that of the exploration. May be given several
+        times.
+    robots : int, optional
+        Number of robots.
+    targets : int
+        Number of targets.
+    radius : float
+        Radius of the arena, in sensing ranges.
+    runs : int
+        Number of worlds.
+    steps : int, optional
+        Number of steps in each world.
+    seed : int
+        Seed of the worlds, which always differ from the explored ones.
+    sample : int, optional
+        Number of transitions to learn from, drawn at random with --seed.
+    save : Path, optional
+        Write one row per policy and world to this Parquet file.
+    """
+
+    memory: Annotated[File, Allowed(metavar="MEMORY", is_argument=True)]
+    learner: Learner = "regression"
+    reward: Annotated[
+        Reward | None, Allowed(shown="keep for regression, own for others; interaction with a task other than cmommt")
+    ] = None
+    k: Matches = None
+    discount: Annotated[Probability | None, Allowed(shown="0.7; regression uses none")] = None
+    task: Annotated[TaskName | None, Allowed(shown="that of the exploration")] = None
+    set: Mapping[str, Any] = field(default_factory=dict)
+    robots: Annotated[Agents | None, Allowed(shown="as many as explored")] = None
+    targets: Agents = 15
+    radius: Length = 3.0
+    runs: Runs = 30
+    steps: Annotated[Steps | None, Allowed(shown="600, or that of the task")] = None
+    seed: Seed = 0
+    sample: Annotated[int | None, Allowed(least=1, shown="all")] = None
+    save: File | None = None
 
     def check(self) -> None:
         """Refuse worlds that are too large."""

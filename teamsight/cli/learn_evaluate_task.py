@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from contextlib import AbstractContextManager
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from teamsight.cli import limits
 
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from teamsight.analysis.learning.learners import Objective, Progress
+    from teamsight.cli.learn_evaluate import EvaluateSettings
     from teamsight.policies.memory import LazyMemory
     from teamsight.tasks.task import Task
 
@@ -21,20 +22,7 @@ CMOMMT = "cmommt"
 OF_CMOMMT = ("robots", "targets", "radius")
 
 
-class InTask(Protocol):
-    """The settings of ``teamsight learn evaluate`` that matter here."""
-
-    given: frozenset[str]
-    task: str | None
-    set: dict[str, Any]
-    learner: str
-    runs: int
-    steps: int | None
-    seed: int
-    workers: int | None
-
-
-def task_given(settings: InTask, memory: LazyMemory) -> Task | None:
+def task_given(settings: EvaluateSettings, memory: LazyMemory) -> Task | None:
     """Return the task in whose worlds robots are evaluated: the one given, or that of the exploration; None for CMOMMT.
 
     Raises
@@ -59,7 +47,7 @@ def task_given(settings: InTask, memory: LazyMemory) -> Task | None:
     return task_of(name)
 
 
-def scenario_of(settings: InTask, memory: LazyMemory, task: Task) -> dict[str, Any]:
+def scenario_of(settings: EvaluateSettings, memory: LazyMemory, task: Task) -> dict[str, Any]:
     """Return the scenario: that of the exploration if it was of this task, with the values that are given.
 
     Raises
@@ -69,11 +57,11 @@ def scenario_of(settings: InTask, memory: LazyMemory, task: Task) -> dict[str, A
     """
     explored = memory.settings.get("scenario") if memory.settings.get("task") == task.name else {}
     known = {name: value for name, value in dict(explored or {}).items() if name in task.scenario}
-    return task.full_scenario(known | settings.set)
+    return task.full_scenario({**known, **settings.set})
 
 
 def evaluated(
-    settings: InTask,
+    settings: EvaluateSettings,
     memory: LazyMemory,
     task: Task,
     scenario: dict[str, Any],
@@ -97,7 +85,7 @@ def evaluated(
 
 
 def print_result(
-    table: pd.DataFrame, settings: InTask, memory: LazyMemory, task: Task, scenario: dict[str, Any]
+    table: pd.DataFrame, settings: EvaluateSettings, memory: LazyMemory, task: Task, scenario: dict[str, Any]
 ) -> None:
     """Print what was measured, and by how much the first team is better."""
     from rich import box

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from teamsight.cli import limits, task_options, values
+from teamsight.analysis.runs.limits import Runs, Steps
+from teamsight.cli import limits
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import Agents, DegreeName, Delta, File, PolicyName
+from teamsight.cli.world_settings import TaskOptions
+from teamsight.core.component import Allowed, Flag, Seed
+from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
     from teamsight.analysis.learning.explore import Exploration
@@ -16,51 +22,72 @@ if TYPE_CHECKING:
     from teamsight.policies.memory import LazyMemory
 
 
-# Parameters of CMOMMT.
-_OF_CMOMMT = ("robots", "targets", "radius", "policy", "distance", "robot_speed")
+@dataclass(frozen=True, kw_only=True)
+class ExploreSettings(TaskOptions, Works, Writes):
+    """Options of ``teamsight learn explore``.
 
+    Parameters
+    ----------
+    out : Path
+        Where to write the memory.
+    robots : int
+        Number of robots in each world.
+    targets : int
+        Number of targets in each world.
+    radius : float
+        Radius of the arena, in sensing ranges.
+    steps : int
+        Number of steps in each world.
+    runs : int
+        Number of worlds; each gives robots × steps transitions.
+    awareness : str
+        Degree of awareness that determines the situations.
+    delta : int
+        Number δ of sectors of 'ring', or of teammates of 'nearest'.
+    policy : str
+        Policy of the robots during the exploration.
+    distance : str
+        Distance that random walkers move per step, as a fraction of their speed.
+    robot_speed : float
+        Maximum distance that a robot moves per step, in sensing ranges.
+    seed : int
+        Seed of the exploration.
+    merge : sequence of Path
+        Add the transitions of this memory; may be repeated.
+    append : bool
+        Add to the transitions that FILE holds.
+    """
 
-class ExploreSettings(Settings):
-    """Settings of ``teamsight learn explore``."""
+    out: File
+    robots: Agents = 5
+    targets: Agents = 10
+    radius: Length = 3.0
+    steps: Steps = 120
+    runs: Runs = 1
+    awareness: DegreeName = "ring"
+    delta: Delta = 16
+    policy: PolicyName = "random-walk"
+    distance: Literal["random", "full"] = "random"
+    robot_speed: Length = 0.1
+    seed: Seed = 0
+    merge: Annotated[tuple[File, ...], Allowed(is_repeated=True)] = ()
+    append: Flag = False
 
-    out: Path = values.file("Where to write the memory.", required=True)
-    robots: int = values.agents(5, "Number of robots in each world.")
-    targets: int = values.agents(10, "Number of targets in each world.")
-    radius: float = values.length(3.0, "Radius of the arena, in sensing ranges.")
-    steps: int = values.steps(120, "Number of steps in each world.")
-    runs: int = values.runs(1, "Number of worlds; each gives robots × steps transitions.")
-    awareness: str = values.choice(
-        "ring", "Degree of awareness that determines the situations: {names}.", values.DEGREES
-    )
-    delta: int = values.sectors(16)
-    policy: str = values.choice("random-walk", "Policy of the robots during the exploration: {names}.", values.POLICIES)
-    distance: str = values.choice(
-        "random",
-        "Distance that random walkers move per step, as a fraction of their speed: {names}.",
-        lambda: ("random", "full"),
-    )
-    task: str | None = task_options.task()
-    set: dict[str, Any] = task_options.scenario("A value of the scenario of the task. May be given several times.")
-    robot_speed: float = values.length(0.1, "Maximum distance that a robot moves per step, in sensing ranges.")
-    seed: int = values.seed(0, "Seed of the exploration.")
-    workers: int | None = values.workers()
-    merge: tuple[Path, ...] = values.file("Add the transitions of this memory; may be repeated.", many=True)
-    append: bool = values.flag("Add to the transitions that FILE holds.")
-    force: bool = values.flag("Overwrite FILE, whatever it holds.")
+    @classmethod
+    def world_options(cls) -> frozenset[str]:
+        """Return the options that may be parameters of a task; the degree is that of the situations."""
+        return super().world_options() - {"awareness", "delta", "policy"}
 
     def check(self) -> None:
         """Refuse options that do not fit together, and explorations that are too large."""
         limits.check_sectors(self)
-        task_options.check(self, _OF_CMOMMT if self.task else ())
-        robots = task_options.size_of(self) if self.task else self.robots
+        self.check_task(others=("policy", "distance"))
+        robots = self.task_size() if self.task else self.robots
         degrees = (self.awareness,)
         limits.check_worlds(robots, self.targets, self.radius, self.steps, self.runs, degrees=degrees)
         limits.check_transitions(robots, self.steps, self.runs, degrees, self.delta)
-        if self.policy != "random-walk" and "distance" in self.given:
-            raise ValueError(
-                f"distance={self.distance}: applies to the policy random-walk only, and policy={self.policy}; leave it "
-                "out"
-            )
+        if self.policy != "random-walk":
+            self.refuse(("distance",), f"applies to the policy random-walk only, and policy={self.policy}")
 
 
 def explore(settings: ExploreSettings) -> None:
@@ -129,7 +156,7 @@ def plan_of(settings: ExploreSettings) -> Exploration:
         from teamsight.analysis.learning.task_exploration import TaskExploration
 
         given = settings.values(("task", "steps", "runs", "seed"))
-        return TaskExploration(**given, scenario=settings.set, awareness=awareness)
+        return TaskExploration(**given, scenario=settings.parameters, awareness=awareness)
     policy: Any = settings.policy
     if policy == "random-walk":
         policy = RandomWalk(random_distance=settings.distance == "random")

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.cli import limits, values
+from teamsight.analysis.runs.limits import Runs, Steps
+from teamsight.cli import limits
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Option, Settings
-from teamsight.core import checks
-from teamsight.world.limits import length
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import Agents, Folder, Learner, Matches, Reward
+from teamsight.core.component import Allowed, Count, Flag, Probability, Seed
+from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,62 +26,71 @@ _FILES = ("learning-curves.parquet", "learning-curves-gains.parquet", "learning-
 _PICTURE = "learning-curves.png"
 # What --quick sets where the option is not given.
 _QUICK: dict[str, Any] = {"samples": (150, 600, 2400), "memories": 4, "worlds": 1}
-# Numbers of samples, and numbers of robots or radii, of one figure.
-_MOST_SAMPLES, _MOST_SIDE = 100, 6
 # Rows of the table of tests.
 _MOST_ROWS = 2e6
 # Robots and steps of each explored world, as in the paper.
 _EXPLORERS, _EXPLORED_STEPS = 5, 120
 
 
-def _radii(name: str, text: str) -> tuple[float, ...]:
-    """Return different radii in ascending order."""
-    try:
-        found = {length(name, values.number_in(part)) for part in text.split(",")}
-    except TypeError:
-        raise ValueError(f"{name}={checks.shown(text)}: must be numbers, as in 3,5") from None
-    if len(found) > _MOST_SIDE:
-        raise ValueError(f"{name}: are {len(found)} numbers, at most {_MOST_SIDE}; leave some out")
-    return tuple(sorted(found))
+@dataclass(frozen=True, kw_only=True)
+class FigureSettings(Works, Writes):
+    """Options of ``teamsight learn figure``.
 
+    Parameters
+    ----------
+    out : Path
+        Folder for the results.
+    learners : sequence of str
+        Learners, separated by commas.
+    samples : sequence of int
+        Numbers of transitions to learn from, separated by commas.
+    memories : int
+        Number of explorations over which each curve is averaged.
+    worlds : int
+        Number of worlds in which each learner is tested, for each exploration and scenario.
+    reward : str
+        Reward of a transition. See docs/learning.md.
+    k : int, optional
+        Number k of nearest transitions that a learner uses.
+    discount : float
+        Discount factor γ, in [0, 1].
+    robots : sequence of int
+        Numbers of robots when tested, separated by commas.
+    targets : int
+        Number of targets.
+    radius : sequence of float
+        Radii of the arena when tested, in sensing ranges, separated by commas.
+    steps : int
+        Number of steps of each test.
+    seed : int
+        Seed of all explorations and tests.
+    quick : bool
+        Use --samples 150,600,2400 --memories 4 --worlds 1 where these are not given.
+    """
 
-class FigureSettings(Settings):
-    """Settings of ``teamsight learn figure``."""
-
-    out: Path = values.folder(Path("results"), "Folder for the results.")
-    learners: tuple[str, ...] = values.choices(
-        ("lazy", "tabular", "linear", "regression"), "Learners, separated by commas: {names}.", values.LEARNERS,
-        "learner",
-    )  # fmt: skip
-    samples: tuple[int, ...] = values.counts(
-        (40, 75, 150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400),
-        "Numbers of transitions to learn from, separated by commas.", most=_MOST_SAMPLES,
-        shown="40,75,150,… doubled up to 38400",
-    )  # fmt: skip
-    memories: int = values.runs(24, "Number of explorations over which each curve is averaged.")
-    worlds: int = values.runs(3, "Number of worlds in which each learner is tested, for each exploration and scenario.")
-    reward: str = values.reward("keep")
-    k: int | None = values.matches()
-    discount: float = values.discount(0.7)
-    robots: tuple[int, ...] = values.counts(
-        (5, 10, 20), "Numbers of robots when tested, separated by commas.", most=_MOST_SIDE
-    )
-    targets: int = values.agents(15, "Number of targets.")
-    radius: tuple[float, ...] = Option(
-        _radii, (3.0, 5.0), "Radii of the arena when tested, in sensing ranges, separated by commas.", "NUMBERS", "3,5"
-    )  # type: ignore[assignment]
-    steps: int = values.steps(600, "Number of steps of each test.")
-    seed: int = values.seed(9000, "Seed of all explorations and tests.")
-    workers: int | None = values.workers()
-    quick: bool = values.flag("Use --samples 150,600,2400 --memories 4 --worlds 1 where these are not given.")
-    force: bool = values.flag("Replace curves of other settings, and files that teamsight did not write.")
+    out: Folder = Path("results")
+    learners: Annotated[tuple[Learner, ...], Allowed()] = ("lazy", "tabular", "linear", "regression")
+    samples: Annotated[
+        tuple[Count, ...], Allowed(most=100, is_sorted=True, shown="40,75,150,… doubled up to 38400")
+    ] = (40, 75, 150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400)
+    memories: Runs = 24
+    worlds: Runs = 3
+    reward: Reward = "keep"
+    k: Matches = None
+    discount: Probability = 0.7
+    robots: Annotated[tuple[Count, ...], Allowed(most=6, is_sorted=True)] = (5, 10, 20)
+    targets: Agents = 15
+    radius: Annotated[tuple[Length, ...], Allowed(most=6, is_sorted=True)] = (3.0, 5.0)
+    steps: Steps = 600
+    seed: Seed = 9000
+    quick: Flag = False
 
     def check(self) -> None:
         """Set what ``--quick`` sets, and refuse curves that are too much work."""
         if self.quick:
             for name, value in _QUICK.items():
                 if name not in self.given:
-                    setattr(self, name, value)
+                    object.__setattr__(self, name, value)
         explored = -(-max(self.samples) // (_EXPLORERS * _EXPLORED_STEPS))
         limits.check_transitions(_EXPLORERS, _EXPLORED_STEPS, explored, ("ring",), 16)
         scenarios = len(self.robots) * len(self.radius)

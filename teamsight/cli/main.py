@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import click
 
@@ -34,7 +34,7 @@ from teamsight.cli import (
     watch,
 )
 from teamsight.cli.exits import run_and_exit
-from teamsight.cli.options import Group, add_command
+from teamsight.cli.options import Command, Group, Options
 
 # What stands there for somebody who types the name of the program and nothing else.
 _FIRST = """\
@@ -70,7 +70,7 @@ def commands() -> None:
     """
 
 
-@click.group(cls=Group)
+@click.group(cls=Group, section="Learn")
 def learn() -> None:
     """Explore once, and learn from the recorded transitions.
 
@@ -83,7 +83,7 @@ def learn() -> None:
     """
 
 
-@click.group("evolve", cls=Group)
+@click.group("evolve", cls=Group, section="Learn")
 def evolution() -> None:
     """Find the constants of the policy 'evolved', and compare it with A-CMOMMT.
 
@@ -93,32 +93,38 @@ def evolution() -> None:
     """
 
 
-commands.add_command(evolution)
-commands.add_command(learn)
-add_command(commands, calibrate.calibrate, calibrate.CalibrateSettings)
-add_command(commands, delta.delta, delta.DeltaSettings)
-add_command(commands, demo.demo, demo.DemoSettings)
-add_command(commands, gathering.gathering, gathering.GatheringSettings)
-add_command(commands, plugins.plugins, plugins.PluginsSettings)
-add_command(commands, plot.plot, plot.PlotSettings)
-add_command(commands, reproduce.reproduce, reproduce.ReproduceSettings)
-add_command(commands, rerun.rerun, rerun.RerunSettings)
-add_command(commands, run.run, run.RunSettings)
-add_command(commands, schema.schema, schema.SchemaSettings)
-add_command(commands, submit.submit, submit.SubmitSettings)
-add_command(commands, status.status, status.StatusSettings)
-add_command(commands, sweep.sweep, sweep.SweepSettings)
-add_command(commands, tasks.tasks, tasks.TasksSettings)
-add_command(commands, unreliable.unreliable, unreliable.UnreliableSettings)
-add_command(commands, verify.verify, verify.VerifySettings)
-add_command(commands, watch.watch, watch.WatchSettings)
-add_command(evolution, evolve.train, evolve.TrainSettings)
-add_command(evolution, evolve.test, evolve.TestSettings)
-add_command(learn, learn_explore.explore, learn_explore.ExploreSettings)
-add_command(learn, learn_evaluate.evaluate, learn_evaluate.EvaluateSettings)
-add_command(learn, learn_figure.figure, learn_figure.FigureSettings)
-add_command(learn, learn_diagnose.diagnose, learn_diagnose.DiagnoseSettings)
-add_command(learn, learn_curve.curve, learn_curve.CurveSettings)
+_COMMANDS: dict[str, list[tuple[Any, type[Options]]]] = {
+    "Look": [
+        (demo.demo, demo.DemoSettings), (watch.watch, watch.WatchSettings), (run.run, run.RunSettings),
+        (tasks.tasks, tasks.TasksSettings), (plugins.plugins, plugins.PluginsSettings),
+    ],
+    "Measure": [(delta.delta, delta.DeltaSettings)],
+    "Study": [
+        (sweep.sweep, sweep.SweepSettings), (status.status, status.StatusSettings), (plot.plot, plot.PlotSettings),
+        (rerun.rerun, rerun.RerunSettings), (verify.verify, verify.VerifySettings),
+        (submit.submit, submit.SubmitSettings), (schema.schema, schema.SchemaSettings),
+    ],
+    "Reproduce": [
+        (reproduce.reproduce, reproduce.ReproduceSettings), (gathering.gathering, gathering.GatheringSettings),
+        (unreliable.unreliable, unreliable.UnreliableSettings), (calibrate.calibrate, calibrate.CalibrateSettings),
+    ],
+}  # fmt: skip
+_LEARN: list[tuple[Any, type[Options]]] = [
+    (learn_explore.explore, learn_explore.ExploreSettings), (learn_evaluate.evaluate, learn_evaluate.EvaluateSettings),
+    (learn_figure.figure, learn_figure.FigureSettings), (learn_diagnose.diagnose, learn_diagnose.DiagnoseSettings),
+    (learn_curve.curve, learn_curve.CurveSettings),
+]  # fmt: skip
+
+for _section, _made in _COMMANDS.items():
+    for _work, _settings in _made:
+        commands.add_command(Command(_work, _settings, _section))
+    if _section == "Study":
+        commands.add_command(learn)
+        commands.add_command(evolution)
+for _work, _settings in _LEARN:
+    learn.add_command(Command(_work, _settings))
+evolution.add_command(Command(evolve.train, evolve.TrainSettings))
+evolution.add_command(Command(evolve.test, evolve.TestSettings))
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

@@ -1,20 +1,27 @@
-"""The declaration of commands: each option once, with its type, check, default and help.
+"""Commands are made from components and functions: the fields of a component are the options of a command.
 
-A command's settings are a class whose attributes are options; `command` makes click's parameters from it. Nothing slow
-is imported here, so that ``--help`` answers at once.
+Nothing slow is imported here, so that ``--help`` answers at once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
-from typing import Any, TypeVar
+import os
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, replace
+from typing import Annotated, Any, Self, TypeVar
 
 import click
 
-from teamsight.core import checks
+from teamsight.core import checks, references
+from teamsight.core.component import Allowed, Component, Declared, Flag, declared
 
-S = TypeVar("S", bound="Settings")
+S = TypeVar("S", bound="Options")
+
+# Where a command line keeps the options that its other options bring.
+_FURTHER = "teamsight.further"
+_METAVARS = {
+    "integer": "INTEGER", "number": "NUMBER", "choice": "NAME", "component": "NAME", "mapping": "NAME=VALUE",
+}  # fmt: skip
 
 
 class InputError(Exception):
@@ -25,93 +32,66 @@ class InputError(Exception):
         super().__init__("; ".join(self.messages))
 
 
-@dataclass(frozen=True)
-class Option:
-    """One option or argument of a command."""
+@dataclass(frozen=True, kw_only=True)
+class Options(Component):
+    """The options of one command line, checked.
 
-    check: Callable[[str, Any], Any]  # takes its name and text, returns its value, raises ValueError or TypeError
-    default: Any  # the value where it is not given
-    help: str  # one sentence; ``{names}`` stands for the names that may be given
-    metavar: str = "TEXT"  # what stands for the value in the help
-    shown: str = ""  # the default in the help, where it is not the value itself
-    names: Callable[[], Iterable[str]] | None = None  # returns the names that may be given
-    kind: str = "option"  # how it stands on the command line: as "option", "flag" or "argument"
-    many: bool = False  # whether it may be given several times
-    required: bool = False  # whether it must be given
-
-    def help_text(self) -> str:
-        """Return the help with the names that may be given."""
-        return self.help.format(names=", ".join(self.names())) if self.names else self.help
-
-    def default_text(self) -> str:
-        """Return the default as the help shows it, or an empty text where there is none."""
-        if self.shown or self.default is None or self.default == () or self.kind == "flag":
-            return self.shown
-        return f"{self.default:g}" if isinstance(self.default, float) else str(self.default)
-
-    def parameter(self, name: str) -> click.Parameter:
-        """Return the parameter of click; the text is checked by `Settings`, which reports all errors at once."""
-        if self.kind == "argument":
-            return click.Argument([name], nargs=-1 if self.many else 1, required=self.required, metavar=self.metavar)
-        flag = "--" + name.replace("_", "-")
-        if self.kind == "flag":
-            return _Option([flag], declared=self, is_flag=True)
-        return _Option([flag], declared=self, metavar=self.metavar, required=self.required, multiple=self.many)
-
-
-class _Option(click.Option):
-    """An option of click whose help is made when it is shown, since names may have to be imported."""
-
-    def __init__(self, declarations: list[str], declared: Option, **further: Any) -> None:
-        super().__init__(declarations, **further)
-        self._declared = declared
-
-    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
-        record = super().get_help_record(ctx)
-        if record is None:
-            return None
-        default = self._declared.default_text()
-        extra = "  [required]" if self.required else f"  [default: {default}]" if default else ""
-        return record[0], self._declared.help_text() + extra
-
-
-class Settings:
-    """The checked options of one command line, as attributes.
-
-    Parameters
+    Attributes
     ----------
-    **texts
-        The text of each option, or None where it was not given.
-
-    Raises
-    ------
-    InputError
-        With one message for each option that is wrong; `check` runs only if all options are right.
+    given : frozenset of str
+        The names of the options that were given.
+    brought : mapping of str to object
+        The values of options that other options bring; see `brings`.
     """
 
-    #: The names of the options that were given.
-    given: frozenset[str]
-
-    def __init__(self, **texts: Any) -> None:
-        messages = []
-        self.given = frozenset(name for name, text in texts.items() if text not in (None, (), False))
-        for name, option in self.options().items():
-            value = option.default
-            if name in self.given:
-                try:
-                    value = option.check(name, texts[name])
-                except (TypeError, ValueError) as error:
-                    messages.append(str(error))
-            setattr(self, name, value)
-        if messages:
-            raise InputError(messages)
-        self.check()
+    given: frozenset[str] = field(default=frozenset(), init=False, repr=False, compare=False)
+    brought: Mapping[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
-    def options(cls) -> dict[str, Option]:
-        """Return the options by name, in the order of their declaration; those of a parent class come first."""
-        declared = [item for one in reversed(cls.__mro__) for item in vars(one).items()]
-        return {name: value for name, value in declared if isinstance(value, Option)}
+    def options(cls) -> dict[str, Declared]:
+        """Return the options by name; what can be given in Python only is none."""
+        own: Any = cls
+        return {
+            name: one
+            for name, one in declared(own).items()
+            if one.kind != "object" or one.allowed.check is not None or one.allowed.parse is not None
+        }
+
+    @classmethod
+    def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
+        """Return the options that those of a command line bring, as a policy brings its own."""
+        return {}
+
+    @classmethod
+    def read(cls, texts: Mapping[str, Any], further: Mapping[str, Declared]) -> Self:
+        """Return the options for the texts of a command line.
+
+        Parameters
+        ----------
+        texts : mapping of str to object
+            The text of each option; None, False or empty where it was not given.
+        further : mapping of str to Declared
+            The options that others bring.
+
+        Raises
+        ------
+        InputError
+            With one message for each option that is wrong; `check` runs only if all are right.
+        """
+        messages, values = [], {}
+        for name, one in {**cls.options(), **further}.items():
+            if (text := texts.get(name)) not in (None, (), False):
+                try:
+                    values[name] = one.parsed(text)
+                except (TypeError, ValueError) as error:
+                    messages.append(str(error))
+        if messages:
+            raise InputError(messages)
+        made = cls(**{name: value for name, value in values.items() if name not in further})
+        object.__setattr__(made, "given", frozenset(values))
+        object.__setattr__(made, "brought", {name: value for name, value in values.items() if name in further})
+        made.check()
+        return made
 
     def check(self) -> None:
         """Check what several options must satisfy together.
@@ -135,6 +115,158 @@ class Settings:
         chosen = [name for name in self.options() if (not names or name in names) and name not in without]
         return {name: value for name in chosen if (value := getattr(self, name)) is not None}
 
+    def refuse(self, names: Iterable[str], why: str) -> None:
+        """Refuse options that were given, although something else stands against them.
+
+        Raises
+        ------
+        ValueError
+            With the first of them, its value and `why`.
+        """
+        for name in names:
+            if name in self.given:
+                value = getattr(self, name)
+                shown = flag(name) if value is True else f"{flag(name)}={value}"
+                raise ValueError(f"--{shown}: {why}; leave it out")
+
+
+def _workers(name: str, value: Any) -> int:
+    from teamsight.analysis.runs.workers import check_workers
+
+    return check_workers(value)
+
+
+WORKERS = Allowed(least=1, check=_workers, shown="number of cores")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Works(Options):
+    """Options of commands that make runs.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Number of worker processes. The results do not depend on it.
+    """
+
+    workers: Annotated[int | None, WORKERS] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Writes(Options):
+    """Options of commands that write files.
+
+    Parameters
+    ----------
+    force : bool
+        Overwrite files that teamsight did not write, and results of other settings.
+    """
+
+    force: Flag = False
+
+
+def flag(name: str) -> str:
+    """Return the name of an option as it stands on a command line."""
+    return name.replace("_", "-")
+
+
+def help_of(one: Declared) -> str:
+    """Return what the help says of an option, with the names that may be given."""
+    text = one.meaning.replace("`", "")
+    of = one.item or one
+    names = list(of.choices) if of.kind in ("choice", "component") else []
+    return f"{text} One of {', '.join(names)}." if names else text
+
+
+def default_of(one: Declared) -> str:
+    """Return the default as the help shows it, or an empty text where there is none."""
+    default = one.default
+    if one.allowed.shown or default is None or default is MISSING or one.kind == "flag" or default in ((), {}):
+        return one.allowed.shown
+    if isinstance(default, tuple):
+        return ",".join(f"{part:g}" if isinstance(part, float) else str(part) for part in default)
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+def metavar_of(one: Declared) -> str:
+    """Return what stands in the help for the value of an option."""
+    if one.item is not None and not one.allowed.metavar:
+        return "NUMBERS" if one.item.kind in ("integer", "number") else "NAMES"
+    return one.allowed.metavar or (one.item.allowed.metavar if one.item else "") or _METAVARS.get(one.kind, "TEXT")
+
+
+class _Option(click.Option):
+    """An option of click whose help is made when it is shown, since names may have to be imported."""
+
+    def __init__(self, declarations: list[str], declared: Declared, **more: Any) -> None:
+        super().__init__(declarations, **more)
+        self._declared = declared
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        record = super().get_help_record(ctx)
+        if record is None:
+            return None
+        default, unit = default_of(self._declared), self._declared.allowed.unit
+        notes = "; ".join(filter(None, ("required" * self.required, unit, default and f"default: {default}")))
+        return record[0], help_of(self._declared) + (f"  [{notes}]" if notes else "")
+
+
+def parameter_of(one: Declared) -> click.Parameter:
+    """Return the parameter of click; `Options.read` checks its text, and reports all errors at once."""
+    name, many = one.name.replace(".", "__"), bool(one.allowed.is_repeated or one.kind == "mapping")
+    required = one.default is MISSING
+    if one.allowed.is_argument:
+        return click.Argument([name], nargs=-1 if many else 1, required=required, metavar=metavar_of(one))
+    names = [name, f"--{flag(one.name)}"]
+    if one.kind == "flag":
+        # One that is on by default is set by name: --copy false.
+        return _Option(names, one, is_flag=True) if not one.default else _Option(names, one, metavar="BOOLEAN")
+    return _Option(names, one, metavar=metavar_of(one), required=required, multiple=many)
+
+
+class Command(click.Command):
+    """A command that is made of a function and the component of its options.
+
+    Parameters
+    ----------
+    work : callable
+        What the command does; its name is the command's name, and its docstring the help. It returns the exit status,
+        or None for 0.
+    settings : type
+        The command's options.
+    section : str
+        Under which heading the help of the group lists it.
+    """
+
+    def __init__(self, work: Callable[[S], int | None], settings: type[S], section: str = "") -> None:
+        super().__init__(
+            work.__name__,
+            callback=self._call,
+            params=[parameter_of(one) for one in settings.options().values()],
+            help=work.__doc__,
+            short_help=(work.__doc__ or "").partition("\n")[0],
+        )
+        self.settings: type[Options] = settings
+        self.section, self._work = section, work
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if any(references.is_reference(text.rpartition("=")[2]) for text in args):
+            # Of a program that is installed, unlike of python -m, Python does not search that folder.
+            references.search_in([os.getcwd()])
+        ctx.meta[_FURTHER] = self.settings.brings(args)
+        return super().parse_args(ctx, args)
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        *own, last = super().get_params(ctx)
+        return [*own, *map(parameter_of, ctx.meta.get(_FURTHER, {}).values()), last]
+
+    def _call(self, **texts: Any) -> int | None:
+        further = click.get_current_context().meta.get(_FURTHER, {})
+        given = {name.replace("__", "."): text for name, text in texts.items()}
+        work: Any = self._work
+        status: int | None = work(self.settings.read(given, further))
+        return status
+
 
 class Group(click.Group):
     """A group of commands that suggests the nearest command for an unknown name.
@@ -145,11 +277,13 @@ class Group(click.Group):
         The parameters of `click.Group`.
     alone : str, optional
         What the group prints where no command is given; by default its help.
+    section : str
+        As of `Command`.
     """
 
-    def __init__(self, *given: Any, alone: str = "", **further: Any) -> None:
+    def __init__(self, *given: Any, alone: str = "", section: str = "", **further: Any) -> None:
         super().__init__(*given, **further)
-        self._alone = alone
+        self._alone, self.section = alone, section
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if not args:
@@ -161,26 +295,51 @@ class Group(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         return super().get_command(ctx, checks.choice("command", cmd_name, self.commands))
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        sections: dict[str, list[tuple[str, str]]] = {}
+        width = formatter.width - 6 - max(map(len, self.commands))
+        for name, command in self.commands.items():
+            row = name, command.get_short_help_str(width)
+            sections.setdefault(getattr(command, "section", ""), []).append(row)
+        for section, rows in sections.items():
+            with formatter.section(section or "Commands"):
+                formatter.write_dl(rows)
 
-def add_command(group: click.Group, work: Callable[[S], int | None], settings: type[S]) -> None:
-    """Add a command to a group.
 
-    Parameters
-    ----------
-    group : click.Group
-        The group.
-    work : callable
-        What the command does; its name is the command's name, and its docstring the help. It returns the exit status,
-        or None for 0.
-    settings : type
-        The command's options.
+def options_in(arguments: Sequence[str], name: str) -> list[str]:
+    """Return the values that a command line gives to an option, before it is parsed."""
+    found, wanted = [], f"--{flag(name)}"
+    for place, text in enumerate(arguments):
+        if text.startswith(f"{wanted}="):
+            found.append(text.partition("=")[2])
+        elif text == wanted and place + 1 < len(arguments):
+            found.append(arguments[place + 1])
+    return found
+
+
+def component_options(settings: type[Options], arguments: Sequence[str]) -> dict[str, Declared]:
+    """Return the options of the components that a command line names: ``--policy.gain`` is that of a policy.
+
+    A component is imported only if one of its options, or the help, is asked for.
+
+    Raises
+    ------
+    ValueError
+        If there is no component of this name.
     """
-    group.add_command(
-        click.Command(
-            work.__name__,
-            callback=lambda **texts: work(settings(**texts)),
-            params=[option.parameter(name) for name, option in settings.options().items()],
-            help=work.__doc__,
-            short_help=(work.__doc__ or "").partition("\n")[0],
-        )
-    )
+    found = {}
+    for name, one in settings.options().items():
+        asks = any(text.startswith(f"--{flag(name)}.") for text in arguments)
+        named = options_in(arguments, name)
+        if one.kind == "component" and (asks or (named and {"-h", "--help"} & set(arguments))):
+            owner = owner_of(one, named[-1] if named else one.default)
+            for option, of in declared(owner).items():
+                if of.kind != "object" or of.allowed.check is not None:
+                    found[f"{name}.{option}"] = replace(of, name=f"{name}.{option}")
+    return found
+
+
+def owner_of(one: Declared, name: str) -> Any:
+    """Return the class or function that makes a component of a name."""
+    registry: Any = one.choices
+    return registry[checks.choice(one.name, name, registry)]

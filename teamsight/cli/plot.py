@@ -2,57 +2,65 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
-from teamsight.cli import paths, values
-from teamsight.cli.options import Option, Settings
+from teamsight.cli.options import Writes
+from teamsight.cli.values import File, Folder, registry
 from teamsight.core import checks
-
-_KINDS = values.registry("teamsight.analysis.studies.figures.choose", "KINDS")
-_folder = partial(paths.path, wanted="a folder")
+from teamsight.core.component import Allowed
 
 
-def _chosen(name: str, texts: tuple[str, ...]) -> dict[str, str]:
+def _chosen(texts: tuple[str, ...]) -> dict[str, str]:
     """Return axes and their values, which were given as NAME=VALUE."""
     found: dict[str, str] = {}
     for text in texts:
         axis, sign, value = text.partition("=")
         if not sign or not axis or not value:
-            raise ValueError(f"{name}={checks.shown(text)}: must be NAME=VALUE, as in policy=a-cmommt")
+            raise ValueError(f"where={checks.shown(text)}: must be NAME=VALUE, as in policy=a-cmommt")
         if axis in found:
-            raise ValueError(f"{name}={checks.shown(text)}: {axis} is given twice; leave one out")
+            raise ValueError(f"where={checks.shown(text)}: {axis} is given twice; leave one out")
         found[axis] = value
     return found
 
 
-def _name(help: str, shown: str) -> Any:
-    return Option(lambda name, text: str(text), None, help, "NAME", shown)
+@dataclass(frozen=True, kw_only=True)
+class PlotSettings(Writes):
+    """Options of ``teamsight plot``.
 
+    Parameters
+    ----------
+    folder : Path
+        The folder of the study.
+    out : Path, optional
+        The picture, a PNG, SVG or PDF by its suffix.
+    kind : str
+        Kind of picture.
+    measure : str, optional
+        What is drawn.
+    x : str, optional
+        Axis along the horizontal direction.
+    y : str, optional
+        Axis along the vertical direction, or of which each value is a line.
+    where : mapping of str to str
+        Draw only settings with this value of an axis; may be repeated.
+    minus : Path, optional
+        Subtract this study, run by run, where both have the same noise.
+    across : sequence of str
+        With --minus: subtract runs although this parameter differs, or the 'model'; may be repeated.
+    """
 
-class PlotSettings(Settings):
-    """Settings of ``teamsight plot``."""
-
-    folder: Path = Option(_folder, None, "", "FOLDER", kind="argument", required=True)  # type: ignore[assignment]
-    out: Path | None = values.file(
-        "The picture, a PNG, SVG or PDF by its suffix.", shown="name of the folder, with .png, in the current folder"
-    )
-    kind: str = values.choice("auto", "Kind of picture: {names}.", _KINDS)
-    measure: str | None = _name("What is drawn.", "the first measure")
-    x: str | None = _name("Axis along the horizontal direction.", "the first that suits")
-    y: str | None = _name("Axis along the vertical direction, or of which each value is a line.", "the next")
-    where: dict[str, str] = Option(
-        _chosen, (), "Draw only settings with this value of an axis; may be repeated.", "NAME=VALUE", many=True
-    )  # type: ignore[assignment]
-    minus: Path | None = Option(
-        _folder, None, "Subtract this study, run by run, where both have the same noise.", "FOLDER", "nothing"
-    )  # type: ignore[assignment]
-    across: tuple[str, ...] = Option(
-        lambda name, texts: tuple(texts), (), "With --minus: subtract runs although this parameter differs, or the "
-        "'model'; may be repeated.", "NAME", many=True,
-    )  # type: ignore[assignment]  # fmt: skip
-    force: bool = values.flag("Replace a file that teamsight did not write.")
+    folder: Annotated[Folder, Allowed(is_argument=True)]
+    out: Annotated[File | None, Allowed(shown="name of the folder, with .png, in the current folder")] = None
+    kind: Annotated[str, Allowed(choices=registry("teamsight.analysis.studies.figures.choose", "KINDS"))] = "auto"
+    measure: Annotated[str | None, Allowed(metavar="NAME", shown="the first measure")] = None
+    x: Annotated[str | None, Allowed(metavar="NAME", shown="the first that suits")] = None
+    y: Annotated[str | None, Allowed(metavar="NAME", shown="the next")] = None
+    where: Annotated[Mapping[str, str], Allowed(parse=_chosen)] = field(default_factory=dict)
+    minus: Annotated[Folder | None, Allowed(shown="nothing")] = None
+    across: Annotated[tuple[str, ...], Allowed(metavar="NAME", is_repeated=True)] = ()
 
 
 def plot(settings: PlotSettings) -> None:

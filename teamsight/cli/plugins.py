@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,8 +22,9 @@ _REGISTRIES = {
 _OWN = {"teamsight.models": ("cmommt",), "teamsight.measures": ("summary", "evenness")}
 
 
-class PluginsSettings(Settings):
-    """Settings of ``teamsight plugins``, which has no options."""
+@dataclass(frozen=True, kw_only=True)
+class PluginsSettings(Options):
+    """``teamsight plugins`` has no options."""
 
 
 def plugins(settings: PluginsSettings) -> int:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from teamsight.cli import limits, values
+from teamsight.agents.settings import PRESETS
+from teamsight.analysis.runs.limits import Steps
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import CellRuns, Folder, Format
+from teamsight.core.component import Allowed, Flag, Seed
 
 if TYPE_CHECKING:
     from teamsight.analysis.paper.reproduce import Plan
@@ -33,35 +37,49 @@ def _figures() -> Iterable[str]:
     return (*FIGURES, _LEDGER)
 
 
-class ReproduceSettings(Settings):
-    """Settings of ``teamsight reproduce``."""
+_Figure = Annotated[str, Allowed(choices=_figures)]
 
-    figures: tuple[str, ...] = values.argument("FIGURE", _figures, many=True)
-    task: str = values.choice(_PAPER, "The task whose source is reproduced: {names}.", _tasks)
-    out: Path = values.folder(Path("results"), "Folder for the results.")
-    runs: int = values.count(
-        5, "Number of runs of each cell.", most=limits.MOST_CELL_RUNS, shown="5, or that of the task"
-    )
-    steps: int = values.steps(600, shown="600, or that of the task")
-    workers: int | None = values.workers()
-    seed: int = values.seed(2000, "Seed of all runs.", shown="2000, or that of the task")
-    preset: str = values.choice(
-        "touzet2000",
-        "Settings with which figures are drawn: {names}, or 'defaults' for the default of every parameter.",
-        values.PRESETS,
-        more=("defaults",),
-    )
-    format: tuple[str, ...] = values.choices(
-        ("png",), "Formats of the pictures, with commas between them: {names}.", values.FORMATS, "format"
-    )
-    quick: bool = values.flag("Use a coarse grid of scenarios.")
-    force: bool = values.flag("Overwrite files in FOLDER that teamsight did not write.")
+
+@dataclass(frozen=True, kw_only=True)
+class ReproduceSettings(Works, Writes):
+    """Options of ``teamsight reproduce``.
+
+    Parameters
+    ----------
+    figures : sequence of str
+        Which figures.
+    task : str
+        The task whose source is reproduced.
+    out : Path
+        Folder for the results.
+    runs : int
+        Number of runs of each cell.
+    steps : int
+        Number of steps of each run.
+    seed : int
+        Seed of all runs.
+    preset : str
+        Settings with which figures are drawn, or 'defaults' for the default of every parameter.
+    format : sequence of str
+        Formats of the pictures, with commas between them.
+    quick : bool
+        Use a coarse grid of scenarios.
+    """
+
+    figures: Annotated[tuple[_Figure, ...], Allowed(metavar="[FIGURE]...", is_argument=True, is_repeated=True)] = ()
+    task: Annotated[str, Allowed(choices=_tasks)] = _PAPER
+    out: Folder = Path("results")
+    runs: Annotated[CellRuns, Allowed(shown="5, or that of the task")] = 5
+    steps: Annotated[Steps, Allowed(shown="600, or that of the task")] = 600
+    seed: Annotated[Seed, Allowed(shown="2000, or that of the task")] = 2000
+    preset: Annotated[str, Allowed(choices=(*PRESETS, "defaults"))] = "touzet2000"
+    format: Annotated[tuple[Format, ...], Allowed()] = ("png",)
+    quick: Flag = False
 
     def check(self) -> None:
         """Refuse what only the paper's reproduction has with another task."""
-        for name in _OF_PAPER if self.task != _PAPER else ():
-            if name in self.given:
-                raise ValueError(f"{name}={getattr(self, name)}: is for the task {_PAPER}; leave it out")
+        if self.task != _PAPER:
+            self.refuse(_OF_PAPER, f"is for the task {_PAPER}")
 
 
 def reproduce(settings: ReproduceSettings) -> None:
@@ -120,7 +138,6 @@ def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
 
 def plan_of(settings: ReproduceSettings) -> Plan:
     """Return the plan that the settings describe."""
-    from teamsight.agents.settings import PRESETS
     from teamsight.analysis.paper.figures import FIGURES
     from teamsight.analysis.paper.reproduce import DEFAULTS, Plan
     from teamsight.analysis.runs.experiment import PAPER, QUICK

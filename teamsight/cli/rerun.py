@@ -5,22 +5,34 @@ from __future__ import annotations
 import shlex
 import sys
 import traceback
-from pathlib import Path
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
-from teamsight.cli import values
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Options
+from teamsight.cli.values import StudyFolder
+from teamsight.core.component import Allowed, Flag
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.rerun import PlannedRun, Rerun
 
 
-class RerunSettings(Settings):
-    """Settings of ``teamsight rerun``."""
+@dataclass(frozen=True, kw_only=True)
+class RerunSettings(Options):
+    """Options of ``teamsight rerun``.
 
-    folder: Path = values.input_folder("DIR")
-    run: str = values.word("RUN_ID")
-    pdb: bool = values.flag("Open the debugger where the run fails.")
+    Parameters
+    ----------
+    folder : Path
+        The folder of the study.
+    run : str
+        The id of the run.
+    pdb : bool
+        Open the debugger where the run fails.
+    """
+
+    folder: StudyFolder
+    run: Annotated[str, Allowed(metavar="RUN_ID", is_argument=True)]
+    pdb: Flag = False
 
 
 def rerun(settings: RerunSettings) -> int:

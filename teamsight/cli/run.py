@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import math
 import os
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.cli import limits, task_options, values
-from teamsight.cli.world_settings import WorldSettings, source_of_failures
+from teamsight.analysis.runs.limits import Steps
+from teamsight.cli import limits
+from teamsight.cli.options import Writes, flag
+from teamsight.cli.values import File
+from teamsight.cli.world_settings import WorldOptions
+from teamsight.core.component import Allowed, Count, Flag
 
 if TYPE_CHECKING:
     from teamsight.agents.world import World
@@ -21,63 +26,70 @@ _STEPS = 600
 _PARTS = 50
 # Events that are printed; --save-events writes all.
 _MOST_EVENTS = 20
-# Parameters of CMOMMT.
-_OF_CMOMMT = ("robots", "targets", "radius", "policy", "awareness", "delta", "awareness_range", "cycle", "preset")
-_OF_TASK = ("task", "set", "treatment")
-# Options that are no parameters of the model.
-_FAILING = ("failures", "repair")
-_OUTPUT = ("record", "record_every", "save", "save_events", "evenness", "events", "force")
 
 
-class RunSettings(WorldSettings):
-    """Settings of ``teamsight run``."""
+@dataclass(frozen=True, kw_only=True)
+class RunSettings(WorldOptions, Writes):
+    """Options of ``teamsight run``.
 
-    cycle: float = values.period(1.0, "Steps from one decision of a robot to the next.")
-    steps: int | None = values.steps(None, "Number of steps.", shown="600, or that of the task")
-    task: str | None = task_options.task()
-    set: dict[str, Any] = task_options.scenario()
-    treatment: str | None = task_options.treatment(None, "The team of the task: {names}.", "skilled")
-    evenness: bool = values.flag("Print how evenly targets are observed, and by how many robots.")
-    events: bool = values.flag("Print the event log: who did what when.")
-    save_events: Path | None = values.file("Write the event log, one row per event, to this Parquet file.")
-    record: Path | None = values.file("Record the run in this file: .html plays in any browser; or .gif, .mp4, .png.")
-    record_every: int = values.count(1, "Steps from one frame of the recording to the next.")
-    save: Path | None = values.file("Write the history, one row per step, to this Parquet file.")
-    force: bool = values.force()
+    Parameters
+    ----------
+    steps : int, optional
+        Number of steps.
+    evenness : bool
+        Print how evenly targets are observed, and by how many robots.
+    events : bool
+        Print the event log: who did what when.
+    save_events : Path, optional
+        Write the event log, one row per event, to this Parquet file.
+    record : Path, optional
+        Record the run in this file: .html plays in any browser; or .gif, .mp4, .png.
+    record_every : int
+        Steps from one frame of the recording to the next.
+    save : Path, optional
+        Write the history, one row per step, to this Parquet file.
+    """
+
+    steps: Annotated[Steps | None, Allowed(shown="600, or that of the task")] = None
+    evenness: Flag = False
+    events: Flag = False  # type: ignore[assignment]  # those of the world are what it attaches
+    save_events: File | None = None
+    record: File | None = None
+    record_every: Count = 1
+    save: File | None = None
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""
         from teamsight.agents.decisions import check_run
 
         limits.check_sectors(self)
-        task_options.check(self, (*_OF_CMOMMT, *_FAILING, "evenness") if self.task else ())
+        self.check_task(others=("failures", "repair", "evenness"))
         steps, robots, targets = self.length(), self.robots, self.targets
         if self.task:
-            robots, targets = task_options.size_of(self), 0
+            robots, targets = self.task_size(), 0
         limits.check_failures(self.failures, self.repair, robots * steps)
         if self.record:
             _check_record(self.record)
             limits.check_recording(self.record, robots + targets, steps, self.record_every)
-        elif "record_every" in self.given:
-            raise ValueError(f"record_every={self.record_every}: has no effect without --record; give --record FILE")
+        else:
+            self.refuse(("record_every",), "has no effect without --record; give --record FILE")
         files = [name for name in ("record", "save", "save_events") if getattr(self, name)]
         for one, other in combinations(files, 2):
             if os.path.abspath(getattr(self, one)) == os.path.abspath(getattr(self, other)):
                 raise ValueError(
-                    f"{other}={getattr(self, other)}: is the file of --{one.replace('_', '-')} too; give another place "
-                    "for one"
+                    f"{other}={getattr(self, other)}: is the file of --{flag(one)} too; give another place for one"
                 )
-        if self.cycle > 1.0:
+        if isinstance(self.cycle, float) and self.cycle > 1.0:
             check_run(self.cycle, steps)
         limits.check_worlds(
-            robots, targets, self.radius, steps, awareness_range=self.awareness_range, degrees=(self.awareness,)
+            robots, targets, self.radius, steps, awareness_range=self.awareness_range, degrees=(str(self.awareness),)
         )
 
     def length(self) -> int:
         """Return the given number of steps, that of the task, or 600."""
         if self.steps is not None:
             return self.steps
-        return task_options.task_of(self).steps if self.task else _STEPS
+        return self.task_given().steps if self.task else _STEPS
 
 
 def run(settings: RunSettings) -> None:
@@ -116,21 +128,20 @@ def run(settings: RunSettings) -> None:
 
 def _cmommt(settings: RunSettings) -> tuple[World, dict[str, Any]]:
     """Return CMOMMT with its own options, and the settings that files hold."""
-    from teamsight.agents.awareness.registry import with_option
     from teamsight.agents.cmommt import CMOMMT
 
-    parameters = settings.values(_OF_CMOMMT)
-    if settings.awareness not in with_option("delta"):
-        del parameters["delta"]
-    about = parameters | {"steps": settings.length()} | settings.values(("seed", *_FAILING))
-    return CMOMMT(**parameters, events=source_of_failures(settings), rng=settings.seed), about
+    world = settings.world()
+    # All of them, so that a file says what its run was.
+    about = settings.values(settings.world_options()) | {"steps": settings.length()}
+    about |= settings.values(("seed", "failures", "repair")) | dict(settings.brought)
+    return CMOMMT(**world, events=settings.source_of_failures(), rng=settings.seed), about
 
 
 def _task_world(settings: RunSettings) -> tuple[World, dict[str, Any]]:
     """Return a world of a task, and the settings that files hold."""
-    model = task_options.model_of(settings, settings.treatment, settings.seed)
-    about = {"task": settings.task, "treatment": model.treatment, **settings.set}
-    return model(rng=settings.seed, **settings.set), about | {"steps": settings.length(), "seed": settings.seed}
+    model, given = settings.model_of(settings.treatment, settings.seed), settings.parameters
+    about = {"task": settings.task, "treatment": model.treatment, **given}
+    return model(rng=settings.seed, **given), about | {"steps": settings.length(), "seed": settings.seed}
 
 
 def _simulate(world: World, steps: int) -> float:
@@ -195,7 +206,7 @@ def _print(world: World, settings: RunSettings, taken: float) -> None:
     history = world.recording.history
     table = Table(show_header=False, box=None, pad_edge=False)
     if settings.task:
-        for name, value in task_options.task_of(settings).measure(world).items():
+        for name, value in settings.task_given().measure(world).items():
             table.add_row(name.replace("_", " "), f"{value:.4g}")
     else:
         table.add_row("observed targets, mean over the run", f"{100 * world.observed_fraction:.1f} %")

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from teamsight.cli.options import Settings
+from dataclasses import dataclass
+
+from teamsight.cli.options import Options
 
 
-class SchemaSettings(Settings):
-    """Settings of ``teamsight schema``, which has no options."""
+@dataclass(frozen=True, kw_only=True)
+class SchemaSettings(Options):
+    """``teamsight schema`` has no options."""
 
 
 def schema(settings: SchemaSettings) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teamsight.cli import values
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Options
+from teamsight.core.component import Flag
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.folder.manifest import Manifest
@@ -17,12 +19,23 @@ if TYPE_CHECKING:
 _FEW = 5
 
 
-class StatusSettings(Settings):
-    """Settings of ``teamsight status``."""
+@dataclass(frozen=True, kw_only=True)
+class StatusSettings(Options):
+    """Options of ``teamsight status``.
 
-    folder: Path = values.input_folder("DIR")
-    failed: bool = values.flag("List all failed runs, with their seeds and errors.")
-    json: bool = values.flag("Print JSON.")
+    Parameters
+    ----------
+    folder : Path
+        The folder of the study.
+    failed : bool
+        List all failed runs, with their seeds and errors.
+    json : bool
+        Print JSON.
+    """
+
+    folder: values.StudyFolder
+    failed: Flag = False
+    json: Flag = False
 
 
 def status(settings: StatusSettings) -> None:

@@ -3,47 +3,75 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from teamsight.analysis.studies.slurm import MOST_TASKS, USUAL_TASKS
-from teamsight.cli import values
-from teamsight.cli.options import Option, Settings
+from teamsight.cli.options import Writes
+from teamsight.cli.values import File, Folder, StudyFile
+from teamsight.core.component import Allowed, Flag
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.slurm import JobArray
 
 
-class SubmitSettings(Settings):
-    """Settings of ``teamsight submit``."""
+@dataclass(frozen=True, kw_only=True)
+class SubmitSettings(Writes):
+    """Options of ``teamsight submit``.
 
-    study: Path = values.input_file("STUDY")
-    out: Path = values.folder(None, "Folder of the study, which all machines of the cluster see.", required=True)
-    slurm: bool = values.flag("For a SLURM cluster, the only kind so far.")
-    tasks: int = values.count(16, "Number of tasks; task i makes shard i of the runs.", most=MOST_TASKS)
-    most_tasks: int = values.count(
-        USUAL_TASKS, "Most tasks of an array that the cluster allows, its MaxArraySize less 1.", most=MOST_TASKS
-    )
-    at_once: int | None = values.count(
-        None, "Tasks that run at one time, at most.", most=MOST_TASKS, shown="what the cluster allows"
-    )
-    cpus: int = values.count(1, "Processors of each task, which are its workers.", most=1024)
-    memory: str | None = values.text("Memory of each task, such as 4G.", "that of the cluster", metavar="SIZE")
-    time: str | None = values.text(
-        "Longest time of a task, such as 02:00:00; the same job continues from there.", "that of the cluster",
-        metavar="TIME",
-    )  # fmt: skip
-    partition: str | None = values.text("Partition of the cluster.", "that of the cluster", metavar="NAME")
-    account: str | None = values.text("Account to charge.", "yours", metavar="NAME")
-    setup: tuple[str, ...] = Option(
-        lambda name, lines: tuple(lines), (), "Line of the shell before the sweep, such as 'module load python'.",
-        "LINE", many=True,
-    )  # type: ignore[assignment]  # fmt: skip
-    output: Path | None = values.folder(None, "Folder for what the tasks print.", shown="OUT-log")
-    script: Path | None = values.file("Where to write the script.", shown="STUDY.sbatch in this folder")
-    dry_run: bool = values.flag("Print the script, and write nothing.")
-    submit: bool = values.flag("Run the script, which calls sbatch.")
-    force: bool = values.flag("Replace a script that teamsight did not write.")
+    Parameters
+    ----------
+    study : Path
+        The study file.
+    out : Path
+        Folder of the study, which all machines of the cluster see.
+    slurm : bool
+        For a SLURM cluster, the only kind so far.
+    tasks : int
+        Number of tasks; task i makes shard i of the runs.
+    most_tasks : int
+        Most tasks of an array that the cluster allows, its MaxArraySize less 1.
+    at_once : int, optional
+        Tasks that run at one time, at most.
+    cpus : int
+        Processors of each task, which are its workers.
+    memory : str, optional
+        Memory of each task, such as 4G.
+    time : str, optional
+        Longest time of a task, such as 02:00:00; the same job continues from there.
+    partition : str, optional
+        Partition of the cluster.
+    account : str, optional
+        Account to charge.
+    setup : sequence of str
+        Line of the shell before the sweep, such as 'module load python'.
+    output : Path, optional
+        Folder for what the tasks print.
+    script : Path, optional
+        Where to write the script.
+    dry_run : bool
+        Print the script, and write nothing.
+    submit : bool
+        Run the script, which calls sbatch.
+    """
+
+    study: StudyFile
+    out: Folder
+    slurm: Flag = False
+    tasks: Annotated[int, Allowed(least=1, most=MOST_TASKS)] = 16
+    most_tasks: Annotated[int, Allowed(least=1, most=MOST_TASKS)] = USUAL_TASKS
+    at_once: Annotated[int | None, Allowed(least=1, most=MOST_TASKS, shown="what the cluster allows")] = None
+    cpus: Annotated[int, Allowed(least=1, most=1024)] = 1
+    memory: Annotated[str | None, Allowed(metavar="SIZE", shown="that of the cluster")] = None
+    time: Annotated[str | None, Allowed(metavar="TIME", shown="that of the cluster")] = None
+    partition: Annotated[str | None, Allowed(metavar="NAME", shown="that of the cluster")] = None
+    account: Annotated[str | None, Allowed(metavar="NAME", shown="yours")] = None
+    setup: Annotated[tuple[str, ...], Allowed(metavar="LINE", is_repeated=True)] = ()
+    output: Annotated[Folder | None, Allowed(shown="OUT-log")] = None
+    script: Annotated[File | None, Allowed(shown="STUDY.sbatch in this folder")] = None
+    dry_run: Flag = False
+    submit: Flag = False
 
     def check(self) -> None:
         """Refuse options that do not go together."""
@@ -54,8 +82,8 @@ class SubmitSettings(Settings):
                 f"tasks={self.tasks}: are more than the {self.most_tasks} of most_tasks; give fewer with more --cpus, "
                 "or --most-tasks if the cluster allows more"
             )
-        if self.dry_run and self.submit:
-            raise ValueError("submit=True: does not go with --dry-run, which writes nothing; leave one out")
+        if self.dry_run:
+            self.refuse(("submit",), "does not go with --dry-run, which writes nothing")
 
 
 def submit(settings: SubmitSettings) -> None:

@@ -5,22 +5,23 @@ from __future__ import annotations
 import contextlib
 import shlex
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from teamsight.analysis.runs.limits import MOST_RUNS
-from teamsight.cli import task_options, values
+from teamsight.analysis.runs.limits import Runs, Steps
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import WORKERS, Works
+from teamsight.cli.values import File, Folder, Shard, StudyFile
+from teamsight.cli.world_settings import TaskOptions, listed
+from teamsight.core.component import Allowed, Declared, Flag, Seed
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor
     from teamsight.analysis.studies.study import Study
     from teamsight.analysis.studies.sweep import SweepSummary
 
-_ENGINES = ("local", "dask")
-_ON_ERROR = ("continue", "stop")
 # Seconds from one line of progress to the next where there is no terminal, as in the log of a cluster's job.
 _PERIOD = 30.0
 _OF_TASK = ("set", "replicates", "steps", "seed")
@@ -28,49 +29,85 @@ _NOT_TO_WARM_UP = ("engine", "scheduler", "workers", "on_error", "shard", "wait"
 _OF_DASK = ("scheduler", "tls_ca", "tls_cert", "tls_key")
 
 
-class SweepSettings(Settings):
-    """Settings of ``teamsight sweep``."""
+@dataclass(frozen=True, kw_only=True)
+class SweepSettings(TaskOptions, Works):
+    """Options of ``teamsight sweep``.
 
-    study: Path | None = values.input_file("STUDY", required=False)
-    task: str | None = task_options.task("A study of this task in place of STUDY: {names}, or module:TASK.")
-    set: dict[str, Any] = task_options.scenario(
-        "A parameter of the task, or treatment; several values, with commas between them, are combined with the others."
-    )
-    replicates: int = values.count(1, "Runs of each setting of a task.", most=MOST_RUNS)
-    steps: int | None = values.steps(None, "Number of steps of each run of a task.", shown="that of the task")
-    seed: int = values.seed(0, "Root seed of the runs of a task.")
-    out: Path = values.folder(None, "Folder of the study; created if it does not exist.", required=True)
-    workers: int | None = values.workers("number of cores; 1 for a short study")
-    engine: Literal["local", "dask"] = values.choice("local", "What makes the runs: {names}.", lambda: _ENGINES)
-    scheduler: str | None = values.text(
-        "Address of a Dask scheduler, such as tcp://10.0.0.1:8786.", "a cluster on this machine", metavar="ADDRESS"
-    )
-    tls_ca: Path | None = values.file("Certificate authority of the Dask cluster.", shown="no TLS")
-    tls_cert: Path | None = values.file("Certificate for the Dask cluster.", shown="no TLS")
-    tls_key: Path | None = values.file("Private key of the certificate.", shown="no TLS")
-    on_error: Literal["continue", "stop"] = values.choice(
-        "continue", "What to do after a run that fails: {names}.", lambda: _ON_ERROR
-    )
-    shard: tuple[int, int] | None = values.shard("Make part i of n parts only, as in 1/8: for a job array.", "all")
-    wait: bool = values.flag("Wait until another sweep of the folder has ended.")
-    mixed_code: bool = values.flag("Go on although runs in the folder were made by other code.")
-    retry_failed: bool = values.flag("Make the runs again that have failed.")
-    warm_up: bool = values.flag("Compile what the runs need and keep it, and make none: before a job array.")
+    Parameters
+    ----------
+    study : Path, optional
+        The study file.
+    task : str, optional
+        A study of this task in place of STUDY, or module:TASK.
+    set : mapping of str to object
+        A parameter of the task, or treatment; several values, with commas between them, are combined with the others.
+    replicates : int
+        Runs of each setting of a task.
+    steps : int, optional
+        Number of steps of each run of a task.
+    seed : int
+        Root seed of the runs of a task.
+    out : Path
+        Folder of the study; created if it does not exist.
+    engine : {"local", "dask"}
+        What makes the runs.
+    scheduler : str, optional
+        Address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+    tls_ca : Path, optional
+        Certificate authority of the Dask cluster.
+    tls_cert : Path, optional
+        Certificate for the Dask cluster.
+    tls_key : Path, optional
+        Private key of the certificate.
+    on_error : {"continue", "stop"}
+        What to do after a run that fails.
+    shard : (int, int), optional
+        Make part i of n parts only, as in 1/8: for a job array.
+    wait : bool
+        Wait until another sweep of the folder has ended.
+    mixed_code : bool
+        Go on although runs in the folder were made by other code.
+    retry_failed : bool
+        Make the runs again that have failed.
+    warm_up : bool
+        Compile what the runs need and keep it, and make none: before a job array.
+    """
+
+    study: Annotated[StudyFile | None, Allowed(metavar="[STUDY]")] = None
+    replicates: Runs = 1
+    steps: Annotated[Steps | None, Allowed(shown="that of the task")] = None
+    seed: Seed = 0
+    out: Folder
+    workers: Annotated[int | None, WORKERS, Allowed(shown="number of cores; 1 for a short study")] = None
+    engine: Literal["local", "dask"] = "local"
+    scheduler: Annotated[str | None, Allowed(metavar="ADDRESS", shown="a cluster on this machine")] = None
+    tls_ca: Annotated[File | None, Allowed(shown="no TLS")] = None
+    tls_cert: Annotated[File | None, Allowed(shown="no TLS")] = None
+    tls_key: Annotated[File | None, Allowed(shown="no TLS")] = None
+    on_error: Literal["continue", "stop"] = "continue"
+    shard: Shard = None
+    wait: Flag = False
+    mixed_code: Flag = False
+    retry_failed: Flag = False
+    warm_up: Flag = False
+
+    @classmethod
+    def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
+        """Return none: the values of a task's parameters may be several, which --set takes."""
+        return {}
 
     def check(self) -> None:
         """Refuse a study and a task together, and options of Dask without it."""
         if (self.study is None) == (self.task is None):
             given = "both are given" if self.task else "is missing"
             raise ValueError(f"STUDY: {given}; give a study file, or --task NAME")
-        task_options.check(self, (), _OF_TASK)
-        for name in _OF_DASK:
-            if self.engine != "dask" and name in self.given:
-                flag = "--" + name.replace("_", "-")
-                raise ValueError(f"{name}={getattr(self, name)}: is for Dask; give --engine dask, or leave out {flag}")
+        self.check_task(_OF_TASK)
+        if self.engine != "dask":
+            self.refuse(_OF_DASK, "is for Dask; give --engine dask")
         if self.warm_up and (other := [name for name in _NOT_TO_WARM_UP if name in self.given]):
             raise ValueError(f"warm_up=True: makes no runs, so it does not go with {', '.join(other)}; leave one out")
-        if "scheduler" in self.given and "workers" in self.given:
-            raise ValueError(f"workers={self.workers}: the scheduler has its own workers; leave --workers out")
+        if "scheduler" in self.given:
+            self.refuse(("workers",), "the scheduler has its own workers")
 
 
 def sweep(settings: SweepSettings) -> int:
@@ -126,15 +163,15 @@ def _of_task(settings: SweepSettings) -> Study:
     from teamsight.analysis.studies.study import Study
     from teamsight.core.references import is_reference
 
-    listed = {name: task_options.listed(value) for name, value in settings.set.items()}
+    several = {name: listed(value) for name, value in settings.set.items()}
     study = Study(
         # Where the module of a task of one's own is.
         path=Path.cwd() if is_reference(settings.task) else None,
         model=f"{TASK_PREFIX}{settings.task}",
-        fixed={name: value[0] for name, value in listed.items() if len(value) == 1},
-        axes={name: value for name, value in listed.items() if len(value) > 1},
+        fixed={name: value[0] for name, value in several.items() if len(value) == 1},
+        axes={name: value for name, value in several.items() if len(value) > 1},
         replicates=settings.replicates,
-        steps=settings.steps or task_options.task_of(settings).steps,
+        steps=settings.steps or settings.task_given().steps,
         seed=settings.seed,
     )
     study.check()

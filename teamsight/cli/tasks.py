@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import zip_longest
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from teamsight.cli import task_options, values
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Options
+from teamsight.cli.world_settings import TaskName
+from teamsight.core.component import Allowed, Flag
 
 if TYPE_CHECKING:
     from teamsight.tasks.task import Task
@@ -16,11 +18,20 @@ if TYPE_CHECKING:
 _WIDEST = 80
 
 
-class TasksSettings(Settings):
-    """Settings of ``teamsight tasks``."""
+@dataclass(frozen=True, kw_only=True)
+class TasksSettings(Options):
+    """Options of ``teamsight tasks``.
 
-    names: tuple[str, ...] = values.argument("TASK", task_options.TASKS, many=True)
-    verify: bool = values.flag("Run both teams of each task, and check that it keeps its contract.")
+    Parameters
+    ----------
+    names : sequence of str
+        Which tasks.
+    verify : bool
+        Run both teams of each task, and check that it keeps its contract.
+    """
+
+    names: Annotated[tuple[TaskName, ...], Allowed(metavar="[TASK]...", is_argument=True, is_repeated=True)] = ()
+    verify: Flag = False
 
 
 def tasks(settings: TasksSettings) -> None:

@@ -3,47 +3,66 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.cli import limits, task_options, values
+from teamsight.analysis.runs.limits import Steps
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works, Writes
+from teamsight.cli.values import CellRuns, Folder, registry
+from teamsight.cli.world_settings import TaskName
+from teamsight.core.component import Allowed, Seed
 
 if TYPE_CHECKING:
     from teamsight.analysis.unreliable.plan import Plan
 
-_POLICIES = values.registry("teamsight.analysis.unreliable.subject", "TEAMS")
+_Policy = Annotated[str, Allowed(choices=registry("teamsight.analysis.unreliable.subject", "TEAMS"))]
 _CMOMMT = "cmommt"
 
 
-class UnreliableSettings(Settings):
-    """Settings of ``teamsight unreliable``."""
+@dataclass(frozen=True, kw_only=True)
+class UnreliableSettings(Works, Writes):
+    """Options of ``teamsight unreliable``.
 
-    task: str = values.choice("cmommt", "The task whose team is unreliable: {names}.", task_options.TASKS)
-    set: dict[str, Any] = task_options.scenario(
-        "A value of the scenario of a task other than cmommt. May be given several times."
-    )
-    out: Path = values.folder(Path("results"), "Folder for the results.")
-    runs: int = values.count(60, "Number of runs of each condition.", most=limits.MOST_CELL_RUNS)
-    steps: int | None = values.steps(None, "Number of steps of each run, at least 50.", shown="that of the task")
-    repair: float = values.number(50.0, "Mean time to repair, in ticks.", least=1.0, most=1e9)
-    policies: tuple[str, ...] = values.choices(
-        ("a-cmommt", "evolved"), "Policies of cmommt, separated by commas: {names}.", _POLICIES, "policy"
-    )
-    seed: int = values.seed(2100, "Seed of all runs.")
-    workers: int | None = values.workers()
-    force: bool = values.force()
+    Parameters
+    ----------
+    task : str
+        The task whose team is unreliable.
+    set : mapping of str to object
+        A value of the scenario of a task other than cmommt. May be given several times.
+    out : Path
+        Folder for the results.
+    runs : int
+        Number of runs of each condition.
+    steps : int, optional
+        Number of steps of each run, at least 50.
+    repair : float
+        Mean time to repair.
+    policies : sequence of str
+        Policies of cmommt, separated by commas.
+    seed : int
+        Seed of all runs.
+    """
+
+    task: TaskName = "cmommt"
+    set: Mapping[str, Any] = field(default_factory=dict)
+    out: Folder = Path("results")
+    runs: CellRuns = 60
+    steps: Annotated[Steps | None, Allowed(shown="that of the task")] = None
+    repair: Annotated[float, Allowed(least=1, most=1e9, unit="ticks")] = 50.0
+    policies: Annotated[tuple[_Policy, ...], Allowed()] = ("a-cmommt", "evolved")
+    seed: Seed = 2100
 
     def check(self) -> None:
         """Refuse runs in which robots would decide at most once, and policies and scenarios of other tasks."""
         from teamsight.analysis.unreliable.plan import PERIODS
 
-        if self.task == _CMOMMT and self.set:
-            raise ValueError(f"--set: is for another task than {_CMOMMT}, whose scenarios are fixed; leave it out")
-        if self.task != _CMOMMT and "policies" in self.given:
-            names = ",".join(self.policies)
-            raise ValueError(f"--policies={names}: is for {_CMOMMT}; a task has one team with skill; leave it out")
+        if self.task == _CMOMMT:
+            self.refuse(("set",), f"is for another task than {_CMOMMT}, whose scenarios are fixed")
+        else:
+            self.refuse(("policies",), f"is for {_CMOMMT}; a task has one team with skill")
         if self.steps is not None and self.steps < max(PERIODS):
             raise ValueError(
                 f"steps={self.steps}: must be at least {max(PERIODS)}, the longest sensing period; give more steps"

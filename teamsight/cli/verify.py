@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from teamsight.cli import values
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Settings
+from teamsight.cli.options import Works
+from teamsight.core.component import Flag
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.folder.verify import Verification
@@ -16,21 +17,32 @@ _FEW = 20
 _DAMAGE_FOUND = 1
 
 
-class VerifySettings(Settings):
-    """Settings of ``teamsight verify``."""
+@dataclass(frozen=True, kw_only=True)
+class VerifySettings(Works):
+    """Options of ``teamsight verify``.
 
-    folder: Path = values.input_folder("DIR")
-    dry_run: bool = values.flag("Change nothing: only say what is damaged.")
-    no_rerun: bool = values.flag("Set damaged parts aside, but do not repeat their runs.")
-    workers: int | None = values.workers()
-    mixed_code: bool = values.flag("Repeat runs although the others were made by other code.")
+    Parameters
+    ----------
+    folder : Path
+        The folder of the study.
+    dry_run : bool
+        Change nothing: only say what is damaged.
+    no_rerun : bool
+        Set damaged parts aside, but do not repeat their runs.
+    mixed_code : bool
+        Repeat runs although the others were made by other code.
+    """
+
+    folder: values.StudyFolder
+    dry_run: Flag = False
+    no_rerun: Flag = False
+    mixed_code: Flag = False
 
     def check(self) -> None:
         """Refuse options of repeating runs where none are repeated."""
-        for name in ("workers", "mixed_code"):
-            if name in self.given and (self.dry_run or self.no_rerun):
-                option, flag = ("--dry-run" if self.dry_run else "--no-rerun"), "--" + name.replace("_", "-")
-                raise ValueError(f"{name}={getattr(self, name)}: {option} repeats no runs; leave {flag} out")
+        if self.dry_run or self.no_rerun:
+            option = "--dry-run" if self.dry_run else "--no-rerun"
+            self.refuse(("workers", "mixed_code"), f"{option} repeats no runs")
 
 
 def verify(settings: VerifySettings) -> int:

@@ -3,39 +3,53 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from typing import Any, cast
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, cast
 
-from teamsight.cli import limits, task_options, values
-from teamsight.cli.world_settings import WorldSettings, source_of_failures
+from teamsight.cli import limits
+from teamsight.cli.options import flag
+from teamsight.cli.world_settings import WorldOptions
 from teamsight.core import checks
-
-# Options that are parameters of the model.
-_MODEL = ("robots", "targets", "radius", "policy", "awareness", "delta", "awareness_range", "preset")
+from teamsight.core.component import Allowed, Flag
 
 
-class WatchSettings(WorldSettings):
-    """Settings of ``teamsight watch``."""
+@dataclass(frozen=True, kw_only=True)
+class WatchSettings(WorldOptions):
+    """Options of ``teamsight watch``.
 
-    model: str | None = values.text(
-        "A class or function of your own that builds a world. Its numbers, truth values and choices become controls.",
-        "CMOMMT", metavar="MODULE:NAME",
-    )  # fmt: skip
-    task: str | None = task_options.task("A task in place of CMOMMT: {names}. Its team is a control.")
-    set: dict[str, Any] = values.assignments("Another parameter of the model. May be given several times.")
-    beside: dict[str, Any] = values.assignments(
-        "A parameter in which a second world differs, which runs beside the first with the same seed. May be given "
-        "several times."
-    )
-    rate: float = values.number(30.0, "Steps a second; the page can change it.", least=0.1, most=10_000)
-    every: int = values.count(1, "Steps from one drawn frame to the next, at least.", most=10_000)
-    paused: bool = values.flag("Wait for Run.")
-    port: int = values.count(8713, "Port; 0 for any that is free.", least=0, most=65_535)
-    host: str = values.word_option("127.0.0.1", "Address at which to listen. Others than loopback need --token.")
-    token: str | None = values.text(
-        "A word that the address of the page must carry; an empty one ('') for a new one.", "none"
-    )
-    no_browser: bool = values.flag("Do not open the page in a browser; print its address only.")
+    Parameters
+    ----------
+    model : str, optional
+        A class or function of your own that builds a world. Its numbers, truth values and choices become controls.
+    beside : mapping of str to object
+        A parameter in which a second world differs, which runs beside the first with the same seed. May be given
+        several times.
+    rate : float
+        Steps a second; the page can change it.
+    every : int
+        Steps from one drawn frame to the next, at least.
+    paused : bool
+        Wait for Run.
+    port : int
+        Port; 0 for any that is free.
+    host : str
+        Address at which to listen. Others than loopback need --token.
+    token : str, optional
+        A word that the address of the page must carry; an empty one ('') for a new one.
+    no_browser : bool
+        Do not open the page in a browser; print its address only.
+    """
+
+    model: Annotated[str | None, Allowed(metavar="MODULE:NAME", shown="CMOMMT")] = None
+    beside: Mapping[str, Any] = field(default_factory=dict)
+    rate: Annotated[float, Allowed(least=0.1, most=10_000)] = 30.0
+    every: Annotated[int, Allowed(least=1, most=10_000)] = 1
+    paused: Flag = False
+    port: Annotated[int, Allowed(least=0, most=65_535)] = 8713
+    host: str = "127.0.0.1"
+    token: Annotated[str | None, Allowed(shown="none")] = None
+    no_browser: Flag = False
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""
@@ -43,19 +57,21 @@ class WatchSettings(WorldSettings):
             limits.check_sectors(self)
         limits.check_failures(self.failures, self.repair, self.robots)
         limits.check_worlds(
-            self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range, degrees=(self.awareness,)
-        )
+            self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range,
+            degrees=(str(self.awareness),),
+        )  # fmt: skip
         if self.task:
-            task_options.check(self, (*_MODEL, "model", "failures", "repair"))
+            self.check_task(others=("model", "failures", "repair"))
         if self.model or self.task:
             return
-        for name in set(self.set) & {*_MODEL, "seed"}:
-            raise ValueError(f"set={name}=…: is an option of its own; give --{name.replace('_', '-')}")
-        _check_limits({name: getattr(self, name) for name in _MODEL if name in self.given} | self.set)
+        for name in self.set:
+            if name in self.options():
+                raise ValueError(f"set={name}=…: is an option of its own; give --{flag(name)}")
+        _check_limits({name: getattr(self, name) for name in self.given & self.world_options()} | dict(self.set))
         _check_limits(self.beside)
 
 
-def _check_limits(parameters: dict[str, Any]) -> None:
+def _check_limits(parameters: Mapping[str, Any]) -> None:
     """Refuse numbers that the page refuses too."""
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.live.cmommt_controls import controls_for
@@ -84,11 +100,11 @@ def watch(settings: WatchSettings) -> None:
     """
     from teamsight.live import watch as serve
 
-    parameters = {name: getattr(settings, name) for name in _MODEL if name in settings.given}
-    if (failures := source_of_failures(settings)) is not None:
+    parameters = settings.parameters if settings.task else {**settings.world(), **settings.set}
+    if (failures := settings.source_of_failures()) is not None:
         parameters["events"] = failures
     page = serve(
-        settings.task or _model(settings.model), {**parameters, **settings.set, **_seed(settings)},
+        settings.task or _model(settings.model), {**parameters, **_seed(settings)},
         beside=settings.beside or None, rate=settings.rate, every=settings.every, running=not settings.paused,
         host=settings.host, port=settings.port, token=settings.token, browser=False, wait=False,
     )  # fmt: skip

@@ -79,6 +79,10 @@ class Allowed:
         Under which heading the live page shows it, and how it calls it.
     metavar, shown : str
         What stands in the help of a command for the value, and for the default.
+    is_argument, is_repeated : bool, optional
+        Whether a command takes it as an argument, without a name; and whether it may be given several times.
+    is_sorted : bool, optional
+        Whether a list is kept in ascending order.
     parse : callable, optional
         ``parse(text)`` returns the value for a text of a command line.
     """
@@ -97,6 +101,9 @@ class Allowed:
     label: str = ""
     metavar: str = ""
     shown: str = ""
+    is_argument: bool | None = None
+    is_repeated: bool | None = None
+    is_sorted: bool | None = None
     parse: Callable[[Any], Any] | None = None
 
     def beside(self, other: Allowed) -> Allowed:
@@ -217,7 +224,7 @@ class Declared:
             found = tuple(dict.fromkeys(self.item.checked(one, name) for one in value))
             if allowed.most is not None and len(found) > allowed.most:
                 raise ValueError(f"{name}: are {len(found)} values, at most {allowed.most:g}; leave some out")
-            return found
+            return tuple(sorted(found)) if allowed.is_sorted else found
         if self.kind == "mapping" and not isinstance(value, Mapping):
             raise TypeError(f"{name}={checks.shown(value)}: must be a mapping, as in {{'robots': 5}}")
         return value
@@ -226,8 +233,9 @@ class Declared:
         """Return the value for the text of a command line, or for several."""
         if self.allowed.parse is not None:
             text = self.allowed.parse(text)
-        elif self.item is not None and isinstance(text, str):
-            text = [self.item.parsed(part.strip()) for part in text.split(",")]
+        elif self.item is not None:
+            parts = text.split(",") if isinstance(text, str) else text
+            text = [self.item.parsed(part.strip()) for part in parts]
         elif self.kind == "mapping":
             text = assignments(self.name, text)
         elif self.kind == "flag":
@@ -359,7 +367,7 @@ def _declared(name: str, hint: Any, default: Any, meaning: str = "") -> Declared
         found = "mapping"
     else:
         found = _plain(kind)
-        if found == "object" and not allowed.check:
+        if found == "object" and (kind is Any or not allowed.check):
             found = _plain(type(default))
             found = "object" if found == "text" else found
     return Declared(
@@ -444,7 +452,7 @@ def _base(owner: Any) -> Mapping[str, Declared]:
 def _hint(component: type, name: str, hint: Any) -> Any:
     """Return the annotation of a field, evaluated in the module of the class that has it."""
     home = next((one for one in component.__mro__ if name in vars(one).get("__annotations__", ())), component)
-    return _evaluated(hint, vars(sys.modules[home.__module__]))
+    return _evaluated(hint, vars(sys.modules.get(home.__module__, builtins)))
 
 
 def _default(field: Any) -> Any:
@@ -462,7 +470,7 @@ def built_from(component: Callable[P, S]) -> Callable[[Callable[[W, S], None]], 
     Parameters
     ----------
     component : type
-        The class of the settings. Its class method ``given(values)`` makes one from the values that were given.
+        The class of the settings. Its class method ``of(values)`` makes one from the values that were given.
     """
 
     def decorate(begin: Callable[[W, S], None]) -> Callable[Concatenate[W, P], None]:
@@ -477,7 +485,7 @@ def built_from(component: Callable[P, S]) -> Callable[[Callable[[W, S], None]], 
                 wrong = [name for name in kwargs if name not in names]
                 hint = checks.suggestion(wrong[0], names) if wrong else ""
                 raise TypeError(f"{type(self).__name__}: {error}{f'; {hint}' if hint else ''}") from None
-            begin(self, own.given(values))
+            begin(self, own.of(values))
 
         first = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
         known, plain = declared(own), {"flag": bool, "integer": int, "number": float}
