@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from hashlib import blake2b
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Count, NonNegative, Positive, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import go, turned_by
 from teamsight.policies.channels import column_of
@@ -403,21 +404,21 @@ class BasisBehaviours(CompiledPolicy):
     *Departs:* all numbers are ours; hers are not known to us. Each robot learns for itself.
     """
 
-    scheme: str = "progress"
+    scheme: Annotated[str, Allowed(choices=SCHEMES)] = "progress"
     weights: tuple[float, float, float] | None = None
-    progress: float = 0.1
-    punishment: float = 1.0
-    learning_rate: float = 0.1
-    discount: float = 0.99
-    exploration: float = 0.1
-    patience: int = 5
-    timeout: int = 50
-    intruder_range: float = 3.0
-    intruders: str = "bit"
-    delta: int = 1
-    turn_probability: float = 0.1
-    turn_range: float = 0.5 * math.pi
-    safe_range: float = 1.0
+    progress: NonNegative = 0.1
+    punishment: NonNegative = 1.0
+    learning_rate: Probability = 0.1
+    discount: Probability = 0.99
+    exploration: Probability = 0.1
+    patience: Count = 5
+    timeout: Count = 50
+    intruder_range: Positive = 3.0
+    intruders: Annotated[str, Allowed(choices=INTRUDERS)] = "bit"
+    delta: Count = 1
+    turn_probability: Probability = 0.1
+    turn_range: Annotated[float, Allowed(least=0, most=math.pi)] = 0.5 * math.pi
+    safe_range: Positive = 1.0
     tables: Floats | None = None
 
     channels = ("home",)
@@ -428,17 +429,7 @@ class BasisBehaviours(CompiledPolicy):
     kernel = _decide
 
     def __post_init__(self) -> None:
-        checks.choice("scheme", self.scheme, SCHEMES)
-        checks.choice("intruders", self.intruders, INTRUDERS)
-        for name in ("progress", "punishment"):
-            checks.number(name, getattr(self, name), least=0)
-        for name in ("learning_rate", "discount", "exploration", "turn_probability"):
-            checks.number(name, getattr(self, name), least=0, most=1)
-        checks.count("patience", self.patience)
-        checks.count("timeout", self.timeout)
-        for name in ("intruder_range", "safe_range"):
-            checks.number(name, getattr(self, name), above=0)
-        checks.number("turn_range", self.turn_range, least=0, most=math.pi)
+        super().__post_init__()
         checks.count("delta", self.delta, most=self._most_delta)
         self._check_weights()
         if self.tables is not None:

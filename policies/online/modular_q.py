@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from hashlib import blake2b
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Flag, NonNegative, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
-from teamsight.policies.online.lattice_walk import MOVES, lattice_move
+from teamsight.policies.online.lattice_walk import Moves, lattice_move
 from teamsight.policies.online.online_q import chosen_action, largest
 from teamsight.policies.online.prey_q import MOST_DEPTH, at_rank, cell, cells, closest
 
@@ -154,30 +155,22 @@ class ModularQ(CompiledPolicy):
     they lead hunters to what they have rarely met, the prey and each other.
     """
 
-    depth: int = 3
-    modules: int = 3
-    by: str = "identity"
-    monolithic: bool = False
-    learning_rate: float = 0.1
-    discount: float = 0.9
-    temperature: float = 0.001
-    moves: int = 5
-    values_ends: bool = False
+    depth: Annotated[int, Allowed(least=1, most=MOST_DEPTH)] = 3
+    modules: Annotated[int, Allowed(least=1, most=MOST_MODULES)] = 3
+    by: Annotated[str, Allowed(choices=BY)] = "identity"
+    monolithic: Flag = False
+    learning_rate: Probability = 0.1
+    discount: Probability = 0.9
+    temperature: NonNegative = 0.001
+    moves: Moves = 5
+    values_ends: Flag = False
     first: PolicyState | None = None
 
     kernel = _decide
     draws = 2
 
     def __post_init__(self) -> None:
-        checks.count("depth", self.depth, most=MOST_DEPTH)
-        checks.count("modules", self.modules, most=MOST_MODULES)
-        checks.choice("by", self.by, BY)
-        checks.flag("monolithic", self.monolithic)
-        for name in ("learning_rate", "discount"):
-            checks.number(name, getattr(self, name), least=0, most=1)
-        checks.number("temperature", self.temperature, least=0)
-        checks.count("moves", self.moves, least=MOVES[0], most=MOVES[1])
-        checks.flag("values_ends", self.values_ends)
+        super().__post_init__()
         if self.entries > MOST_ENTRIES:
             modular = replace(self, monolithic=False, first=None).entries
             cure = f"; modules of their own have {modular:,}" if modular <= MOST_ENTRIES else ""
