@@ -371,22 +371,30 @@ class BasisBehaviours(CompiledPolicy):
         What reinforces: nothing, the delivered puck, events, or events and progress estimators.
     weights : tuple of float, optional
         u, v and w, with the sum 1, in place of those of "progress": 1/2, 1/4, 1/4. With "events", u is 1.
-    progress, punishment : float, default 0.1, 1
-        The size of I and H in a step, and that of bad events.
-    learning_rate, discount : float, default 0.1, 0.99
-        α and γ, the latter for each step, of the scheme "delayed".
+    progress : float, default 0.1
+        The size of I and H in a step.
+    punishment : float, default 1
+        The size of bad events.
+    learning_rate : float, default 0.1
+        Learning rate α of the scheme "delayed", in [0, 1].
+    discount : float, default 0.99
+        Discount factor γ of the scheme "delayed" for each step, in [0, 1].
     exploration : float, default 0.1
         The probability of a random behaviour.
-    patience, timeout : int, default 5, 50
-        Steps without progress, and steps at most, after which a behaviour ends.
+    patience : int, default 5
+        Steps without progress after which a behaviour ends.
+    timeout : int, default 50
+        Steps after which a behaviour ends at the latest.
     intruder_range : float, default 3
         Distance within which a perceived teammate is an intruder [length].
     intruders : {"bit", "count", "ring"}, default "bit"
         What the table knows of intruders: whether there is one, how many up to `delta`, or in which of `delta` sectors.
     delta : int, default 1
         δ of counts and sectors; a bit has 1.
-    turn_probability, turn_range : float, default 0.1, π/2
-        Of wandering, for a step: the probability of a turn, and the largest one [rad].
+    turn_probability : float, default 0.1
+        Probability per step with which a wandering robot turns.
+    turn_range : float, default π/2
+        Its largest turn to either side [rad].
     safe_range : float, default 1
         Distance within which a wandering robot turns away from teammates [length].
     tables : ndarray, shape (rows, 4) or (robots, rows, 4), optional

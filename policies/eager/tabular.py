@@ -35,8 +35,10 @@ class StateGrid(Component):
 
     Parameters
     ----------
-    own, added : int
-        Number of components that show targets, and of those that the degree of awareness adds.
+    own : int
+        Number of components that show targets.
+    added : int
+        Number of components that the degree of awareness adds.
     rings : sequence of int, optional
         Numbers of sectors of the rings with which the added components begin; see ``Awareness.rings``. Components that
         belong to no ring are kept as they are.
@@ -172,8 +174,10 @@ class TabularQ(EagerLearner):
     ----------
     memory, reward, inputs, discount, actions
         As for `EagerLearner`.
-    sectors, levels : int
-        The discretisation of situations; see `StateGrid`.
+    sectors : int, default 4
+        Sectors per ring to which situations are merged; see `StateGrid`.
+    levels : int, default 3
+        Levels of one sensor to which readings are rounded; see `StateGrid`.
     sweeps : int, default 50
         Number of sweeps.
 

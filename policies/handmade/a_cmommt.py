@@ -185,17 +185,20 @@ class ACmommt(CompiledPolicy):
         Weight of a target. "nearest": 0 if a perceived teammate is strictly nearer to it. "shared": `shared_weight` if
         a teammate has it in range. "per-teammate": 1 minus `teammate_loss` for each teammate that has it in range.
         "none": always 1 (Parker's "Local").
-    shared_weight, teammate_loss : float
-        Constants of these weights, in [0, 1].
+    shared_weight : float
+        Weight of a target that a teammate has in range, with "shared"; in [0, 1].
+    teammate_loss : float
+        Weight that a target loses for each teammate that has it in range, with "per-teammate"; in [0, 1].
     do1, do2, do3, predictive : float
         Force of a target: −1 at distance 0, 0 at do1, 1 from do2 to do3, 0 beyond predictive; linear in between.
     dr1, dr2 : float
         Force of a teammate (Fig. 9): −1 up to dr1, 0 beyond dr2; linear in between.
     repulsion_scale : {"sensing", "awareness"}
         The range whose multiples dr1 and dr2 are.
-    decay, relayed_decay : float
-        τ in exp(−age/τ), the assumed probability that a target still exists: one that was lost from sight, and one
-        that was relayed by a teammate [steps].
+    decay : float
+        τ in exp(−age/τ), the assumed probability that a target which was lost from sight still exists [steps].
+    relayed_decay : float
+        The same τ for a target that was relayed by a teammate [steps].
     target_tracks : int
         Number of targets that a robot remembers; 0 for none.
     turn_probability : float

@@ -27,7 +27,7 @@ class FollowFree(CompiledPolicy):
     Parameters
     ----------
     exponent : float
-        At least 0; 0 for a force that does not depend on the distance.
+        Exponent of the force, at least 0; 0 for one that does not depend on the distance.
     teammates : int
         Number of sectors of the ring in which teammates are perceived; 0 for a robot without awareness, to which all
         targets are free.

@@ -24,7 +24,7 @@ from teamsight.policies.rewards import Reward, rewards_of
 #: The largest k: kernels keep the matches of a situation on the stack.
 MOST_MATCHES = 128
 #: What k may be.
-Matches = Annotated[int, Allowed(least=1, most=MOST_MATCHES, cure="use a smaller k")]
+Matches = Annotated[int, Allowed(least=1, most=MOST_MATCHES, cure="use a smaller k, up to the size of the memory")]
 
 _BLOCK = 4096
 # By memory and number of components. They do not depend on reward, discount or sweeps.

@@ -91,8 +91,10 @@ class LazyMemory(Component):
         One row per component, so that the components which a learner compares are contiguous: the situation (`inputs`
         rows), the action (rotation [rad], distance [share of the speed]), the next situation (`inputs` rows), and one
         row per fact. Columns are in canonical order: sorted by content.
-    own, added : int
-        Number of components that show targets, and of those that the degree of awareness adds.
+    own : int
+        Number of components that show targets.
+    added : int
+        Number of components that the degree of awareness adds.
     facts : tuple of str
         Names of the last rows, in alphabetical order.
     settings : mapping

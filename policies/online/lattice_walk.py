@@ -50,7 +50,7 @@ class LatticeWalk(CompiledPolicy):
     Parameters
     ----------
     moves : {4, 5}, default 4
-        5 to stay in place with a probability of 1/5.
+        Moves to the north, east, south and west; 5 to stay in place with a probability of 1/5.
 
     Raises
     ------

@@ -129,13 +129,13 @@ class ModularQ(CompiledPolicy):
     monolithic : bool, default False
         Whether one table over the prey and all partners replaces the modules.
     learning_rate : float, default 0.1
-        α, in [0, 1]; 0 keeps the tables as they are.
+        Learning rate α, in [0, 1]; 0 keeps the tables as they are.
     discount : float, default 0.9
         Discount factor γ, in [0, 1].
     temperature : float, default 0.001
         Temperature of the choice by the merged values; 0 for the greatest.
     moves : {4, 5}, default 5
-        North, east, south, west, and to stay.
+        Moves to the north, east, south and west; 5 to stay in place too.
     values_ends : bool, default False
         Whether what is perceived at the end of a trial counts by its value; by default it counts 0.
     first : PolicyState, optional

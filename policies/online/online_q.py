@@ -172,13 +172,13 @@ class OnlineQ(CompiledPolicy):
     Parameters
     ----------
     learning_rate : float, default 0.8
-        α, in [0, 1]; 0 keeps the tables as they are. Tan writes β.
+        Learning rate α, in [0, 1]; 0 keeps the tables as they are. Tan writes β.
     discount : float, default 0.9
         Discount factor γ, in [0, 1].
     temperature : float, default 0.4
-        T; 0 takes an action of the largest value, each of equals with the same probability.
+        Temperature T of the choice; 0 takes an action of the largest value, each of equals with the same probability.
     moves : {4, 5}, default 4
-        North, east, south, west; 5 to stay in place too.
+        Moves to the north, east, south and west; 5 to stay in place too.
     values_ends : bool, default False
         Whether s′ counts by its value when it ends a trial, like any other; by default it counts 0.
     average_every : int, default 0

@@ -87,10 +87,18 @@ class Schemas(CompiledPolicy):
         goal goes to the nearest that is. "goal": also the place to which they go, and it goes there.
     obstacles : tuple of (float, float, float)
         The round obstacles that robots know: x and y from home, and radius [length].
-    goal, obstacle, robot, robot_at_work, noise, noise_at_work : float
-        Gains of the schemas; those "at work" hold for a robot with a goal.
-    obstacle_sphere, robot_sphere : float
-        Distances from the rim of an obstacle, and from a teammate, at which repulsion begins [length].
+    goal : float
+        Gain of going to the goal.
+    obstacle : float
+        Gain of keeping away from obstacles.
+    robot, robot_at_work : float
+        Gain of keeping away from teammates: for a robot without a goal, and for one with a goal, "at work".
+    noise, noise_at_work : float
+        Gain of the random direction: for a robot without a goal, and for one with a goal.
+    obstacle_sphere : float
+        Distance from the rim of an obstacle at which repulsion begins [length].
+    robot_sphere : float
+        Distance from a teammate at which repulsion begins [length].
     persistence : int
         Steps for which a random direction stays.
 
