@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.angles import direction
+from teamsight.core.component import Component, Count
 from teamsight.core.kernel import inlined
 from teamsight.policies.interface import Action, Floats, Integers
 
@@ -19,7 +20,7 @@ _TURNS_PER_RADIAN = 0.15915494309189535
 
 
 @dataclass(frozen=True)
-class ActionGrid:
+class ActionGrid(Component):
     """Equally spaced rotations, each combined with a few distances.
 
     Parameters
@@ -40,11 +41,11 @@ class ActionGrid:
     *Departs:* §8 says that actions consist of rotation and distance, but not how they are discretised.
     """
 
-    rotations: int = 8
+    rotations: Count = 8
     distances: tuple[float, ...] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
-        checks.count("rotations", self.rotations)
+        super().__post_init__()
         if not isinstance(self.distances, tuple) or len(set(self.distances)) < max(len(self.distances), 1):
             shown = checks.shown(self.distances)
             raise ValueError(f"distances={shown}: must be a tuple of different numbers, such as (0.0, 1.0)")

@@ -62,6 +62,7 @@ def _guard(channels: tuple[str, ...], columns: tuple[str, ...]) -> Guard[Decisio
 # A value that no kernel computes; it marks what was not written.
 _UNWRITTEN = np.uint64(0x7FF8_5EED_5EED_5EED)
 
+
 def try_decision(policy: CompiledPolicy, percept: Percept, state: PolicyState, noise: Floats) -> None:
     """Run a policy's kernel under guard, on copies of the arguments of `CompiledPolicy.decide`.
 

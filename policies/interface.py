@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.card import shown
+from teamsight.core.component import Component
 from teamsight.core.neighbour_list import Filled, NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, NO_COLUMNS, Channels, PerceivedColumns
 
@@ -142,11 +143,12 @@ class PolicyArrays(NamedTuple):
     state: PolicyState
 
 
-class Policy(ABC):
+class Policy(Component, ABC):
     """A rule that maps percepts to actions: the base class of all policies.
 
     A subclass implements `decide`. It overrides `start` if robots keep state between decisions, and each attribute
-    whose default is wrong for it. For full speed, derive from `CompiledPolicy`.
+    whose default is wrong for it. For full speed, derive from `CompiledPolicy`. The fields of a dataclass whose
+    annotations say what they may be are checked, as in ``gain: Annotated[float, Allowed(above=0)] = 1.0``.
 
     Attributes
     ----------

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.card import card, shown
+from teamsight.core.component import Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import ActionGrid
 from teamsight.policies.compiled import CompiledPolicy
@@ -72,6 +73,7 @@ class Learner(CompiledPolicy):
     inputs: int = None  # type: ignore[assignment]  # replaced by a number in __post_init__
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         object.__setattr__(self, "inputs", components(self.memory, self.inputs))
 
     @property
@@ -162,12 +164,11 @@ class EagerLearner(Learner):
         If a constant is outside its limits, or the reward does not return a finite number for each transition.
     """
 
-    discount: float = 0.7
+    discount: Probability = 0.7
     actions: ActionGrid = ActionGrid()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.number("discount", self.discount, least=0, most=1)
         if not isinstance(self.actions, ActionGrid):
             raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(rotations, distances)")
 

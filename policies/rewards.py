@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Component
 from teamsight.policies.interface import Floats
 from teamsight.policies.memory import LazyMemory
 
@@ -23,7 +23,7 @@ BOTH = {"gain": 1.0, "loss": -1.0, "none": 0.0}
 
 
 @dataclass(frozen=True)
-class GainReward:
+class GainReward(Component):
     """+1 if one or more targets were acquired, −1 if one or more were lost, 0 otherwise.
 
     Parameters
@@ -46,12 +46,8 @@ class GainReward:
     say whether the robot or its team acquires.
     """
 
-    scope: str = "own"
-    both: str = "gain"
-
-    def __post_init__(self) -> None:
-        checks.choice("scope", self.scope, SCOPES)
-        checks.choice("both", self.both, (*BOTH, "net"))
+    scope: Annotated[str, Allowed(choices=SCOPES)] = "own"
+    both: Annotated[str, Allowed(choices=(*BOTH, "net"))] = "gain"
 
     def __call__(self, memory: LazyMemory) -> Floats:
         """Return the reward of each transition, shape (transitions,)."""

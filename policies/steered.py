@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import act
 from teamsight.policies.compiled import CompiledPolicy
@@ -48,12 +48,9 @@ class Steered(CompiledPolicy):
         If the form is unknown.
     """
 
-    form: str = "rotation"
+    form: Annotated[str, Allowed(choices=FORMS)] = "rotation"
 
     kernel = _carry_out
-
-    def __post_init__(self) -> None:
-        checks.choice("form", self.form, FORMS)
 
     @property
     def reads_teammates(self) -> bool:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from hashlib import blake2b
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Count, NonNegative, Positive, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import go, turned_by
 from teamsight.policies.channels import column_of
@@ -370,22 +371,30 @@ class BasisBehaviours(CompiledPolicy):
         What reinforces: nothing, the delivered puck, events, or events and progress estimators.
     weights : tuple of float, optional
         u, v and w, with the sum 1, in place of those of "progress": 1/2, 1/4, 1/4. With "events", u is 1.
-    progress, punishment : float, default 0.1, 1
-        The size of I and H in a step, and that of bad events.
-    learning_rate, discount : float, default 0.1, 0.99
-        α and γ, the latter for each step, of the scheme "delayed".
+    progress : float, default 0.1
+        The size of I and H in a step.
+    punishment : float, default 1
+        The size of bad events.
+    learning_rate : float, default 0.1
+        Learning rate α of the scheme "delayed", in [0, 1].
+    discount : float, default 0.99
+        Discount factor γ of the scheme "delayed" for each step, in [0, 1].
     exploration : float, default 0.1
         The probability of a random behaviour.
-    patience, timeout : int, default 5, 50
-        Steps without progress, and steps at most, after which a behaviour ends.
+    patience : int, default 5
+        Steps without progress after which a behaviour ends.
+    timeout : int, default 50
+        Steps after which a behaviour ends at the latest.
     intruder_range : float, default 3
         Distance within which a perceived teammate is an intruder [length].
     intruders : {"bit", "count", "ring"}, default "bit"
         What the table knows of intruders: whether there is one, how many up to `delta`, or in which of `delta` sectors.
     delta : int, default 1
         δ of counts and sectors; a bit has 1.
-    turn_probability, turn_range : float, default 0.1, π/2
-        Of wandering, for a step: the probability of a turn, and the largest one [rad].
+    turn_probability : float, default 0.1
+        Probability per step with which a wandering robot turns.
+    turn_range : float, default π/2
+        Its largest turn to either side [rad].
     safe_range : float, default 1
         Distance within which a wandering robot turns away from teammates [length].
     tables : ndarray, shape (rows, 4) or (robots, rows, 4), optional
@@ -403,21 +412,21 @@ class BasisBehaviours(CompiledPolicy):
     *Departs:* all numbers are ours; hers are not known to us. Each robot learns for itself.
     """
 
-    scheme: str = "progress"
+    scheme: Annotated[str, Allowed(choices=SCHEMES)] = "progress"
     weights: tuple[float, float, float] | None = None
-    progress: float = 0.1
-    punishment: float = 1.0
-    learning_rate: float = 0.1
-    discount: float = 0.99
-    exploration: float = 0.1
-    patience: int = 5
-    timeout: int = 50
-    intruder_range: float = 3.0
-    intruders: str = "bit"
-    delta: int = 1
-    turn_probability: float = 0.1
-    turn_range: float = 0.5 * math.pi
-    safe_range: float = 1.0
+    progress: NonNegative = 0.1
+    punishment: NonNegative = 1.0
+    learning_rate: Probability = 0.1
+    discount: Probability = 0.99
+    exploration: Probability = 0.1
+    patience: Count = 5
+    timeout: Count = 50
+    intruder_range: Positive = 3.0
+    intruders: Annotated[str, Allowed(choices=INTRUDERS)] = "bit"
+    delta: Count = 1
+    turn_probability: Probability = 0.1
+    turn_range: Annotated[float, Allowed(least=0, most=math.pi)] = 0.5 * math.pi
+    safe_range: Positive = 1.0
     tables: Floats | None = None
 
     channels = ("home",)
@@ -428,17 +437,7 @@ class BasisBehaviours(CompiledPolicy):
     kernel = _decide
 
     def __post_init__(self) -> None:
-        checks.choice("scheme", self.scheme, SCHEMES)
-        checks.choice("intruders", self.intruders, INTRUDERS)
-        for name in ("progress", "punishment"):
-            checks.number(name, getattr(self, name), least=0)
-        for name in ("learning_rate", "discount", "exploration", "turn_probability"):
-            checks.number(name, getattr(self, name), least=0, most=1)
-        checks.count("patience", self.patience)
-        checks.count("timeout", self.timeout)
-        for name in ("intruder_range", "safe_range"):
-            checks.number(name, getattr(self, name), above=0)
-        checks.number("turn_range", self.turn_range, least=0, most=math.pi)
+        super().__post_init__()
         checks.count("delta", self.delta, most=self._most_delta)
         self._check_weights()
         if self.tables is not None:

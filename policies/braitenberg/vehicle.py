@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Count, Flag, Positive, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import go, turned_by
 from teamsight.policies.compiled import CompiledPolicy
@@ -278,24 +278,16 @@ class Vehicle(CompiledPolicy):
         If a value is of the wrong type or outside its limits.
     """
 
-    obstacle_range: float = 1.5
-    slow_range: float = 3.0
-    agility: float = 0.25
-    swerve: float = 0.5
-    recovery: bool = True
-    patience: int = 20
-    contact: float = 2.6
+    obstacle_range: Positive = 1.5
+    slow_range: Positive = 3.0
+    agility: Annotated[float, Allowed(above=0, most=0.5)] = 0.25
+    swerve: Probability = 0.5
+    recovery: Flag = True
+    patience: Count = 20
+    contact: Positive = 2.6
 
     channels = ("obstacles",)
     draws = 1
-
-    def __post_init__(self) -> None:
-        for name in ("obstacle_range", "slow_range", "contact"):
-            checks.number(name, getattr(self, name), above=0)
-        checks.number("agility", self.agility, above=0, most=0.5)
-        checks.number("swerve", self.swerve, least=0, most=1)
-        checks.flag("recovery", self.recovery)
-        checks.count("patience", self.patience)
 
     @property
     def parameters(self) -> tuple[float, ...]:

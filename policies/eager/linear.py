@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Count, Index
 from teamsight.core.kernel import Entry, Record, inlined
 from teamsight.policies.actions import act
 from teamsight.policies.interface import Floats, Integers
@@ -206,10 +206,10 @@ class LinearQ(EagerLearner):
     `learning_rate` means the same under every degree of awareness.
     """
 
-    features: int = 3
-    learning_rate: float = 0.05
-    sweeps: int = 40
-    seed: int = 0
+    features: Count = 3
+    learning_rate: Annotated[float, Allowed(above=0, most=1)] = 0.05
+    sweeps: Count = 40
+    seed: Index = 0
     weights: npt.NDArray[np.float32] = field(init=False)
 
     title = "a linear approximator"
@@ -217,10 +217,6 @@ class LinearQ(EagerLearner):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.count("features", self.features)
-        checks.count("sweeps", self.sweeps)
-        checks.count("seed", self.seed, least=0)
-        checks.number("learning_rate", self.learning_rate, above=0, most=1)
         object.__setattr__(self, "weights", self._learn())
 
     def _learn(self) -> npt.NDArray[np.float32]:

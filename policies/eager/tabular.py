@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component, Count
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import ActionGrid, act
 from teamsight.policies.interface import Floats
@@ -20,6 +21,8 @@ from teamsight.policies.rewards import rewards_of
 
 #: Largest number of states of a table: with 16 actions, 64 MiB.
 MOST_STATES = 1_000_000
+#: What the number of levels may be.
+Levels = Annotated[int, Allowed(least=2, cure="one for a sensed body, one for none")]
 
 
 class TooManyStatesError(ValueError):
@@ -27,13 +30,15 @@ class TooManyStatesError(ValueError):
 
 
 @dataclass(frozen=True)
-class StateGrid:
+class StateGrid(Component):
     """A discretisation of situations: neighbouring sectors are merged, and readings become levels.
 
     Parameters
     ----------
-    own, added : int
-        Number of components that show targets, and of those that the degree of awareness adds.
+    own : int
+        Number of components that show targets.
+    added : int
+        Number of components that the degree of awareness adds.
     rings : sequence of int, optional
         Numbers of sectors of the rings with which the added components begin; see ``Awareness.rings``. Components that
         belong to no ring are kept as they are.
@@ -57,12 +62,11 @@ class StateGrid:
     own: int
     added: int
     rings: Sequence[int] = ()
-    sectors: int = 4
-    levels: int = 3
+    sectors: Count = 4
+    levels: Levels = 3
 
     def __post_init__(self) -> None:
-        checks.count("sectors", self.sectors)
-        checks.count("levels", self.levels, least=2, cure="one for a sensed body, one for none")
+        super().__post_init__()
         rings = self.rings
         if not isinstance(rings, Sequence) or sum(checks.count("rings", ring) for ring in rings) > self.added:
             raise ValueError(f"rings={checks.shown(rings)}: must be numbers of sectors, in all at most {self.added}")
@@ -170,8 +174,10 @@ class TabularQ(EagerLearner):
     ----------
     memory, reward, inputs, discount, actions
         As for `EagerLearner`.
-    sectors, levels : int
-        The discretisation of situations; see `StateGrid`.
+    sectors : int, default 4
+        Sectors per ring to which situations are merged; see `StateGrid`.
+    levels : int, default 3
+        Levels of one sensor to which readings are rounded; see `StateGrid`.
     sweeps : int, default 50
         Number of sweeps.
 
@@ -195,9 +201,9 @@ class TabularQ(EagerLearner):
     state and action are used at once, instead of one by one at a learning rate, so that their order does not matter.
     """
 
-    sectors: int = 4
-    levels: int = 3
-    sweeps: int = 50
+    sectors: Count = 4
+    levels: Levels = 3
+    sweeps: Count = 50
     states: StateGrid = field(init=False)
     values: npt.NDArray[np.float32] = field(init=False)
 
@@ -207,7 +213,6 @@ class TabularQ(EagerLearner):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.count("sweeps", self.sweeps)
         added = self.inputs - self.memory.own
         rings = self.memory.settings.get("rings", ()) if added else ()
         states = StateGrid(self.memory.own, added, rings, self.sectors, self.levels)

@@ -388,6 +388,7 @@ class Evolved(CompiledPolicy):
     needs = ("teammates",)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         given = np.array(self.constants if len(self.constants) else shipped(), float)
         if given.shape != (SIZE,):
             raise ValueError(f"constants: has the shape {given.shape}; it must be ({SIZE},)")

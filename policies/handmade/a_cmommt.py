@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Index, NonNegative, Positive, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import (
@@ -17,7 +17,6 @@ from teamsight.policies.handmade.forces import (
     attract,
     attraction_corners,
     check_ascending,
-    check_idle,
     idle_step,
     repel,
     repulsion_corners,
@@ -186,17 +185,20 @@ class ACmommt(CompiledPolicy):
         Weight of a target. "nearest": 0 if a perceived teammate is strictly nearer to it. "shared": `shared_weight` if
         a teammate has it in range. "per-teammate": 1 minus `teammate_loss` for each teammate that has it in range.
         "none": always 1 (Parker's "Local").
-    shared_weight, teammate_loss : float
-        Constants of these weights, in [0, 1].
+    shared_weight : float
+        Weight of a target that a teammate has in range, with "shared"; in [0, 1].
+    teammate_loss : float
+        Weight that a target loses for each teammate that has it in range, with "per-teammate"; in [0, 1].
     do1, do2, do3, predictive : float
         Force of a target: −1 at distance 0, 0 at do1, 1 from do2 to do3, 0 beyond predictive; linear in between.
     dr1, dr2 : float
         Force of a teammate (Fig. 9): −1 up to dr1, 0 beyond dr2; linear in between.
     repulsion_scale : {"sensing", "awareness"}
         The range whose multiples dr1 and dr2 are.
-    decay, relayed_decay : float
-        τ in exp(−age/τ), the assumed probability that a target still exists: one that was lost from sight, and one
-        that was relayed by a teammate [steps].
+    decay : float
+        τ in exp(−age/τ), the assumed probability that a target which was lost from sight still exists [steps].
+    relayed_decay : float
+        The same τ for a target that was relayed by a teammate [steps].
     target_tracks : int
         Number of targets that a robot remembers; 0 for none.
     turn_probability : float
@@ -219,39 +221,30 @@ class ACmommt(CompiledPolicy):
     in the percept all weights are 1.
     """
 
-    idle: str = "redraw"
-    idle_when: str = "no-force"
-    weights: str = "nearest"
-    shared_weight: float = 0.25
-    teammate_loss: float = 0.2
-    do1: float = 0.154
-    do2: float = 0.308
-    do3: float = 1.0
-    predictive: float = 1.154
-    dr1: float = 0.481
-    dr2: float = 0.769
-    repulsion_scale: str = "sensing"
-    decay: float = 10.0
-    relayed_decay: float = 5.0
-    target_tracks: int = 16
-    turn_probability: float = TURN_PROBABILITY
-    gain: float = 1.0
+    idle: Annotated[str, Allowed(choices=BEHAVIOURS)] = "redraw"
+    idle_when: Annotated[str, Allowed(choices=OCCASIONS)] = "no-force"
+    weights: Annotated[str, Allowed(choices=WEIGHTS)] = "nearest"
+    shared_weight: Probability = 0.25
+    teammate_loss: Probability = 0.2
+    do1: NonNegative = 0.154
+    do2: NonNegative = 0.308
+    do3: NonNegative = 1.0
+    predictive: NonNegative = 1.154
+    dr1: NonNegative = 0.481
+    dr2: NonNegative = 0.769
+    repulsion_scale: Annotated[str, Allowed(choices=SCALES)] = "sensing"
+    decay: Positive = 10.0
+    relayed_decay: Positive = 5.0
+    target_tracks: Index = 16
+    turn_probability: Probability = TURN_PROBABILITY
+    gain: Positive = 1.0
 
     kernel = _decide
 
     def __post_init__(self) -> None:
-        check_idle(self.idle, self.turn_probability)
-        checks.choice("idle_when", self.idle_when, OCCASIONS)
-        checks.choice("weights", self.weights, WEIGHTS)
-        checks.choice("repulsion_scale", self.repulsion_scale, SCALES)
-        checks.number("shared_weight", self.shared_weight, least=0, most=1)
-        checks.number("teammate_loss", self.teammate_loss, least=0, most=1)
+        super().__post_init__()
         check_ascending(do1=self.do1, do2=self.do2, do3=self.do3, predictive=self.predictive)
         check_ascending(dr1=self.dr1, dr2=self.dr2)
-        checks.number("decay", self.decay, above=0)
-        checks.number("relayed_decay", self.relayed_decay, above=0)
-        checks.count("target_tracks", self.target_tracks, least=0)
-        checks.number("gain", self.gain, above=0)
 
     @property
     def draws(self) -> int:  # type: ignore[override]

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, NonNegative, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import (
     BEHAVIOURS,
     TURN_PROBABILITY,
     check_ascending,
-    check_idle,
     idle_step,
     repel,
     repulsion_corners,
@@ -185,22 +184,19 @@ class BCmommt(CompiledPolicy):
     perception decides. The best request is the nearest. That a robot explores by keeping away from teammates is ours.
     """
 
-    idle: str = "redraw"
-    turn_probability: float = TURN_PROBABILITY
-    weights: str = "nearest"
-    escape: float = 0.8
-    answer: float = 1.0
-    dr1: float = 0.481
-    dr2: float = 0.769
+    idle: Annotated[str, Allowed(choices=BEHAVIOURS)] = "redraw"
+    turn_probability: Probability = TURN_PROBABILITY
+    weights: Annotated[str, Allowed(choices=WEIGHTS)] = "nearest"
+    escape: Probability = 0.8
+    answer: NonNegative = 1.0
+    dr1: NonNegative = 0.481
+    dr2: NonNegative = 0.769
 
     kernel = _decide
     needs = ("relayed",)
 
     def __post_init__(self) -> None:
-        check_idle(self.idle, self.turn_probability)
-        checks.choice("weights", self.weights, WEIGHTS)
-        checks.number("escape", self.escape, least=0, most=1)
-        checks.number("answer", self.answer, least=0)
+        super().__post_init__()
         check_ascending(dr1=self.dr1, dr2=self.dr2)
 
     @property

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
+from teamsight.core.component import Allowed, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.handmade.forces import BEHAVIOURS, TURN_PROBABILITY, check_idle, idle_step
+from teamsight.policies.handmade.forces import BEHAVIOURS, TURN_PROBABILITY, idle_step
 
 
 @inlined
@@ -59,13 +60,10 @@ class Centroid(CompiledPolicy):
     account the other robot positions". *Departs:* the paper does not say what a robot without targets does.
     """
 
-    idle: str = "redraw"
-    turn_probability: float = TURN_PROBABILITY
+    idle: Annotated[str, Allowed(choices=BEHAVIOURS)] = "redraw"
+    turn_probability: Probability = TURN_PROBABILITY
 
     kernel = _to_centroid
-
-    def __post_init__(self) -> None:
-        check_idle(self.idle, self.turn_probability)
 
     @property
     def draws(self) -> int:  # type: ignore[override]

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.core import checks
+from teamsight.core.component import Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.random_walk import walk_step
@@ -51,14 +51,11 @@ class Evasive(CompiledPolicy):
     *Source:* §5, "targets avoiding robots". *Departs:* the paper does not say how they avoid them.
     """
 
-    turn_probability: float = 0.05
+    turn_probability: Probability = 0.05
 
     kernel = _evade
     draws = 2
     needs = ("targets",)
-
-    def __post_init__(self) -> None:
-        checks.number("turn_probability", self.turn_probability, least=0, most=1)
 
     @property
     def parameters(self) -> tuple[float, ...]:

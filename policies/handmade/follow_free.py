@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
+from teamsight.core.component import Count, Index, NonNegative
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, Percept
 from teamsight.policies.lazy.lazy_regression import POINTS, follow_forces, parameters_of
@@ -27,7 +27,7 @@ class FollowFree(CompiledPolicy):
     Parameters
     ----------
     exponent : float
-        At least 0; 0 for a force that does not depend on the distance.
+        Exponent of the force, at least 0; 0 for one that does not depend on the distance.
     teammates : int
         Number of sectors of the ring in which teammates are perceived; 0 for a robot without awareness, to which all
         targets are free.
@@ -40,16 +40,11 @@ class FollowFree(CompiledPolicy):
         If a parameter is outside its limits.
     """
 
-    exponent: float = 1.0
-    teammates: int = 16
-    targets: int = 16
+    exponent: NonNegative = 1.0
+    teammates: Index = 16
+    targets: Count = 16
 
     kernel = follow_forces
-
-    def __post_init__(self) -> None:
-        checks.number("exponent", self.exponent, least=0)
-        checks.count("teammates", self.teammates, least=0)
-        checks.count("targets", self.targets)
 
     @property
     def inputs(self) -> int:  # type: ignore[override]

@@ -132,18 +132,6 @@ class Idle(NamedTuple):
 BEHAVIOURS = {"redraw": Idle(0.0, 1), "wander": Idle(1.0, 2), "stay": Idle(2.0, 0)}
 
 
-def check_idle(idle: str, turn_probability: float) -> None:
-    """Refuse an idle behaviour that is unknown, and a probability that is not in [0, 1].
-
-    Raises
-    ------
-    ValueError, TypeError
-        Naming the option, its value and its limits.
-    """
-    checks.choice("idle", idle, BEHAVIOURS)
-    checks.number("turn_probability", turn_probability, least=0, most=1)
-
-
 @inlined
 def idle_step(behaviour: float, turn_probability: float, i: int, percept: Any, noise: Any, action: Any) -> None:
     """Write the action of the idle robot `i`; `behaviour` is a number of `BEHAVIOURS`.

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Count, NonNegative
 from teamsight.core.kernel import inlined
 from teamsight.policies.handmade.a_cmommt import ACmommt, act, expectation, pull, push, update_tracks
 from teamsight.policies.handmade.target_tracks import IDENTITY, no_target_tracks
@@ -127,15 +127,10 @@ class PCmommt(ACmommt):
     is our choice.
     """
 
-    evenness: float = 1.0
-    observation_counts: int = 64
+    evenness: NonNegative = 1.0
+    observation_counts: Count = 64
 
     kernel = _decide
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.number("evenness", self.evenness, least=0)
-        checks.count("observation_counts", self.observation_counts)
 
     @property
     def parameters(self) -> tuple[float, ...]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from teamsight.core import checks
 from teamsight.core.angles import direction
+from teamsight.core.component import Allowed, Flag, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import turned_by
 from teamsight.policies.compiled import CompiledPolicy
@@ -60,16 +60,11 @@ class RandomWalk(CompiledPolicy):
         If the probability is not in [0, 1] or the range not in [0, π].
     """
 
-    turn_probability: float = 1.0
-    turn_range: float = math.pi
-    random_distance: bool = False
+    turn_probability: Probability = 1.0
+    turn_range: Annotated[float, Allowed(least=0, most=math.pi)] = math.pi
+    random_distance: Flag = False
 
     kernel = _walk
-
-    def __post_init__(self) -> None:
-        checks.number("turn_probability", self.turn_probability, least=0, most=1)
-        checks.number("turn_range", self.turn_range, least=0, most=math.pi)
-        checks.flag("random_distance", self.random_distance)
 
     @property
     def is_sound(self) -> bool:

@@ -12,7 +12,7 @@ import numpy as np
 from teamsight.core.kernel import inlined, scratch
 from teamsight.policies.actions import ActionGrid, act
 from teamsight.policies.interface import Floats
-from teamsight.policies.lazy.learner import MOST_MATCHES, K, LazyLearner, find_matches, first_own
+from teamsight.policies.lazy.learner import MOST_MATCHES, K, LazyLearner, Matches, find_matches, first_own
 from teamsight.policies.learner import refuse
 from teamsight.policies.memory import LazyMemory
 
@@ -133,7 +133,7 @@ class PessimisticLazyQ(LazyLearner):
     grid and number of matches are unknown to us. Values are those of `LazyQ`.
     """
 
-    k: int = 30
+    k: Matches = 30
     # A recorded distance halfway between both counts for the whole speed, which is listed first.
     actions: ActionGrid = ActionGrid(8, (1.0, 0.5))  # noqa: RUF009 (frozen)
 
@@ -141,11 +141,11 @@ class PessimisticLazyQ(LazyLearner):
     kernel = _best_worst
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not isinstance(self.actions, ActionGrid):
             raise TypeError(f"actions={self.actions!r}: must be an ActionGrid(rotations, distances)")
         if len(self.actions) > _MOST_ACTIONS:
             raise ValueError(f"actions={self.actions}: has {len(self.actions)} actions; at most {_MOST_ACTIONS} fit")
-        super().__post_init__()
 
     @property
     def parameters(self) -> Floats:

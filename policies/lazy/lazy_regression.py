@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import NonNegative, Positive
 from teamsight.core.kernel import Entry, Record, inlined
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.readings import (
@@ -351,10 +352,10 @@ class LazyRegression(Learner):
     """
 
     reward: Reward = keep_reward
-    bandwidth: float = 1.0
-    ridge: float = 0.5
-    significance: float = 3.0
-    stride: float | None = None
+    bandwidth: Positive = 1.0
+    ridge: NonNegative = 0.5
+    significance: NonNegative = 3.0
+    stride: Positive | None = None
     forces: Mapping[str, Floats] = field(init=False)
 
     title = "locally weighted regression"
@@ -362,11 +363,6 @@ class LazyRegression(Learner):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.number("bandwidth", self.bandwidth, above=0)
-        for name in ("ridge", "significance"):
-            checks.number(name, getattr(self, name), least=0)
-        if self.stride is not None:
-            checks.number("stride", self.stride, above=0)
         self._check_settings()
         object.__setattr__(self, "forces", self._fitted())
 

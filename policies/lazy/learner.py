@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Index, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.interface import Floats, Integers
 from teamsight.policies.learner import Learner, components
@@ -22,6 +23,8 @@ from teamsight.policies.rewards import Reward, rewards_of
 
 #: The largest k: kernels keep the matches of a situation on the stack.
 MOST_MATCHES = 128
+#: What k may be.
+Matches = Annotated[int, Allowed(least=1, most=MOST_MATCHES, cure="use a smaller k, up to the size of the memory")]
 
 _BLOCK = 4096
 # By memory and number of components. They do not depend on reward, discount or sweeps.
@@ -194,9 +197,9 @@ class LazyLearner(Learner):
         finite number for each transition.
     """
 
-    discount: float = 0.7
-    k: int = 10
-    sweeps: int = 10
+    discount: Probability = 0.7
+    k: Matches = 10
+    sweeps: Index = 10
     values: Floats = field(init=False)
 
     def __post_init__(self) -> None:

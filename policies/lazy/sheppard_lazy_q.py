@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from teamsight.core import checks
+from teamsight.core.component import NonNegative, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import act
 from teamsight.policies.interface import Floats, PolicyState
@@ -182,11 +183,11 @@ class SheppardLazyQ(Learner):
     """
 
     memory: LazyMemory | None = None  # type: ignore[assignment]
-    discount: float = 0.7
-    learning_rate: float = 0.5
-    threshold: float = 1.0
-    similar_action: float = 0.25
-    explore: float = 0.3
+    discount: Probability = 0.7
+    learning_rate: Probability = 0.5
+    threshold: NonNegative = 1.0
+    similar_action: NonNegative = 0.25
+    explore: Probability = 0.3
     capacity: int = None  # type: ignore[assignment]  # replaced by a number in __post_init__
     rewards: Floats = field(init=False)
     values: Floats | None = field(init=False, default=None)
@@ -198,13 +199,12 @@ class SheppardLazyQ(Learner):
     def __post_init__(self) -> None:
         if self.memory is not None:
             super().__post_init__()
-        elif self.inputs is None:
-            object.__setattr__(self, "inputs", _OWN_INPUTS)
-        checks.count("inputs", self.inputs)
-        for name in ("explore", "learning_rate", "discount"):
-            checks.number(name, getattr(self, name), least=0, most=1)
-        for name in ("threshold", "similar_action"):
-            checks.number(name, getattr(self, name), least=0)
+        else:
+            # Not that of `Learner`, which reads the memory.
+            super(Learner, self).__post_init__()
+            if self.inputs is None:
+                object.__setattr__(self, "inputs", _OWN_INPUTS)
+            checks.count("inputs", self.inputs)
         size = 0 if self.memory is None else len(self.memory)
         if self.capacity is None:
             object.__setattr__(self, "capacity", max(size, _CAPACITY))

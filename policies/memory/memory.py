@@ -9,13 +9,14 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.card import card, shown
+from teamsight.core.component import Allowed, Component, Count, Index
 from teamsight.policies.memory import file
 from teamsight.policies.memory.nearest import nearest_columns
 from teamsight.policies.memory.transitions import (
@@ -29,16 +30,8 @@ from teamsight.policies.memory.transitions import (
 )
 
 
-def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
-    """Raise an error if the description of a memory is invalid; for its parts see `LazyMemory`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a part has a wrong type or is outside its limits.
-    """
-    checks.count("own", own)
-    checks.count("added", added, least=0)
+def check_facts(facts: Any) -> None:
+    """Raise an error if the names of facts are no text that UTF-8 can encode, or not distinct and in order."""
     if not all(isinstance(name, str) for name in facts):
         raise TypeError(f"facts={checks.shown(facts)}: the name of a fact must be a string")
     if any(one >= other for one, other in itertools.pairwise(facts)):
@@ -47,8 +40,6 @@ def check_about(own: Any, added: Any, facts: Any, settings: Any) -> None:
         "".join(facts).encode()
     except UnicodeEncodeError:
         raise ValueError(f"facts={checks.shown(facts)}: must be strings that UTF-8 can encode") from None
-    if not isinstance(settings, Mapping):
-        raise TypeError(f"settings={checks.shown(settings)}: must be a mapping")
 
 
 def from_json(about: Mapping[str, Any]) -> tuple[int, int, tuple[str, ...], dict[str, Any]]:
@@ -89,7 +80,7 @@ def json_of(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LazyMemory:
+class LazyMemory(Component):
     """Transitions (situation, action, next situation) and the facts from which rewards are computed. Immutable.
 
     Make one with `LazyMemory.of` or `LazyMemory.load`; the constructor does not check the order of the table.
@@ -100,8 +91,10 @@ class LazyMemory:
         One row per component, so that the components which a learner compares are contiguous: the situation (`inputs`
         rows), the action (rotation [rad], distance [share of the speed]), the next situation (`inputs` rows), and one
         row per fact. Columns are in canonical order: sorted by content.
-    own, added : int
-        Number of components that show targets, and of those that the degree of awareness adds.
+    own : int
+        Number of components that show targets.
+    added : int
+        Number of components that the degree of awareness adds.
     facts : tuple of str
         Names of the last rows, in alphabetical order.
     settings : mapping
@@ -110,13 +103,14 @@ class LazyMemory:
     """
 
     table: Table
-    own: int
-    added: int
+    own: Count
+    added: Index
     facts: tuple[str, ...]
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    settings: Annotated[Mapping[str, Any], Allowed()] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        check_about(self.own, self.added, self.facts, self.settings)
+        super().__post_init__()
+        check_facts(self.facts)
         check_layout(self.table, self.inputs, len(self.facts))
         frozen = self.table.view(np.ndarray)
         frozen.flags.writeable = False

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 
 #: The number of moves without and with staying in place.
 MOVES = (4, 5)
+#: What it may be.
+Moves = Annotated[int, Allowed(least=MOVES[0], most=MOVES[1])]
 
 
 @inlined
@@ -48,7 +50,7 @@ class LatticeWalk(CompiledPolicy):
     Parameters
     ----------
     moves : {4, 5}, default 4
-        5 to stay in place with a probability of 1/5.
+        Moves to the north, east, south and west; 5 to stay in place with a probability of 1/5.
 
     Raises
     ------
@@ -56,13 +58,10 @@ class LatticeWalk(CompiledPolicy):
         If `moves` is neither.
     """
 
-    moves: int = 4
+    moves: Moves = 4
 
     kernel = _walk
     draws = 1
-
-    def __post_init__(self) -> None:
-        checks.count("moves", self.moves, least=MOVES[0], most=MOVES[1])
 
     @property
     def is_sound(self) -> bool:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from hashlib import blake2b
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Flag, NonNegative, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
-from teamsight.policies.online.lattice_walk import MOVES, lattice_move
+from teamsight.policies.online.lattice_walk import Moves, lattice_move
 from teamsight.policies.online.online_q import chosen_action, largest
 from teamsight.policies.online.prey_q import MOST_DEPTH, at_rank, cell, cells, closest
 
@@ -128,13 +129,13 @@ class ModularQ(CompiledPolicy):
     monolithic : bool, default False
         Whether one table over the prey and all partners replaces the modules.
     learning_rate : float, default 0.1
-        α, in [0, 1]; 0 keeps the tables as they are.
+        Learning rate α, in [0, 1]; 0 keeps the tables as they are.
     discount : float, default 0.9
         Discount factor γ, in [0, 1].
     temperature : float, default 0.001
         Temperature of the choice by the merged values; 0 for the greatest.
     moves : {4, 5}, default 5
-        North, east, south, west, and to stay.
+        Moves to the north, east, south and west; 5 to stay in place too.
     values_ends : bool, default False
         Whether what is perceived at the end of a trial counts by its value; by default it counts 0.
     first : PolicyState, optional
@@ -154,30 +155,22 @@ class ModularQ(CompiledPolicy):
     they lead hunters to what they have rarely met, the prey and each other.
     """
 
-    depth: int = 3
-    modules: int = 3
-    by: str = "identity"
-    monolithic: bool = False
-    learning_rate: float = 0.1
-    discount: float = 0.9
-    temperature: float = 0.001
-    moves: int = 5
-    values_ends: bool = False
+    depth: Annotated[int, Allowed(least=1, most=MOST_DEPTH)] = 3
+    modules: Annotated[int, Allowed(least=1, most=MOST_MODULES)] = 3
+    by: Annotated[str, Allowed(choices=BY)] = "identity"
+    monolithic: Flag = False
+    learning_rate: Probability = 0.1
+    discount: Probability = 0.9
+    temperature: NonNegative = 0.001
+    moves: Moves = 5
+    values_ends: Flag = False
     first: PolicyState | None = None
 
     kernel = _decide
     draws = 2
 
     def __post_init__(self) -> None:
-        checks.count("depth", self.depth, most=MOST_DEPTH)
-        checks.count("modules", self.modules, most=MOST_MODULES)
-        checks.choice("by", self.by, BY)
-        checks.flag("monolithic", self.monolithic)
-        for name in ("learning_rate", "discount"):
-            checks.number(name, getattr(self, name), least=0, most=1)
-        checks.number("temperature", self.temperature, least=0)
-        checks.count("moves", self.moves, least=MOVES[0], most=MOVES[1])
-        checks.flag("values_ends", self.values_ends)
+        super().__post_init__()
         if self.entries > MOST_ENTRIES:
             modular = replace(self, monolithic=False, first=None).entries
             cure = f"; modules of their own have {modular:,}" if modular <= MOST_ENTRIES else ""

@@ -11,11 +11,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Flag, Index, NonNegative, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, PolicyState
-from teamsight.policies.online.lattice_walk import MOVES, lattice_move
+from teamsight.policies.online.lattice_walk import Moves, lattice_move
 
 
 @inlined
@@ -172,13 +172,13 @@ class OnlineQ(CompiledPolicy):
     Parameters
     ----------
     learning_rate : float, default 0.8
-        α, in [0, 1]; 0 keeps the tables as they are. Tan writes β.
+        Learning rate α, in [0, 1]; 0 keeps the tables as they are. Tan writes β.
     discount : float, default 0.9
         Discount factor γ, in [0, 1].
     temperature : float, default 0.4
-        T; 0 takes an action of the largest value, each of equals with the same probability.
+        Temperature T of the choice; 0 takes an action of the largest value, each of equals with the same probability.
     moves : {4, 5}, default 4
-        North, east, south, west; 5 to stay in place too.
+        Moves to the north, east, south and west; 5 to stay in place too.
     values_ends : bool, default False
         Whether s′ counts by its value when it ends a trial, like any other; by default it counts 0.
     average_every : int, default 0
@@ -199,23 +199,17 @@ class OnlineQ(CompiledPolicy):
     *Departs:* with `average_every`, robots average before they decide.
     """
 
-    learning_rate: float = 0.8
-    discount: float = 0.9
-    temperature: float = 0.4
-    moves: int = 4
-    values_ends: bool = False
-    average_every: int = 0
-    one_table: bool = False
+    learning_rate: Probability = 0.8
+    discount: Probability = 0.9
+    temperature: NonNegative = 0.4
+    moves: Moves = 4
+    values_ends: Flag = False
+    average_every: Index = 0
+    one_table: Flag = False
     tables: Floats | None = None
 
     def __post_init__(self) -> None:
-        for name in ("learning_rate", "discount"):
-            checks.number(name, getattr(self, name), least=0, most=1)
-        checks.number("temperature", self.temperature, least=0)
-        checks.count("moves", self.moves, least=MOVES[0], most=MOVES[1])
-        checks.count("average_every", self.average_every, least=0)
-        checks.flag("values_ends", self.values_ends)
-        checks.flag("one_table", self.one_table)
+        super().__post_init__()
         if self.tables is not None:
             tables = np.array(self.tables, float)
             if tables.ndim not in (2, 3) or tables.shape[-2:] != (self.rows, self.moves):

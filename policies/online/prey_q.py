@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed
 from teamsight.core.kernel import inlined
 from teamsight.policies.online.online_q import ROW_NOISE, ROW_PARAMETERS, OnlineQ, online_q
 
@@ -148,20 +148,17 @@ class PreyQ(OnlineQ):
     *Source:* Tan (1993). *Departs:* of several reported prey the one closest to the robot itself is used.
     """
 
-    depth: int = 4
-    reach: int = 0
-    partner: int = 0
+    depth: Annotated[int, Allowed(least=1, most=MOST_DEPTH)] = 4
+    reach: Annotated[int, Allowed(least=0, most=MOST_DEPTH)] = 0
+    partner: Annotated[int, Allowed(least=0, most=MOST_DEPTH)] = 0
 
     kernel = online_q(_row)
     draws = 3
 
     def __post_init__(self) -> None:
-        checks.count("depth", self.depth, most=MOST_DEPTH)
-        checks.count("reach", self.reach, least=0, most=MOST_DEPTH)
-        checks.count("partner", self.partner, least=0, most=MOST_DEPTH)
+        super().__post_init__()
         if 0 < self.reach < self.depth:
             raise ValueError(f"reach={self.reach}: must be at least depth={self.depth}, or 0 for the depth")
-        super().__post_init__()
 
     @property
     def needs(self) -> tuple[str, ...]:  # type: ignore[override]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Count, NonNegative, Positive
 from teamsight.core.kernel import inlined
 from teamsight.policies.actions import go
 from teamsight.policies.channels import column_of
@@ -86,10 +87,18 @@ class Schemas(CompiledPolicy):
         goal goes to the nearest that is. "goal": also the place to which they go, and it goes there.
     obstacles : tuple of (float, float, float)
         The round obstacles that robots know: x and y from home, and radius [length].
-    goal, obstacle, robot, robot_at_work, noise, noise_at_work : float
-        Gains of the schemas; those "at work" hold for a robot with a goal.
-    obstacle_sphere, robot_sphere : float
-        Distances from the rim of an obstacle, and from a teammate, at which repulsion begins [length].
+    goal : float
+        Gain of going to the goal.
+    obstacle : float
+        Gain of keeping away from obstacles.
+    robot, robot_at_work : float
+        Gain of keeping away from teammates: for a robot without a goal, and for one with a goal, "at work".
+    noise, noise_at_work : float
+        Gain of the random direction: for a robot without a goal, and for one with a goal.
+    obstacle_sphere : float
+        Distance from the rim of an obstacle at which repulsion begins [length].
+    robot_sphere : float
+        Distance from a teammate at which repulsion begins [length].
     persistence : int
         Steps for which a random direction stays.
 
@@ -99,29 +108,24 @@ class Schemas(CompiledPolicy):
         If a value is of the wrong type or outside its limits.
     """
 
-    communication: str = "none"
+    communication: Annotated[str, Allowed(choices=COMMUNICATION)] = "none"
     obstacles: tuple[tuple[float, float, float], ...] = ()
-    goal: float = 1.0
-    obstacle: float = 1.0
-    obstacle_sphere: float = 2.0
-    robot: float = 1.0
-    robot_at_work: float = 0.1
-    robot_sphere: float = 5.0
-    noise: float = 1.0
-    noise_at_work: float = 0.2
-    persistence: int = 8
+    goal: NonNegative = 1.0
+    obstacle: NonNegative = 1.0
+    obstacle_sphere: Positive = 2.0
+    robot: NonNegative = 1.0
+    robot_at_work: NonNegative = 0.1
+    robot_sphere: Positive = 5.0
+    noise: NonNegative = 1.0
+    noise_at_work: NonNegative = 0.2
+    persistence: Count = 8
 
     channels = ("home",)
     shows = ("mode", "goal_x", "goal_y")
     draws = 1
 
     def __post_init__(self) -> None:
-        checks.choice("communication", self.communication, COMMUNICATION)
-        for name in ("goal", "obstacle", "robot", "robot_at_work", "noise", "noise_at_work"):
-            checks.number(name, getattr(self, name), least=0)
-        for name in ("obstacle_sphere", "robot_sphere"):
-            checks.number(name, getattr(self, name), above=0)
-        checks.count("persistence", self.persistence)
+        super().__post_init__()
         if np.array(self.obstacles, float).shape not in ((0,), (len(self.obstacles), 3)):
             raise ValueError(f"obstacles={checks.shown(self.obstacles)}: must be a tuple of (x, y, radius)")
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from teamsight.core import checks
+from teamsight.core.component import Flag
 from teamsight.core.kernel import inlined
 from teamsight.policies.channels import column_of
 from teamsight.policies.schemas.automaton import ACQUIRE, FOLLOW, WANDER, WORK, Schemas, drive, followed
@@ -75,14 +75,10 @@ class ForageSchemas(Schemas):
     infinite. The robots know where obstacles are, and how far home is.
     """
 
-    delivers: bool = True
+    delivers: Flag = True
 
     columns = ("attached", "mass", "mode", "goal_x", "goal_y")
     kernel = _forage
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.flag("delivers", self.delivers)
 
     @property
     def parameters(self) -> tuple[float, ...]:

@@ -28,8 +28,3 @@ def test_what_is_written_into_the_state_is_carried_out() -> None:
     assert model.robots.action.heading.tolist() == [[0.6, 0.8], [0.0, 0.0]]
     assert model.robots.action.distance.tolist() == [0.05, 9.0]
     assert np.hypot(*model.robots.bodies.moved[1]) <= 0.1 + 1e-12
-
-
-def test_the_form_is_checked() -> None:
-    with pytest.raises(ValueError, match="form='turn'.*rotation"):
-        Steered("turn")

@@ -145,23 +145,6 @@ def test_without_recovery_it_pushes_for_ever() -> None:
     assert kept(world)[0, BEHAVIOUR] == BEHAVIOURS.index("goal")
 
 
-@pytest.mark.parametrize(
-    ("options", "error", "message"),
-    [
-        ({"obstacle_range": 0.0}, ValueError, r"obstacle_range=0.*above 0"),
-        ({"slow_range": -1.0}, ValueError, r"slow_range=-1.*above 0"),
-        ({"contact": 0.0}, ValueError, r"contact=0.*above 0"),
-        ({"agility": 0.6}, ValueError, r"agility=0\.6.*at most 0\.5"),
-        ({"swerve": 1.5}, ValueError, r"swerve=1\.5.*at most 1"),
-        ({"recovery": 1}, TypeError, r"recovery=1: must be True or False"),
-        ({"patience": 0}, ValueError, r"patience=0.*at least 1"),
-    ],
-)
-def test_bad_options_are_named(options: dict[str, Any], error: type[Exception], message: str) -> None:
-    with pytest.raises(error, match=message):
-        FixedPriority(**options)
-
-
 def test_it_needs_to_sense_obstacles() -> None:
     from teamsight import Box, Target, World
 

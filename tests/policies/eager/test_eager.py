@@ -225,11 +225,7 @@ def test_readings_beyond_0_and_1_count_as_these(kind: Any) -> None:
     ("kind", "settings", "message"),
     [
         (TabularQ, {"levels": 1}, "levels=1: must be at least 2; one for a sensed body, one for none"),
-        (TabularQ, {"sweeps": 0}, "sweeps=0"),
-        (LinearQ, {"features": 0}, "features=0"),
-        (LinearQ, {"learning_rate": 1.5}, "learning_rate=1.5"),
         (LinearQ, {"discount": 1.0, "learning_rate": 1.0, "reward": lambda memory: np.full(len(memory), 1e37), "sweeps": 400}, "learning diverges; lower one"),
-        (TabularQ, {"discount": 1.1}, "discount=1.1"),
         (TabularQ, {"actions": 8}, "actions=8: must be an ActionGrid"),
         (TabularQ, {"inputs": 20}, "inputs=20"),
         (TabularQ, {"reward": lambda memory: np.full(len(memory), 1e39)}, "values exceed float32; give smaller rewards"),

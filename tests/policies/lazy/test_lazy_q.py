@@ -172,9 +172,7 @@ def test_what_cannot_be_learned_from_is_refused() -> None:
     for kind in (LazyQ, PessimisticLazyQ):
         with pytest.raises(ValueError, match="k=10: the memory has only 9 transitions; use a smaller k, or explore longer"):
             kind(memory, k=10)
-        with pytest.raises(
-            ValueError, match="k=1000: must be at most 128, .* at most the 9 transitions of the memory; use a sm"
-        ):
+        with pytest.raises(ValueError, match="k=1000: must be at most 128; use a smaller k, up to the size of the memory"):
             kind(memory, k=1000)
         with pytest.raises(ValueError, match="is nan for transition 0, and not finite for 9 of 9"):
             kind(memory, lambda memory: np.full(9, np.nan), k=3)

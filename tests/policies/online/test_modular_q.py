@@ -148,18 +148,6 @@ def test_contract(how: dict[str, Any]) -> None:
     check_policy(ModularQ(1, modules=2, **how))
 
 
-@pytest.mark.parametrize(
-    ("given", "named"),
-    [
-        ({"modules": 0}, "modules=0"), ({"depth": 99}, "depth=99"), ({"discount": 2}, "discount=2"),
-        ({"by": "name"}, "by='name'"),
-    ],
-)  # fmt: skip
-def test_wrong_values_are_named(given: dict[str, Any], named: str) -> None:
-    with pytest.raises(ValueError, match=named):
-        ModularQ(**given)
-
-
 def _state(floats: Any = None, ints: Any = None) -> PolicyState:
     """Return a state of four robots, whose ints or floats may be others."""
     fine = ModularQ(1).start(4)

@@ -174,8 +174,7 @@ def test_contract(policy: Policy) -> None:
 @pytest.mark.parametrize(
     ("given", "named"),
     [
-        ({"learning_rate": 1.5}, "learning_rate=1.5"), ({"temperature": -1}, "temperature=-1"), ({"moves": 6}, "moves=6"),
-        ({"depth": 4, "reach": 3}, "reach=3"), ({"depth": 0}, "depth=0"), ({"tables": np.zeros((3, 4))}, r"\(3, 4\)"),
+        ({"depth": 4, "reach": 3}, "reach=3"), ({"tables": np.zeros((3, 4))}, r"\(3, 4\)"),
         ({"depth": 1, "tables": np.full((10, 4), np.nan)}, "tables: have values that are not finite; all must be"),
     ],
 )  # fmt: skip
