@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed
 
 SHORTEST, LONGEST = 1e-9, 1e9
 """The limits of all lengths [length]; for others choose another unit."""
@@ -38,6 +39,9 @@ def length(name: str, value: float) -> float:
             f"{name}={result:g}: must be from {SHORTEST:g} to {LONGEST:g}; choose another unit for all lengths"
         )
     return result
+
+
+Length = Annotated[float, Allowed(check=length, unit="length")]
 
 
 class Bounded(Protocol):
