@@ -72,6 +72,14 @@ class Disc(Arena):
 
 @dataclass(frozen=True)
 class _Rectangle(Arena):
+    """A rectangle.
+
+    Parameters
+    ----------
+    width, height : float
+        Along x and y [length], above 0.
+    """
+
     width: Length
     height: Length
 

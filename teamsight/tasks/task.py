@@ -77,11 +77,11 @@ class Task(Component):
     metrics: Mapping[str, Metric]
     explore: Mapping[str, Any] | None = None
     skilled: Mapping[str, Any] | Train | None = None
-    team: str | None = None
-    size: str = "robots"
+    team: Annotated[str, Allowed()] | None = None
+    size: Annotated[str, Allowed()] = "robots"
     steps: Annotated[Count, Allowed(unit="ticks")] = 600
     gathers: Flag | None = None
-    about: str = ""
+    about: Annotated[str, Allowed()] = ""
 
     def __post_init__(self) -> None:
         super().__post_init__()
