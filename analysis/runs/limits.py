@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed
 
 #: Steps of a run: each leaves a row in the history.
 MOST_STEPS = 10_000_000
@@ -12,6 +13,9 @@ MOST_STEPS = 10_000_000
 MOST_RUNS = 1_000_000
 #: Transitions of a memory, of about 70 numbers each.
 MOST_TRANSITIONS = 100_000_000
+
+Steps = Annotated[int, Allowed(least=1, most=MOST_STEPS, cure="make more runs instead", unit="ticks")]
+Runs = Annotated[int, Allowed(least=1, most=MOST_RUNS, cure="give fewer, of more steps each")]
 
 
 def steps(value: Any) -> int:
