@@ -45,7 +45,7 @@ class TaskExploration(Exploration):
         The task; its team that explores acts.
     scenario : mapping
         Values of its scenario.
-    steps, runs, awareness, seed : object
+    steps, runs, awareness, seed
         See `Exploration`. The others of its parameters have no meaning here.
 
     Raises
