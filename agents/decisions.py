@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.attributes import put
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component
 from teamsight.core.table import Field, Table
 from teamsight.world.noise import Stream, key_of, stream_number, uniforms
 
@@ -50,7 +52,7 @@ class CycleNumbers(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Cycle:
+class Cycle(Component):
     """When robots sense and decide. Between two decisions a robot keeps its last action; before the first it stays.
 
     A robot senses for the k-th time, k = 0, 1, …, at the time origin + phase + k · period + jitter · u, where u is
@@ -80,32 +82,32 @@ class Cycle:
     Arrays are kept as tuples, so that equal cycles are equal and can be keys.
     """
 
-    period: float | npt.ArrayLike = 1.0
-    phase: float | npt.ArrayLike = 0.0
-    jitter: float | npt.ArrayLike = 0.0
-    delay: int | npt.ArrayLike = 0
+    period: Annotated[
+        float | npt.ArrayLike,
+        Allowed(check=partial(_values, least=1.0, cure="a robot decides at most once in each step"), unit="ticks"),
+    ] = 1.0
+    phase: Annotated[float | npt.ArrayLike, Allowed(check=_phase, unit="ticks")] = 0.0
+    jitter: Annotated[
+        float | npt.ArrayLike,
+        Allowed(check=partial(_values, least=0.0, cure="a sensing can only be late"), unit="ticks"),
+    ] = 0.0
+    delay: Annotated[int | npt.ArrayLike, Allowed(check=_delays, unit="ticks")] = 0
 
     def __post_init__(self) -> None:
-        period = _values("period", self.period, 1.0, "a robot decides at most once in each step")
-        phase = RANDOM if isinstance(self.phase, str) else _values("phase", self.phase, 0.0, "give a later time")
-        if isinstance(self.phase, str):
-            checks.choice("phase", self.phase, (RANDOM,))
-        jitter = _values("jitter", self.jitter, 0.0, "a sensing can only be late")
-        delay = _delays(self.delay)
-        sizes = {len(one) for one in (period, phase, jitter, delay) if isinstance(one, tuple)}
+        super().__post_init__()
+        parts = (self.period, self.phase, self.jitter, self.delay)
+        sizes = {len(one) for one in parts if isinstance(one, tuple)}
         if len(sizes) > 1:
             raise ValueError(
                 f"Cycle: has values for {' and '.join(map(str, sorted(sizes)))} robots; give one value, or one for each"
             )
-        late, least = np.broadcast_arrays(np.asarray(jitter), np.asarray(period))
+        late, least = np.broadcast_arrays(np.asarray(self.jitter), np.asarray(self.period))
         if (late >= least).any():
             at = int(np.argmax(np.ravel(late >= least)))
             raise ValueError(
                 f"jitter={np.ravel(late)[at]:g}: must be below the period, {np.ravel(least)[at]:g}, so that sensings "
                 "keep their order; give a smaller jitter or a longer period"
             )
-        for name, value in (("period", period), ("phase", phase), ("jitter", jitter), ("delay", delay)):
-            object.__setattr__(self, name, value)
 
     @property
     def size(self) -> int | None:
@@ -239,13 +241,19 @@ def _values(name: str, value: Any, least: float, cure: str) -> float | tuple[flo
     return numbers if np.ndim(value) else numbers[0]
 
 
-def _delays(value: Any) -> int | tuple[int, ...]:
+def _phase(name: str, value: Any) -> float | tuple[float, ...] | str:
+    if isinstance(value, str):
+        return checks.choice(name, value, (RANDOM,))
+    return _values(name, value, 0.0, "give a later time")
+
+
+def _delays(name: str, value: Any) -> int | tuple[int, ...]:
     cure = "an action cannot be awaited longer"
     if np.ndim(value) == 0:
-        return checks.count("delay", value, least=0, most=MOST_DELAY, cure=cure)
+        return checks.count(name, value, least=0, most=MOST_DELAY, cure=cure)
     if np.ndim(value) != 1:
-        raise ValueError(f"delay: has the shape {np.shape(value)}; give one number, or one for each robot")
-    return tuple(checks.count("delay", one, least=0, most=MOST_DELAY, cure=cure) for one in np.asarray(value).tolist())
+        raise ValueError(f"{name}: has the shape {np.shape(value)}; give one number, or one for each robot")
+    return tuple(checks.count(name, one, least=0, most=MOST_DELAY, cure=cure) for one in np.asarray(value).tolist())
 
 
 #: Robots decide at every step.

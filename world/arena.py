@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.world.contract import ENDLESS, Arena, Points, kernel_period
-from teamsight.world.limits import length
+from teamsight.world.limits import Length
 from teamsight.world.polygons import round_boundary, walls_of
 from teamsight.world.walls import Walls, confine_box, confine_disc, confine_torus, no_walls
 
@@ -31,11 +31,8 @@ class Disc(Arena):
         If the radius is not a number above 0 within the limits of lengths (`teamsight.world.limits`).
     """
 
-    radius: float
+    radius: Length
     confine = confine_disc
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", length("radius", self.radius))
 
     @property
     def size(self) -> tuple[float, ...]:
@@ -75,12 +72,16 @@ class Disc(Arena):
 
 @dataclass(frozen=True)
 class _Rectangle(Arena):
-    width: float
-    height: float
+    """A rectangle.
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "width", length("width", self.width))
-        object.__setattr__(self, "height", length("height", self.height))
+    Parameters
+    ----------
+    width, height : float
+        Along x and y [length], above 0.
+    """
+
+    width: Length
+    height: Length
 
     @property
     def size(self) -> tuple[float, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Component
 from teamsight.world.limits import FINEST
 from teamsight.world.walls import (
     ROUNDING,
@@ -146,7 +147,7 @@ def farthest_inside(is_inside: Callable[[Points], Any], far: Points, halvings: i
 _MOST_NAMED = 3
 
 
-class Arena(ABC):
+class Arena(Component, ABC):
     """A bounded part of the plane.
 
     A subclass defines `confine`, `size`, `area`, `bounds`, `contains` and `place`. If the arena repeats, it also
@@ -335,6 +336,7 @@ class Obstructed(Arena):
     confine = confine_walls
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if isinstance(self.arena, Obstructed):
             object.__setattr__(self, "obstacles", (*self.arena.obstacles, *self.obstacles))
             object.__setattr__(self, "arena", self.arena.arena)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Component
 from teamsight.core.contracts import check_names, class_name, numbers, parameters_of
 from teamsight.core.kernel import Entry, Record, specialise
 
@@ -162,11 +163,12 @@ def interact_at(address: int) -> int:
     return COMPLETED
 
 
-class Interaction:
+class Interaction(Component):
     """What happens between the bodies of some groups after they have moved, as a kernel: the base class.
 
     A subclass defines `roles` and `kernel`, and each attribute whose default is wrong for it. The fields of a subclass
-    that is a dataclass are the constants of its kernel. `World.interact` puts it into a world.
+    that is a dataclass are the constants of its kernel; `Component` says how they are checked. `World.interact` puts it
+    into a world.
 
     Attributes
     ----------

@@ -12,11 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component
 from teamsight.core.kernel import kernel
 from teamsight.world.arena import Disc
 from teamsight.world.contract import Arena, Obstructed, Points
 from teamsight.world.free_places import fits, nearest_free, place_freely
-from teamsight.world.limits import LONGEST, length
+from teamsight.world.limits import LONGEST, Length
 from teamsight.world.polygons import (
     checked_vertices,
     distance_to_walls,
@@ -31,8 +32,20 @@ from teamsight.world.polygons import (
 from teamsight.world.walls import ROUNDING, Sight, Walls, confine_walls, open_sight, walls_size
 
 
+def _checked_place(name: str, value: Any) -> tuple[float, float]:
+    given = checks.shown(value)
+    try:
+        place = np.array(value, float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}={given}: must be two numbers, such as (0, 0)") from None
+    if place.shape != (2,) or not (np.abs(place) <= LONGEST).all():
+        raise ValueError(f"{name}={given}: must be two numbers of at most {LONGEST:g}, such as (0, 0)")
+    x, y = place.tolist()
+    return x, y
+
+
 @dataclass(frozen=True)
-class Circle:
+class Circle(Component):
     """A round obstacle, for `Arena.with_obstacles`.
 
     Parameters
@@ -48,19 +61,8 @@ class Circle:
         If the centre is not two finite numbers, or the radius not a number above 0 within the limits of lengths.
     """
 
-    centre: tuple[float, float]
-    radius: float
-
-    def __post_init__(self) -> None:
-        given = checks.shown(self.centre)
-        try:
-            centre = np.array(self.centre, float)
-        except (TypeError, ValueError):
-            raise TypeError(f"centre={given}: must be two numbers, such as (0, 0)") from None
-        if centre.shape != (2,) or not (np.abs(centre) <= LONGEST).all():
-            raise ValueError(f"centre={given}: must be two numbers of at most {LONGEST:g}, such as (0, 0)")
-        object.__setattr__(self, "centre", tuple(centre.tolist()))
-        object.__setattr__(self, "radius", length("radius", self.radius))
+    centre: Annotated[tuple[float, float], Allowed(check=_checked_place, unit="length")]
+    radius: Length
 
     @property
     def bounds(self) -> tuple[Points, Points]:

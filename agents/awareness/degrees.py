@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Self
+from functools import partial
+from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +20,7 @@ from teamsight.agents.awareness.interface import (
     team_group_at,
 )
 from teamsight.core import checks
+from teamsight.core.component import Allowed
 from teamsight.core.kernel import inlined, kernel
 
 
@@ -229,6 +231,11 @@ class SharedAwareness(Awareness):
 #: Largest number of sectors; more would fill memory with empty sectors.
 MOST_SECTORS = 10_000
 
+_CURE = "it is a number of sectors, of which 360 are enough for most uses; for no awareness use NoAwareness()"
+_Sectors = Annotated[
+    int, Allowed(least=1, most=MOST_SECTORS, check=partial(checks.count, most=MOST_SECTORS, cure=_CURE))
+]
+
 
 @kernel
 def _perceive_ring(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
@@ -305,7 +312,7 @@ class RingAwareness(Awareness):
     accepted for any team.
     """
 
-    delta: int = 16
+    delta: _Sectors = 16
 
     name = "ring"
     order = "Θ(1)"
@@ -315,10 +322,6 @@ class RingAwareness(Awareness):
     perceive = _perceive_ring
     situate = _situate_ring
     delivers = ("targets", "teammates")
-
-    def __post_init__(self) -> None:
-        cure = "it is a number of sectors, of which 360 are enough for most uses; for no awareness use NoAwareness()"
-        object.__setattr__(self, "delta", checks.count("delta", self.delta, most=MOST_SECTORS, cure=cure))
 
     @property
     def parameters(self) -> npt.NDArray[np.float64]:
@@ -343,6 +346,11 @@ class RingAwareness(Awareness):
 
 #: Largest number of teammates in the list; more would fill memory with empty places.
 MOST_LISTED = 10_000
+
+_CURE_OF_LISTS = "for no awareness use NoAwareness(), for all teammates PairwiseAwareness()"
+_Listed = Annotated[
+    int, Allowed(least=1, most=MOST_LISTED, check=partial(checks.count, most=MOST_LISTED, cure=_CURE_OF_LISTS))
+]
 
 
 @kernel
@@ -404,7 +412,7 @@ class NearestAwareness(Awareness):
     *Source:* none; the paper's Θ(1) is a ring (§3.4). σ = 2 as in §3.3, so it adds σδ inputs where a ring adds δ.
     """
 
-    delta: int = 16
+    delta: _Listed = 16
 
     name = "nearest"
     order = "Θ(1)"
@@ -414,10 +422,6 @@ class NearestAwareness(Awareness):
     perceive = _perceive_nearest
     situate = _situate_nearest
     delivers = ("targets", "teammates")
-
-    def __post_init__(self) -> None:
-        cure = "for no awareness use NoAwareness(), for all teammates PairwiseAwareness()"
-        object.__setattr__(self, "delta", checks.count("delta", self.delta, most=MOST_LISTED, cure=cure))
 
     def width(self, team_size: int) -> Width:
         checks.count("team_size", team_size)

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Component
 from teamsight.core.contracts import parameters_of
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room, no_neighbours
@@ -152,11 +153,12 @@ def situate_targets(scene: Any, parameters: Any, situation: Any) -> None:
         read_ring(situation[i], 0, OWN_SECTORS, scene.heading[i], targets, edges, reach)
 
 
-class Awareness:
+class Awareness(Component):
     """A degree of awareness of teammates.
 
     A subclass overrides what differs from the defaults: nothing is shown of teammates, and the inputs are the robot's
-    own. Worlds accept its objects. The fields of a subclass that is a dataclass are its options.
+    own. Worlds accept its objects. The fields of a subclass that is a frozen dataclass are its options; `Component`
+    says how they are checked.
 
     Attributes
     ----------

@@ -5,16 +5,18 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from teamsight.agents.building import OWN_OF_GROUP, divided, forget_members, newcomers
-from teamsight.agents.components.durations import Duration, Times, lasting, length, next_time, time_to
+from teamsight.agents.components.durations import Duration, Times, TimeTo, lasting, length, next_time, time_to
 from teamsight.agents.components.failures import Coming, check_members
 from teamsight.agents.events.sources import EventSource
 from teamsight.agents.mesa.compat import next_identity, set_next_identity
 from teamsight.core import checks
+from teamsight.core.component import Count
 
 if TYPE_CHECKING:
     from teamsight.agents.attributes import Points
@@ -71,7 +73,7 @@ class Arrivals(_Leaving, Coming):
         stay: float | Duration | Times | None = None,
         *,
         position: Points | None = None,
-        most: int | None = None,
+        most: Count | None = None,
         **abilities: Any,
     ) -> None:
         self.interval = time_to("interval", interval)
@@ -178,6 +180,7 @@ def _naming_arrivals() -> Iterator[None]:
         raise type(error)(text) from error
 
 
+@dataclass(eq=False, repr=False)
 class Departures(_Leaving):
     """The agents of a group leave it, each independently of the others; the log says "left".
 
@@ -197,8 +200,7 @@ class Departures(_Leaving):
     Those who have left do not come back, also not at a reset.
     """
 
-    def __init__(self, time_to_departure: float | Duration | Times) -> None:
-        self.time_to_departure = time_to("time_to_departure", time_to_departure)
+    time_to_departure: TimeTo
 
     def check(self) -> None:
         """Refuse times that are listed for unknown members."""

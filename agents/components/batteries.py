@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents.body import Body
 from teamsight.agents.columns import Column
-from teamsight.agents.components.durations import Duration, Times, lasting, length
+from teamsight.agents.components.durations import Lasting, length
 from teamsight.agents.components.failures import Disabling, check_members
 from teamsight.agents.engine.watching import Bound
 from teamsight.agents.events.sources import Watching
@@ -18,6 +19,7 @@ from teamsight.agents.events.timeline import AgentLeftError
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Count
 from teamsight.core.kernel import Entry, Record
 from teamsight.core.neighbour_list import Filled
 
@@ -106,7 +108,10 @@ _DRAIN = Entry(_drain)
 #: The column with the charge of each agent.
 BATTERY = "battery"
 
+_Drain = Annotated[float, Allowed(least=0, cure="0 is no drain")]
 
+
+@dataclass(eq=False, repr=False)
 class Batteries(Disabling, Watching):
     """Each agent has a battery; one whose battery is empty is inactive until it is charged.
 
@@ -138,26 +143,23 @@ class Batteries(Disabling, Watching):
     and stops a run only where a battery becomes low or empty. `ChargingPlaces` charge batteries.
     """
 
+    capacity: Annotated[float, Allowed(above=0, cure="leave Batteries out for no limit", unit="charge")]
+    per_distance: Annotated[_Drain, Allowed(unit="charge / length")] = 1.0
+    per_tick: Annotated[_Drain, Allowed(unit="charge")] = 0.0
+    per_decision: Annotated[_Drain, Allowed(unit="charge")] = 0.0
+    low_level: Annotated[float, Allowed(least=0, unit="charge")] | None = None
+
     entry = _DRAIN
 
-    def __init__(
-        self,
-        capacity: float,
-        per_distance: float = 1.0,
-        per_tick: float = 0.0,
-        per_decision: float = 0.0,
-        low_level: float | None = None,
-    ) -> None:
-        self.capacity = checks.number("capacity", capacity, above=0, cure="leave Batteries out for no limit")
-        self.per_distance = checks.number("per_distance", per_distance, least=0, cure="0 is no drain")
-        self.per_tick = checks.number("per_tick", per_tick, least=0, cure="0 is no drain")
-        self.per_decision = checks.number("per_decision", per_decision, least=0, cure="0 is no drain")
+    def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.per_distance + self.per_tick + self.per_decision:
             raise ValueError(
-                f"per_distance={per_distance:g}, per_tick={per_tick:g}, per_decision={per_decision:g}: nothing drains "
-                "the batteries; give one of them above 0"
+                f"per_distance={self.per_distance:g}, per_tick={self.per_tick:g}, per_decision={self.per_decision:g}: "
+                "nothing drains the batteries; give one of them above 0"
             )
-        self.low_level = 0.2 * self.capacity if low_level is None else checks.number("low_level", low_level, least=0)
+        if self.low_level is None:
+            self.low_level = 0.2 * self.capacity
         if self.low_level >= self.capacity:
             raise ValueError(f"low_level={self.low_level:g}: must be less than the capacity, {self.capacity:g}")
 
@@ -207,7 +209,7 @@ class Batteries(Disabling, Watching):
         bodies, charge, table = group.bodies, group.columns.array(BATTERY), group.timetable
         self.record = DRAIN.pack(DrainArrays(
             bodies.member, bodies.active, bodies.moved, np.zeros(0, np.int64) if table is None else table.decided_at,
-            bound.moment, charge, self._supply, self._level, self.capacity, self.low_level, self.per_distance,
+            bound.moment, charge, self._supply, self._level, self.capacity, self.low_level or 0.0, self.per_distance,
             self.per_tick, self.per_decision,
         ))  # fmt: skip
 
@@ -369,6 +371,14 @@ _FIND = Entry(_find)
 CHARGERS = "chargers"
 
 
+def _places(name: str, value: Any) -> tuple[tuple[float, ...], ...]:
+    places = np.asarray(value, float)
+    if places.shape[-1:] != (2,) or places.ndim > 2 or not np.isfinite(places).all():
+        raise ValueError(f"{name}={checks.shown(value)}: must be (x, y), or a list of these, [length]")
+    return tuple(map(tuple, np.atleast_2d(places).tolist()))
+
+
+@dataclass(eq=False, repr=False)
 class ChargingPlaces(Watching):
     """Agents with a low battery that come to a charging place queue there, are charged, and go on.
 
@@ -408,31 +418,21 @@ class ChargingPlaces(Watching):
     it. One `policy` serves them all.
     """
 
+    position: Annotated[Points, Allowed(check=_places, unit="length")]
+    chargers: Count = 1
+    _: KW_ONLY
+    rate: Annotated[float, Allowed(above=0, cure="it is charge per tick", unit="charge / tick")] | None = None
+    duration: Lasting | None = None
+    radius: Annotated[float, Allowed(above=0, cure="it is a length, such as 0.1", unit="length")] = 0.1
+    policy: PolicyLike | None = None
+    reach: Annotated[float, Allowed(above=0, cure="leave it out for no limit", unit="length")] | None = None
+
     entry = _FIND
 
-    def __init__(
-        self,
-        position: Points,
-        chargers: int = 1,
-        *,
-        rate: float | None = None,
-        duration: float | Duration | Times | None = None,
-        radius: float = 0.1,
-        policy: PolicyLike | None = None,
-        reach: float | None = None,
-    ) -> None:
-        places = np.asarray(position, float)
-        if places.shape[-1:] != (2,) or places.ndim > 2 or not np.isfinite(places).all():
-            raise ValueError(f"position={checks.shown(position)}: must be (x, y), or a list of these, [length]")
-        self.position = tuple(map(tuple, np.atleast_2d(places).tolist()))
-        self.chargers = checks.count("chargers", chargers)
-        if (rate is None) == (duration is None):
-            raise ValueError(f"rate={rate}, duration={duration}: give one of the two, such as rate=0.5")
-        self.rate = None if rate is None else checks.number("rate", rate, above=0, cure="it is charge per tick")
-        self.duration = lasting("duration", duration)
-        self.radius = checks.number("radius", radius, above=0, cure="it is a length, such as 0.1")
-        self.policy = policy
-        self.reach = None if reach is None else checks.number("reach", reach, above=0, cure="leave it out for no limit")
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.rate is None) == (self.duration is None):
+            raise ValueError(f"rate={self.rate}, duration={self.duration}: give one of the two, such as rate=0.5")
 
     def check(self) -> None:
         """Refuse durations that are listed for unknown members."""
@@ -454,7 +454,7 @@ class ChargingPlaces(Watching):
             others = sum(one.name.startswith(CHARGERS) for one in self.world.groups)
             name = f"{CHARGERS} {others + 1}" if others else CHARGERS
             self.places: Group[Body] = self.world.add(
-                Body, len(self.position), policy="stationary", team=None, position=self.position, name=name
+                Body, len(np.asarray(self.position)), policy="stationary", team=None, position=self.position, name=name
             )
             self.world.senses(group, self.places, as_=CHARGERS, sensor=sensor, counts=False)
             self._batteries = found[0]
@@ -495,7 +495,7 @@ class ChargingPlaces(Watching):
         self._visits: dict[int, int] = {}
         self._requests: dict[int, Any] = {}
         self._begun: set[int] = set()
-        self._resources = [self.clock.resource(self.chargers) for _ in self.position]
+        self._resources = [self.clock.resource(self.chargers) for _ in np.asarray(self.position)]
         for member in self.members:
             if self._batteries.level(member):
                 self.is_low(member)
@@ -574,7 +574,7 @@ class ChargingPlaces(Watching):
         self._speeds, self._policies, self._visits, self._begun = (part.copy() for part in own)
         self._place = place.copy()
         self._requests = {}
-        self._resources = [self.clock.resource(self.chargers) for _ in self.position]
+        self._resources = [self.clock.resource(self.chargers) for _ in np.asarray(self.position)]
         for number, (users, queue) in enumerate(order):
             for member in [*users, *queue]:
                 self._request(member, number)

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component
 
 if TYPE_CHECKING:
     from teamsight.agents.events.sources import EventSource
@@ -16,9 +17,11 @@ if TYPE_CHECKING:
 # Shorter mean durations would be more than a million events for a robot in a tick.
 _LEAST = 1e-6
 _MOST = 1e15
+_CURE = "it is a time in ticks, such as 500; leave the component, or the time to a repair, out for never"
+_Time = Annotated[float, Allowed(least=_LEAST, most=_MOST, cure=_CURE, unit="ticks")]
 
 
-class Duration:
+class Duration(Component):
     """The distribution of a time that passes until something happens.
 
     A distribution of one's own is a subclass with `draw`.
@@ -50,10 +53,7 @@ class Exponential(Duration):
         If it is not a number, or outside the limits.
     """
 
-    mean: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", _time("mean", self.mean))
+    mean: _Time
 
     def draw(self, uniform: float) -> float:
         """Return a duration [ticks]; see `Duration.draw`."""
@@ -77,13 +77,8 @@ class Weibull(Duration):
         If a value is not a number, or outside the limits.
     """
 
-    scale: float
-    shape: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "scale", _time("scale", self.scale))
-        shape = checks.number("shape", self.shape, least=0.1, most=100, cure="1 is exponential")
-        object.__setattr__(self, "shape", shape)
+    scale: _Time
+    shape: Annotated[float, Allowed(least=0.1, most=100, cure="1 is exponential")]
 
     def draw(self, uniform: float) -> float:
         """Return a duration [ticks]; see `Duration.draw`."""
@@ -110,10 +105,7 @@ class Constant(Duration):
         If it is not a number, or outside the limits.
     """
 
-    value: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "value", _time("value", self.value))
+    value: _Time
 
     def draw(self, uniform: float) -> float:
         """Return the duration [ticks]."""
@@ -223,19 +215,28 @@ def lasting(name: str, value: Any) -> Duration | Times | None:
     return found
 
 
-def next_time(source: EventSource, time_to: Duration | Times, member: int, number: int, index: int) -> float:
+#: The fields of components for these two.
+TimeTo = Annotated[float | Duration | Times, Allowed(check=time_to, unit="ticks")]
+Lasting = Annotated[float | Duration | Times, Allowed(check=lasting, unit="ticks")]
+
+
+def next_time(source: EventSource, time_to: Any, member: int, number: int, index: int) -> float:
     """Return when the event `number` of a member happens [ticks]; `index` is that of its random number."""
     if isinstance(time_to, Times):
         # At the start, the present moment is not over.
         return time_to.after(math.nextafter(source.now, -1) if number == 0 else source.now, member)
-    return source.now + time_to.draw(source.random(member, index))
+    time: float = source.now + time_to.draw(source.random(member, index))
+    return time
 
 
-def length(source: EventSource, lasting: Duration | Times | None, member: int, number: int, index: int) -> float:
+def length(source: EventSource, lasting: Any, member: int, number: int, index: int) -> float:
     """Return how long the event `number` of a member lasts [ticks]; `index` is that of its random number."""
     if lasting is None:
         return math.inf
-    return lasting.lasting(number, member) if isinstance(lasting, Times) else lasting.draw(source.random(member, index))
+    if isinstance(lasting, Times):
+        return lasting.lasting(number, member)
+    time: float = lasting.draw(source.random(member, index))
+    return time
 
 
 def _duration(name: str, value: Any, listed: str) -> Duration | Times:
@@ -251,8 +252,7 @@ def _duration(name: str, value: Any, listed: str) -> Duration | Times:
 
 
 def _time(name: str, value: Any) -> float:
-    cure = "it is a time in ticks, such as 500; leave the component, or the time to a repair, out for never"
-    return checks.number(name, value, least=_LEAST, most=_MOST, cure=cure)
+    return checks.number(name, value, least=_LEAST, most=_MOST, cure=_CURE)
 
 
 def _times(times: Any) -> tuple[float, ...]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from teamsight.agents.components.durations import Duration, Times, lasting, length, next_time, time_to
+from teamsight.agents.components.durations import Duration, Lasting, Times, TimeTo, length, next_time
 from teamsight.agents.events.sources import EventSource
-from teamsight.core import checks
+from teamsight.core.component import Allowed
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
@@ -194,6 +195,7 @@ class Disabling(Holding):
         self.release(member)
 
 
+@dataclass(eq=False, repr=False)
 class Failures(Disabling, Interruptions):
     """Agents fail, each independently of the others, and may be repaired.
 
@@ -225,14 +227,11 @@ class Failures(Disabling, Interruptions):
     ``failures = world.attach(Failures(500, 50), robots)``
     """
 
+    time_to_failure: TimeTo
+    time_to_repair: Lasting | None = None
+
     words = "failed", "repaired"
     parameters = "time_to_failure", "time_to_repair"
-
-    def __init__(
-        self, time_to_failure: float | Duration | Times, time_to_repair: float | Duration | Times | None = None
-    ) -> None:
-        self.time_to_failure = time_to("time_to_failure", time_to_failure)
-        self.time_to_repair = lasting("time_to_repair", time_to_repair)
 
     def begin(self) -> None:
         """Plan the first failure of each agent."""
@@ -253,6 +252,7 @@ class Failures(Disabling, Interruptions):
         self.enable(member)
 
 
+@dataclass(eq=False, repr=False)
 class SensorDropouts(Holding, Interruptions):
     """Sensors drop out and come back, those of each agent independently of the others.
 
@@ -276,20 +276,12 @@ class SensorDropouts(Holding, Interruptions):
         the group has no such channel.
     """
 
+    time_to_dropout: TimeTo
+    time_to_recovery: Lasting | None = None
+    channel: Annotated[str, Allowed()] | None = None
+
     words = "sensor dropped out", "sensor came back"
     parameters = "time_to_dropout", "time_to_recovery"
-
-    def __init__(
-        self,
-        time_to_dropout: float | Duration | Times,
-        time_to_recovery: float | Duration | Times | None = None,
-        channel: str | None = None,
-    ) -> None:
-        self.time_to_dropout = time_to("time_to_dropout", time_to_dropout)
-        self.time_to_recovery = lasting("time_to_recovery", time_to_recovery)
-        if channel is not None and not isinstance(channel, str):
-            raise TypeError(f"channel={checks.shown(channel)}: must be the name of a channel, such as 'targets'")
-        self.channel = channel
 
     def begin(self) -> None:
         """Plan the first dropout of each agent."""

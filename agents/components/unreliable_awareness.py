@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import Any
+from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import Annotated, Any
 
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.events.sources import EventSource
-from teamsight.agents.sensing.sensor import MOST_DELAY, Sensor
+from teamsight.agents.sensing.sensor import MOST_DELAY, Delay, Sensor
 from teamsight.core import checks
+from teamsight.core.component import Allowed
 
 
+@dataclass(eq=False, repr=False)
 class UnreliableAwareness(EventSource):
     """What the robots of a group know of their teammates is late, or gets lost, for a time or for the whole run.
 
@@ -40,15 +42,18 @@ class UnreliableAwareness(EventSource):
         no team.
     """
 
+    delay: Delay = 0
+    missing: Annotated[float, Allowed(least=0, most=1, cure="it is a probability")] = 0.0
+    _: KW_ONLY
+    begins: Annotated[float, Allowed(least=0, cure="0 is the start", unit="ticks")] = 0.0
+    ends: Annotated[float, Allowed(unit="ticks")] | None = None
     # While it lasts: the sensor of the user, to which all that last add, and what they have made of it.
-    _sensors: tuple[Sensor, Sensor] | None = None
+    _sensors: tuple[Sensor, Sensor] | None = field(default=None, init=False)
 
-    def __init__(self, delay: int = 0, missing: float = 0.0, *, begins: float = 0.0, ends: float | None = None) -> None:
-        self.delay = checks.count("delay", delay, least=0, most=MOST_DELAY, cure="it is a number of ticks")
-        self.missing = checks.number("missing", missing, least=0, most=1, cure="it is a probability")
-        self.begins = checks.number("begins", begins, least=0, cure="0 is the start")
-        cure = "leave it out for never"
-        self.ends = None if ends is None else checks.number("ends", ends, above=self.begins, cure=cure)
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.ends is not None:
+            checks.number("ends", self.ends, above=self.begins, cure="leave it out for never")
 
     def begin(self) -> None:
         """Plan when it begins and ends."""

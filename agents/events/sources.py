@@ -15,6 +15,7 @@ from teamsight.agents.engine.watching import Watcher
 from teamsight.agents.events.timeline import Timeline
 from teamsight.agents.group import Group
 from teamsight.core import checks
+from teamsight.core.component import Component
 from teamsight.core.references import stable_name
 from teamsight.world.clock import Planned, call
 from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of_block
@@ -31,12 +32,14 @@ _MOST_BLOCKS = 1024
 _CONSTANT = frozenset({int, float, str, bool, type(None), np.int64, np.float64, tuple})
 
 
-class EventSource:
+class EventSource(Component):
     """A component that plans events in a world; a subclass says which.
 
     `World.attach` copies it, so one object can serve many worlds, be a parameter of a sweep, and be pickled. The copy
     belongs to the world: `begin` plans its first events, and each event is the call of one of its methods by name,
     which may plan the next. So a saved state can hold all that is pending.
+
+    The fields of a subclass that is a dataclass are its options, and `Component` says how they are checked.
 
     Agents are named by their *member*, a number that they never lose, while rows change when others leave.
 

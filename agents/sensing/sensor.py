@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.angles import direction
+from teamsight.core.component import Allowed, Component, Flag, NonNegative, Positive, Probability
 from teamsight.core.kernel import Entry, Record, bits_of, float_of, inlined, kernel, scratch, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
 from teamsight.world.arena import Arena
@@ -409,9 +411,22 @@ def standard_sense(view: Any, parameters: Any, sensed: Any) -> int:
 #: The largest delay [ticks]; the measurements of as many ticks are kept.
 MOST_DELAY = 1_000
 
+_CURE = "it is a number of ticks"
+Delay = Annotated[
+    int,
+    Allowed(least=0, most=MOST_DELAY, check=partial(checks.count, least=0, most=MOST_DELAY, cure=_CURE), unit="ticks"),
+]
+
+
+def _field_of_view(name: str, value: Any) -> float:
+    found = checks.angle(name, value, _FULL_TURN)
+    if found == 0:
+        raise ValueError(f"{name}=0.0: must be above 0 [rad]; to sense nothing, use missed=1")
+    return found
+
 
 @dataclass(frozen=True)
-class Sensor:
+class Sensor(Component):
     """The sensor of a group for one channel: by default exact, all around, within range and in line of sight.
 
     Parameters
@@ -461,32 +476,18 @@ class Sensor:
     *Departs:* the paper's sensors are exact and see all around (§3, §5).
     """
 
-    field_of_view: float = _FULL_TURN
-    range_noise: float = 0.0
-    bearing_noise: float = 0.0
-    missed: float = 0.0
-    false_positives: float = 0.0
-    delay: int = 0
-    occluded: bool = True
-    range: float | None = None
+    field_of_view: Annotated[float, Allowed(above=0, most=_FULL_TURN, check=_field_of_view, unit="rad")] = _FULL_TURN
+    range_noise: Annotated[NonNegative, Allowed(unit="length")] = 0.0
+    bearing_noise: Annotated[
+        float, Allowed(least=0, most=math.pi, check=partial(checks.angle, most=math.pi), unit="rad")
+    ] = 0.0
+    missed: Probability = 0.0
+    false_positives: Probability = 0.0
+    delay: Delay = 0
+    occluded: Flag = True
+    range: Annotated[Positive, Allowed(unit="length")] | None = None
 
     sense: ClassVar[Callable[..., int]] = standard_sense
-
-    def __post_init__(self) -> None:
-        checked = {
-            "field_of_view": checks.angle("field_of_view", self.field_of_view, _FULL_TURN),
-            "range_noise": checks.number("range_noise", self.range_noise, least=0),
-            "bearing_noise": checks.angle("bearing_noise", self.bearing_noise, math.pi),
-            "missed": checks.number("missed", self.missed, least=0, most=1),
-            "false_positives": checks.number("false_positives", self.false_positives, least=0, most=1),
-            "delay": checks.count("delay", self.delay, least=0, most=MOST_DELAY, cure="it is a number of ticks"),
-            "occluded": checks.flag("occluded", self.occluded),
-            "range": None if self.range is None else checks.number("range", self.range, above=0),
-        }
-        if checked["field_of_view"] == 0:
-            raise ValueError("field_of_view=0.0: must be above 0 [rad]; to sense nothing, use missed=1")
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         values = [(each, getattr(self, each.name)) for each in fields(self)]

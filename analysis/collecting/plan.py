@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from teamsight.analysis.collecting.learning import Learning
+from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.core.component import Allowed, Component, Count
 from teamsight.policies.basis.basis_behaviours import BasisBehaviours
 from teamsight.tasks.registry import TASKS
 
@@ -39,7 +41,7 @@ FIXED: dict[str, BasisBehaviours] = {
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Component):
     """What to simulate.
 
     Parameters
@@ -60,13 +62,13 @@ class Plan:
         Root seed.
     """
 
-    runs: int = 40
-    times: tuple[int, ...] = (1250, 2500, 5000, 10_000, 20_000, 40_000, 80_000)
-    judged: int = 20_000
-    tests: int = 10
-    steps: int = 1200
-    sizes: tuple[int, ...] = (4, 12)
-    seed: int = root("collecting")
+    runs: limits.Runs = 40
+    times: Annotated[tuple[Count, ...], Allowed(unit="ticks")] = (1250, 2500, 5000, 10_000, 20_000, 40_000, 80_000)
+    judged: Annotated[Count, Allowed(unit="ticks")] = 20_000
+    tests: Count = 10
+    steps: limits.Steps = 1200
+    sizes: Annotated[tuple[Count, ...], Allowed()] = (4, 12)
+    seed: Annotated[int, Allowed(least=0)] = root("collecting")
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.core.component import Allowed, Component, Count
 from teamsight.policies.schemas.automaton import COMMUNICATION
 from teamsight.tasks.registry import TASKS
 from teamsight.tasks.task import Task
@@ -52,7 +54,7 @@ class UntilDone:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Component):
     """What to simulate.
 
     Parameters
@@ -67,11 +69,11 @@ class Plan:
         The numbers of robots, and of attractors where there are any; each of one with each of the other is a cell.
     """
 
-    runs: int = 30
-    steps: int = 8000
-    seed: int = root("foraging")
-    robots: tuple[int, ...] = (1, 2, 3, 4, 5)
-    attractors: tuple[int, ...] = (1, 3, 5, 7)
+    runs: limits.Runs = 30
+    steps: limits.Steps = 8000
+    seed: Annotated[int, Allowed(least=0)] = root("foraging")
+    robots: Annotated[tuple[Count, ...], Allowed()] = (1, 2, 3, 4, 5)
+    attractors: Annotated[tuple[Count, ...], Allowed()] = (1, 3, 5, 7)
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""

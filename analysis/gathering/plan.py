@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.analysis.gathering.scenarios import check_scenarios, scenario_for
 from teamsight.analysis.runs import limits
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component, Count, Index
 from teamsight.tasks.named import task_of
 from teamsight.tasks.task import Task
 
@@ -23,9 +24,11 @@ SIZES = (4, 8, 16, 30)
 #: δ at which the objective is measured by default.
 DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 
+_Share = Annotated[float, Allowed(above=0.0, most=1.0)]
+
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Component):
     """What is simulated, and what counts as enough.
 
     Parameters
@@ -63,18 +66,19 @@ class Plan:
     """
 
     tasks: Sequence[Task | str] = ("cmommt",)
-    sizes: Sequence[int] = SIZES
-    runs: int = 200
-    steps: int | None = None
-    risk: float = 0.05
-    tolerance: float = 0.02
-    degree: str = "nearest"
-    trainings: int = 1
+    sizes: Annotated[Sequence[Annotated[int, Allowed(least=2)]], Allowed()] = SIZES
+    runs: limits.Runs = 200
+    steps: limits.Steps | None = None
+    risk: _Share = 0.05
+    tolerance: _Share = 0.02
+    degree: Annotated[str, Allowed(choices=DEGREES)] = "nearest"
+    trainings: Count = 1
     scenario: Mapping[str, Any] = field(default_factory=dict)
-    seed: int = 0
-    deltas: Sequence[int] = DELTAS
+    seed: Index = 0
+    deltas: Annotated[Sequence[Count], Allowed()] = DELTAS
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if isinstance(self.tasks, (str, Task)):
             raise TypeError(f"tasks={checks.shown(self.tasks)}: must be several tasks, as in ['cmommt']")
         object.__setattr__(self, "tasks", tuple(map(task_of, self.tasks)))
@@ -82,20 +86,10 @@ class Plan:
         for name in names:
             if names.count(name) > 1:
                 raise ValueError(f"tasks: {name!r} is the name of two; give each task once")
-        sizes = tuple(dict.fromkeys(checks.count("sizes", size, least=2) for size in self.sizes))
-        object.__setattr__(self, "sizes", sizes)
-        if not names or not sizes:
+        if not names or not self.sizes:
             raise ValueError(f"{'tasks' if not names else 'sizes'}: there are none; give at least one")
-        object.__setattr__(self, "deltas", tuple(checks.count("deltas", delta) for delta in self.deltas))
-        limits.runs(self.runs)
         checks.count("runs", self.runs, least=2, cure="an interval needs two runs")
-        if self.steps is not None:
-            limits.steps(self.steps)
-        checks.number("risk", self.risk, above=0.0, most=1.0)
-        checks.number("tolerance", self.tolerance, above=0.0, most=1.0)
-        checks.choice("degree", self.degree, DEGREES)
         checks.count("trainings", self.trainings, most=self.runs, cure="trainings share the runs, at least one each")
-        checks.count("seed", self.seed, least=0)
         for task in self.all_tasks:
             for treatment in ("explore", "skilled"):
                 if task.teams[treatment] is None:

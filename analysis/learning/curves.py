@@ -6,7 +6,7 @@ import math
 import warnings
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import pandas as pd
 
@@ -22,13 +22,13 @@ from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.search_space import log10_size
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Component, Count, Probability
 from teamsight.policies.handmade.a_cmommt import ACmommt
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.lazy.learner import LazyLearner
 from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
 from teamsight.policies.memory import LazyMemory
-from teamsight.world.limits import length
+from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
@@ -40,7 +40,7 @@ _COST = 250_000.0
 
 
 @dataclass(frozen=True)
-class Curves:
+class Curves(Component):
     """Settings of learning curves: what is learnt, from how many transitions, and where it is evaluated.
 
     The explorations are the paper's, 5 robots × 120 steps among 10 targets in an arena of radius 3 under Θ(1), as often
@@ -78,30 +78,20 @@ class Curves:
         If a name is unknown or a number too small.
     """
 
-    learners: tuple[str, ...] = ("lazy", "tabular", "linear", "regression")
-    samples: tuple[int, ...] = SAMPLES
-    memories: int = 24
-    worlds: int = 3
-    robots: tuple[int, ...] = (5, 10, 20)
-    radius: tuple[float, ...] = (3.0, 5.0)
-    targets: int = 15
-    steps: int = 600
-    seed: int = root("learning curves")
-    reward: str = "keep"
-    discount: float = 0.7
-    k: int | None = None
-
-    def __post_init__(self) -> None:
-        for value in self.learners:
-            checks.choice("learner", value, LEARNERS)
-        checks.choice("reward", self.reward, REWARDS)
-        for name in ("memories", "worlds", "targets", "steps"):
-            checks.count(name, getattr(self, name))
-        for name in ("samples", "robots"):
-            for number in getattr(self, name):
-                checks.count(name, number)
-        for radius in self.radius:
-            length("radius", radius)
+    learners: Annotated[tuple[Annotated[str, Allowed(choices=LEARNERS)], ...], Allowed()] = (
+        "lazy", "tabular", "linear", "regression",
+    )  # fmt: skip
+    samples: Annotated[tuple[Count, ...], Allowed()] = SAMPLES
+    memories: Count = 24
+    worlds: Count = 3
+    robots: Annotated[tuple[Count, ...], Allowed()] = (5, 10, 20)
+    radius: Annotated[tuple[Length, ...], Allowed()] = (3.0, 5.0)
+    targets: Count = 15
+    steps: Annotated[Count, Allowed(unit="ticks")] = 600
+    seed: Annotated[int, Allowed(least=0)] = root("learning curves")
+    reward: Annotated[str, Allowed(choices=REWARDS)] = "keep"
+    discount: Probability = 0.7
+    k: Count | None = None
 
     @property
     def objective(self) -> Objective:

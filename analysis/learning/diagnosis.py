@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -29,7 +29,7 @@ from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Component, Count, Index, Probability
 from teamsight.policies.eager.tabular import TooManyStatesError
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.lazy_q import LazyQ
@@ -48,7 +48,7 @@ _COST = 250_000.0
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(Component):
     """Settings of a diagnosis.
 
     Parameters
@@ -75,22 +75,18 @@ class Diagnosis:
         If a name is unknown or a number too small.
     """
 
-    learners: tuple[str, ...] = ("lazy", "regression")
-    samples: tuple[int, ...] = SAMPLES
-    memories: int = 24
-    reward: str = "own"
-    discount: float = 0.7
-    k: int | None = None
-    seed: int = 0
+    learners: Annotated[tuple[Annotated[str, Allowed(choices=LEARNERS)], ...], Allowed()] = ("lazy", "regression")
+    samples: Annotated[tuple[Count, ...], Allowed()] = SAMPLES
+    memories: Count = 24
+    reward: Annotated[str, Allowed(choices=REWARDS)] = "own"
+    discount: Probability = 0.7
+    k: Count | None = None
+    seed: Index = 0
 
     def __post_init__(self) -> None:
-        for name in self.learners:
-            if checks.choice("learner", name, LEARNERS) == "sheppard":
-                raise ValueError("learner=sheppard: moves at random now and then, and learns meanwhile; leave it out")
-        checks.choice("reward", self.reward, REWARDS)
-        checks.count("memories", self.memories)
-        for transitions in self.samples:
-            checks.count("samples", transitions)
+        super().__post_init__()
+        if "sheppard" in self.learners:
+            raise ValueError("learner=sheppard: moves at random now and then, and learns meanwhile; leave it out")
         if min(self.samples) < self.matches:
             raise ValueError(
                 f"samples={min(self.samples)}: fewer than the {self.matches} transitions that eq. 1 matches; give "

@@ -24,9 +24,10 @@ from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.runs.workers import WorkerPool
-from teamsight.core import checks
+from teamsight.core.component import Component, Count, Index
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.memory import LazyMemory
+from teamsight.world.limits import Length
 
 #: Default policy of an exploration: any direction, any distance up to a full step (§8.2).
 EXPLORER = RandomWalk(turn_probability=1.0, random_distance=True)
@@ -36,7 +37,7 @@ _LONG = 300_000
 
 
 @dataclass(frozen=True)
-class Exploration:
+class Exploration(Component):
     """An exploration of CMOMMT; by default that of the paper, 600 transitions.
 
     Parameters
@@ -70,27 +71,23 @@ class Exploration:
     the arena; here its radius is 3.
     """
 
-    robots: int = 5
-    targets: int = 10
-    radius: float = 3.0
-    steps: int = 120
-    runs: int = 1
+    robots: Count = 5
+    targets: Count = 10
+    radius: Length = 3.0
+    steps: limits.Steps = 120
+    runs: limits.Runs = 1
     awareness: Awareness | str = field(default_factory=RingAwareness)
     policy: Any = EXPLORER
-    seed: int = 0
+    seed: Index = 0
     world: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("robots", "targets"):
-            checks.count(name, getattr(self, name))
-        limits.steps(self.steps)
-        limits.runs(self.runs)
+        super().__post_init__()
         if self.transitions > limits.MOST_TRANSITIONS:
             raise ValueError(
                 f"robots={self.robots}, steps={self.steps}, runs={self.runs}: makes {self.transitions:.1e} "
                 f"transitions, at most {limits.MOST_TRANSITIONS:.0e} fit in memory; reduce one of them"
             )
-        checks.count("seed", self.seed, least=0)
 
     @property
     def transitions(self) -> int:

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from teamsight.analysis.pursuit.conditions import CONDITIONS
 from teamsight.analysis.pursuit.trials import BLOCK, Learning
+from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
 from teamsight.analysis.runs.settings import as_json
+from teamsight.core.component import Allowed, Component, Count, Positive
 
 # Steps of a trial, roughly, from which the work of a run is estimated.
 _STEPS = {False: 40, True: 110}
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Component):
     """What to simulate.
 
     Parameters
@@ -35,11 +37,11 @@ class Plan:
         Names in `CONDITIONS`.
     """
 
-    runs: int = 10
-    share: float = 1.0
-    tests: int = 1000
-    seed: int = root("pursuit")
-    names: tuple[str, ...] = tuple(CONDITIONS)
+    runs: limits.Runs = 10
+    share: Positive = 1.0
+    tests: Count = 1000
+    seed: Annotated[int, Allowed(least=0)] = root("pursuit")
+    names: Annotated[tuple[Annotated[str, Allowed(choices=CONDITIONS)], ...], Allowed()] = tuple(CONDITIONS)
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Annotated, Any
 
 from teamsight.agents.awareness import NearestAwareness
 from teamsight.analysis.pushing.trials import agreement, examples_of, until_moved
+from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.core.component import Allowed, Component, Count
 from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
 from teamsight.tasks.pushing.task import TASK
 from teamsight.tasks.pushing.world import FIXED_PRIORITY
@@ -24,7 +26,7 @@ _TEST_RUNS = range(-8, -4)
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Component):
     """What to simulate.
 
     Parameters
@@ -39,10 +41,10 @@ class Plan:
         The team sizes.
     """
 
-    runs: int = 100
-    steps: int = 2000
-    seed: int = root("pushing")
-    robots: tuple[int, ...] = (1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 18, 20)
+    runs: limits.Runs = 100
+    steps: limits.Steps = 2000
+    seed: Annotated[int, Allowed(least=0)] = root("pushing")
+    robots: Annotated[tuple[Count, ...], Allowed()] = (1, 2, 3, 4, 5, 6, 8, 10, 12, 14, 16, 18, 20)
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""

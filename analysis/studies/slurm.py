@@ -7,13 +7,16 @@ import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from teamsight.core import checks, files
+from teamsight.core.component import Allowed, Component
 
 #: The second line of each script, by which one is recognised.
 MARK = "# Written by teamsight submit."
 #: The most tasks of an array, and what SLURM allows where its MaxArraySize was not changed.
 MOST_TASKS, USUAL_TASKS = 10_000, 1000
+_Tasks = Annotated[int, Allowed(least=1, most=MOST_TASKS)]
 _LONGEST = 1000
 
 _TIMES = (
@@ -29,8 +32,18 @@ _FORMS = {
 }
 
 
+def _in_notation(option: str, value: str) -> str:
+    form, example = _FORMS[option]
+    if not re.fullmatch(form, value, re.ASCII):
+        raise ValueError(f"{option}={checks.shown(value)}: is not in SLURM's notation; give, for example, {example}")
+    return value
+
+
+_Noted = Annotated[str, Allowed(check=_in_notation)]
+
+
 @dataclass(frozen=True)
-class JobArray:
+class JobArray(Component):
     """A job array and what each of its tasks may use.
 
     Parameters
@@ -60,28 +73,19 @@ class JobArray:
 
     study: Path
     out: Path
-    tasks: int
-    cpus: int = 1
-    partition: str | None = None
-    account: str | None = None
-    time: str | None = None
-    memory: str | None = None
+    tasks: _Tasks
+    cpus: Annotated[int, Allowed(least=1, most=1024)] = 1
+    partition: _Noted | None = None
+    account: _Noted | None = None
+    time: _Noted | None = None
+    memory: _Noted | None = None
     setup: tuple[str, ...] = ()
-    name: str = "teamsight"
-    at_once: int | None = None
+    name: _Noted = "teamsight"
+    at_once: _Tasks | None = None
     output: Path | None = None
 
     def __post_init__(self) -> None:
-        checks.count("tasks", self.tasks, most=MOST_TASKS)
-        checks.count("cpus", self.cpus, most=1024)
-        if self.at_once is not None:
-            checks.count("at_once", self.at_once, most=MOST_TASKS)
-        for option, (form, example) in _FORMS.items():
-            value = getattr(self, option)
-            if value is not None and not re.fullmatch(form, value, re.ASCII):
-                raise ValueError(
-                    f"{option}={checks.shown(value)}: is not in SLURM's notation; give, for example, {example}"
-                )
+        super().__post_init__()
         for option, text in (
             ("study", str(self.study)),
             ("out", str(self.out)),

@@ -7,14 +7,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from teamsight.agents.teammates import of_team
+from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.run import LabelledRun, Run
 from teamsight.analysis.runs.seeds import canonical, root
 from teamsight.analysis.runs.task_runs import TaskMeasure, task_run, task_seed
 from teamsight.analysis.unreliable.subject import CMOMMT, SCENARIOS, SKILLED, TEAMS, Subject, TaskSubject, subject_of
+from teamsight.core.component import Allowed, Component, Positive
 from teamsight.tasks.named import task_of
 from teamsight.tasks.task import Task
 
@@ -69,7 +71,7 @@ class UnreliableMeasure:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Component):
     """What to simulate.
 
     Parameters
@@ -99,18 +101,19 @@ class Plan:
         If there is no such task, or a value has no meaning for it.
     """
 
-    runs: int = 60
-    steps: int | None = None
-    seed: int = root("unreliable")
-    repair: float = 50.0
+    runs: limits.Runs = 60
+    steps: limits.Steps | None = None
+    seed: Annotated[int, Allowed(least=0)] = root("unreliable")
+    repair: Annotated[Positive, Allowed(unit="ticks")] = 50.0
     policies: tuple[str, ...] | None = None
-    availabilities: tuple[float, ...] = AVAILABILITIES
+    availabilities: Annotated[tuple[Annotated[float, Allowed(above=0, most=1)], ...], Allowed()] = AVAILABILITIES
     periods: tuple[float, ...] = PERIODS
     scenarios: tuple[tuple[int, float], ...] = SCENARIOS
     task: Task | str = CMOMMT
     setting: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         task = task_of(self.task)
         object.__setattr__(self, "task", task)
         usual = tuple(TEAMS) if task.name == CMOMMT else (SKILLED,)

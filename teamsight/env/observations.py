@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from teamsight.agents.awareness.degrees import next_nearest
 from teamsight.agents.awareness.interface import Sensing, check_width, perceive_entry, sensing_at, situate_entry
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component
 from teamsight.core.kernel import Entry, kernel
 
 if TYPE_CHECKING:
@@ -22,11 +23,11 @@ if TYPE_CHECKING:
 _LAYOUTS = ("sectors", "nearest")
 #: Numbers for each body that the layout "nearest" shows: whether there is one, and where, ahead and to the left.
 PER_BODY = 3
-_MOST_SHOWN = 10_000
+_Shown = Annotated[int, Allowed(least=0, most=10_000)]
 
 
 @dataclass(frozen=True)
-class Nearest:
+class Nearest(Component):
     """The layout that lists the nearest bodies: for each, 1, and its place ahead and to the left in ranges; else 0.
 
     Parameters
@@ -44,13 +45,12 @@ class Nearest:
         If one is not a whole number of at least 0, or all are 0.
     """
 
-    targets: int = 5
-    teammates: int = 5
-    relayed: int = 0
+    targets: _Shown = 5
+    teammates: _Shown = 5
+    relayed: _Shown = 0
 
     def __post_init__(self) -> None:
-        for name in ("targets", "teammates", "relayed"):
-            checks.count(name, getattr(self, name), least=0, most=_MOST_SHOWN)
+        super().__post_init__()
         if not self.width:
             raise ValueError("targets=0, teammates=0, relayed=0: one must be at least 1")
 

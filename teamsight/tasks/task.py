@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component, Count, Flag
 from teamsight.tasks import treatments
 from teamsight.tasks.objective import Objective
 from teamsight.tasks.treatments import Treatment
@@ -22,7 +23,7 @@ Train = Callable[[Mapping[str, Any], "Awareness | None", int], Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Task:
+class Task(Component):
     """What a team is to achieve, in which worlds, and how this is measured.
 
     Every analysis takes a task: `choose_delta`, `run_many`, studies, recordings, environments and the commands. Its
@@ -68,21 +69,22 @@ class Task:
         If a value is of the wrong type; `check_task` also runs the worlds.
     """
 
-    name: str
-    title: str
+    name: Annotated[str, Allowed()]
+    title: Annotated[str, Allowed()]
     world: Callable[..., World]
     scenario: Mapping[str, Any]
     objective: Objective
     metrics: Mapping[str, Metric]
     explore: Mapping[str, Any] | None = None
     skilled: Mapping[str, Any] | Train | None = None
-    team: str | None = None
-    size: str = "robots"
-    steps: int = 600
-    gathers: bool | None = None
-    about: str = ""
+    team: Annotated[str, Allowed()] | None = None
+    size: Annotated[str, Allowed()] = "robots"
+    steps: Annotated[Count, Allowed(unit="ticks")] = 600
+    gathers: Flag | None = None
+    about: Annotated[str, Allowed()] = ""
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         # Copies, because their owner may change them.
         for name in ("scenario", "metrics", "explore", "skilled"):
             if isinstance(value := getattr(self, name), Mapping):

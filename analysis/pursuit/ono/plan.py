@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from teamsight.analysis.pursuit.ono.conditions import CONDITIONS
 from teamsight.analysis.pursuit.ono.measure import PARTS, Surrounding
+from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.planned_runs import Planned
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
 from teamsight.analysis.runs.settings import as_json
+from teamsight.core.component import Allowed, Component, Positive
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Component):
     """What to simulate.
 
     Parameters
@@ -30,10 +32,10 @@ class Plan:
         Names in `CONDITIONS`.
     """
 
-    runs: int = 6
-    share: float = 1.0
-    seed: int = root("surround")
-    names: tuple[str, ...] = tuple(CONDITIONS)
+    runs: limits.Runs = 6
+    share: Positive = 1.0
+    seed: Annotated[int, Allowed(least=0)] = root("surround")
+    names: Annotated[tuple[Annotated[str, Allowed(choices=CONDITIONS)], ...], Allowed()] = tuple(CONDITIONS)
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""

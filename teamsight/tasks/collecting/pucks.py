@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Count, Flag, Index, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.square import check_square
 from teamsight.world.contract import Arena
@@ -181,12 +181,12 @@ class Collecting(Interaction):
     to us.
     """
 
-    side: float = 30.0
-    home_radius: float = 3.0
-    reach: float = 0.4
-    period: int = 400
-    night: int = 100
-    renewed: bool = True
+    side: Annotated[Positive, Allowed(unit="length")] = 30.0
+    home_radius: Annotated[Positive, Allowed(unit="length")] = 3.0
+    reach: Annotated[Positive, Allowed(unit="length")] = 0.4
+    period: Annotated[Count, Allowed(unit="ticks")] = 400
+    night: Annotated[Index, Allowed(unit="ticks")] = 100
+    renewed: Flag = True
 
     roles = ("robots", "pucks", "home")
     scores = ("delivered", "grabbed", "dropped_away", "woken_home", "woken_away")
@@ -199,18 +199,14 @@ class Collecting(Interaction):
     kernel = _collect
 
     def __post_init__(self) -> None:
-        for name in ("side", "home_radius", "reach"):
-            checks.number(name, getattr(self, name), above=0)
+        super().__post_init__()
         if self.home_radius > 0.25 * self.side:
             raise ValueError(
                 f"home_radius={self.home_radius:g}: must be at most a quarter of the side, {0.25 * self.side:g}, so "
                 "that pucks have room around home"
             )
-        checks.count("period", self.period)
-        checks.count("night", self.night, least=0)
         if self.night >= self.period:
             raise ValueError(f"night={self.night}: must be less than period={self.period}, which leaves a day")
-        checks.flag("renewed", self.renewed)
 
     def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
         check_square(self, arena)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, is_held, release, slow_down
 from teamsight.tasks.foraging.layout import refuse_torus
@@ -85,14 +85,10 @@ class Carrying(Interaction):
     roles = ("robots", "attractors", "home")
     scores = ("delivered", "delivered_mass")
     columns = (*ROBOT_COLUMNS, *ATTRACTOR_COLUMNS)
-    reach: float = 1.0
-    home_radius: float = 3.0
-    strength: float = 5.0
+    reach: Annotated[Positive, Allowed(unit="length")] = 1.0
+    home_radius: Annotated[Positive, Allowed(unit="length")] = 3.0
+    strength: Positive = 5.0
     kernel = _carry
-
-    def __post_init__(self) -> None:
-        for name in ("reach", "home_radius", "strength"):
-            checks.number(name, getattr(self, name), above=0)
 
     def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
         refuse_torus("Carrying", arena)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Positive
 from teamsight.core.kernel import kernel
 from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, is_held, release, slow_down
 from teamsight.tasks.foraging.layout import refuse_torus
@@ -67,13 +67,9 @@ class Consuming(Interaction):
     roles = ("robots", "attractors")
     scores = ("consumed", "finished")
     columns = (*ROBOT_COLUMNS, *ATTRACTOR_COLUMNS)
-    reach: float = 1.0
-    rate: float = 0.05
+    reach: Annotated[Positive, Allowed(unit="length")] = 1.0
+    rate: Positive = 0.05
     kernel = _consume
-
-    def __post_init__(self) -> None:
-        for name in ("reach", "rate"):
-            checks.number(name, getattr(self, name), above=0)
 
     def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
         refuse_torus("Consuming", arena)

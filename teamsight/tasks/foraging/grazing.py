@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.foraging.layout import check_circles, refuse_torus
 from teamsight.world.contract import Arena
@@ -98,17 +99,15 @@ class Grazing(Interaction):
     roles = ("robots",)
     scores = ("grazed",)
     columns = (("robots", "probe_x", 0.0), ("robots", "probe_y", 0.0))
-    side: float = 64.0
-    cell: float = 1.0
-    reach: float = 1.5
-    probe: float = 4.0
+    side: Annotated[Positive, Allowed(unit="length")] = 64.0
+    cell: Annotated[Positive, Allowed(unit="length")] = 1.0
+    reach: Annotated[Positive, Allowed(unit="length")] = 1.5
+    probe: Annotated[NonNegative, Allowed(unit="length")] = 4.0
     obstacles: tuple[tuple[float, float, float], ...] = ()
     kernel = _graze
 
     def __post_init__(self) -> None:
-        for name in ("side", "cell", "reach"):
-            checks.number(name, getattr(self, name), above=0)
-        checks.number("probe", self.probe, least=0)
+        super().__post_init__()
         if self.side > _MOST_CELLS * self.cell:
             raise ValueError(
                 f"side={self.side:g}: has more than {_MOST_CELLS} cells of {self.cell:g}; take a smaller side, "

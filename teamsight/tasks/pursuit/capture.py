@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Count, Flag
 from teamsight.core.kernel import inlined
 from teamsight.tasks.pursuit.grid import check_grid, check_order
 from teamsight.world.contract import Arena
@@ -168,26 +168,18 @@ class Capture(Interaction):
     with them random hunters need about as many steps as in his Table 1. A move against the wall is lost.
     """
 
-    width: int
-    height: int
-    torus: bool = False
-    rule: str = "alone"
-    reward: float = 1.0
-    cost: float = 0.1
+    width: Annotated[Count, Allowed(unit="cells")]
+    height: Annotated[Count, Allowed(unit="cells")]
+    torus: Flag = False
+    rule: Annotated[str, Allowed(choices=RULES)] = "alone"
+    reward: Annotated[float, Allowed()] = 1.0
+    cost: Annotated[float, Allowed()] = 0.1
 
     roles = ("hunters", "prey")
     scores = ("captures", "trial_steps")
     draws = 2
     columns = (("hunters", "captures", 0),)
     kernel = _capture
-
-    def __post_init__(self) -> None:
-        checks.count("width", self.width)
-        checks.count("height", self.height)
-        checks.flag("torus", self.torus)
-        checks.choice("rule", self.rule, RULES)
-        checks.number("reward", self.reward)
-        checks.number("cost", self.cost)
 
     @property
     def in_turn(self) -> bool:  # type: ignore[override]

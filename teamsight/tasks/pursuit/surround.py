@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, Flag
 from teamsight.core.kernel import inlined
 from teamsight.tasks.pursuit.grid import check_grid
 from teamsight.world.contract import Arena
@@ -153,23 +153,16 @@ class Surround(Interaction):
     begin anew, are not known.
     """
 
-    width: int
-    height: int
-    torus: bool = True
-    reward: float = 1.0
-    cost: float = 0.1
+    width: Annotated[int, Allowed(least=3, unit="cells")]
+    height: Annotated[int, Allowed(least=3, unit="cells")]
+    torus: Flag = True
+    reward: Annotated[float, Allowed()] = 1.0
+    cost: Annotated[float, Allowed()] = 0.1
 
     roles = ("hunters", "prey")
     scores = ("captures", "trial_steps")
     draws = 2
     kernel = _surround
-
-    def __post_init__(self) -> None:
-        checks.count("width", self.width, least=3)
-        checks.count("height", self.height, least=3)
-        checks.flag("torus", self.torus)
-        checks.number("reward", self.reward)
-        checks.number("cost", self.cost)
 
     def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
         check_grid(self, arena)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
-from teamsight.core import checks
+from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.pushing.touching import is_clear, off_rim, settle
 from teamsight.tasks.square import check_square
-from teamsight.world import limits
 from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction
+from teamsight.world.limits import Length
 
 _SIDE, _ROBOT_RADIUS, _BOX_RADIUS, _THRESHOLD, _BOX_SPEED, _CONTACT = range(6)
 # The share of the side by which the rim stays inside the arena, above all rounding.
@@ -154,25 +154,21 @@ class Pushing(Interaction):
 
     roles = ("robots", "box")
     scores = ("box_moved", "pushing", "stagnating")
-    side: float = 40.0
-    robot_radius: float = 0.5
-    box_radius: float = 2.0
-    threshold: float = 1.5
-    box_speed: float = 0.2
-    contact: float = 0.05
+    side: Length = 40.0
+    robot_radius: Length = 0.5
+    box_radius: Length = 2.0
+    threshold: Annotated[float, Allowed(above=1)] = 1.5
+    box_speed: Annotated[Positive, Allowed(unit="length")] = 0.2
+    contact: Annotated[NonNegative, Allowed(unit="length")] = 0.05
     kernel = _push
 
     def __post_init__(self) -> None:
-        for name in ("side", "robot_radius", "box_radius"):
-            object.__setattr__(self, name, limits.length(name, getattr(self, name)))
-        checks.number("threshold", self.threshold, above=1)
+        super().__post_init__()
         if self.threshold >= 2:
             raise ValueError(
                 f"threshold={self.threshold:g}: must be below 2, the force of two robots that push the same way, so "
                 "that two can move the box"
             )
-        checks.number("box_speed", self.box_speed, above=0)
-        checks.number("contact", self.contact, least=0)
         least = 2.0 * self.box_radius + 4.0 * self.robot_radius
         if self.side <= least:
             raise ValueError(

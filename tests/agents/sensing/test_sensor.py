@@ -176,15 +176,10 @@ WRONG = [
     ({"field_of_view": -1}, r"field_of_view=-1.0: must be a finite number, at least 0"),
     ({"field_of_view": math.nan}, r"field_of_view=nan: must be a finite number"),
     ({"field_of_view": "wide"}, r"field_of_view='wide': must be a number"),
-    ({"range_noise": -0.1}, r"range_noise=-0.1: must be a finite number, at least 0"),
     ({"bearing_noise": 5}, r"bearing_noise=5: must be at most π \[rad\]; for degrees use math.radians\(5\)"),
-    ({"missed": 1.5}, r"missed=1.5: must be a finite number, at least 0 and at most 1"),
-    ({"false_positives": 20}, r"false_positives=20.0: must be a finite number, at least 0 and at most 1"),
     ({"delay": 1.5}, r"delay=1.5: must be a whole number of at least 0"),
     ({"delay": -1}, r"delay=-1: must be at least 0; it is a number of ticks"),
     ({"delay": 1_001}, r"delay=1001: must be at most 1000; it is a number of ticks"),
-    ({"occluded": 1}, r"occluded=1: must be True or False"),
-    ({"range": 0}, r"range=0.0: must be a finite number, above 0"),
 ]
 
 

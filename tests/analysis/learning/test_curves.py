@@ -140,22 +140,6 @@ def test_memories_share_no_world_and_no_transition() -> None:
     assert not {row.tobytes() for row in first.table.T} & {row.tobytes() for row in second.table.T}
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"learners": ("deep",)}, "learner='deep': unknown"),
-        ({"reward": "mine"}, "reward='mine': unknown"),
-        ({"memories": 0}, "memories=0: must be at least 1"),
-        ({"samples": (0,)}, "samples=0: must be at least 1"),
-        ({"robots": (5, 0)}, "robots=0: must be at least 1"),
-        ({"radius": (-1.0,)}, "radius=-1"),
-    ],
-)
-def test_bad_settings_are_refused(settings: dict[str, object], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        replace(SMALL, **settings)  # type: ignore[arg-type]
-
-
 def test_all_scenarios_are_those_of_the_table(table: pd.DataFrame) -> None:
     assert SMALL.scenarios == [(3, 2.0), (5, 2.0)]
     assert set(zip(table["robots"], table["radius"], strict=True)) == set(SMALL.scenarios)
