@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
-from teamsight.agents.awareness.registry import AWARENESS
+from teamsight.agents.awareness.registry import AWARENESS, Delta
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Component, Flag, NonNegative, Slider
 from teamsight.policies.registry import POLICIES
@@ -122,9 +122,8 @@ class Settings(Component):
     policy: Annotated[PolicyLike, _TEAM, Allowed(choices=POLICIES, live=True)] = "a-cmommt"
     awareness: Annotated[AwarenessLike, _TEAM, Allowed(choices=AWARENESS, live=True)] = "pairwise"
     delta: Annotated[
-        int, _TEAM,
-        Allowed(least=1, most=10_000, live=True, label="δ",
-                slider=Slider(1, 64, most=360, only="awareness=ring,nearest")),
+        Delta, _TEAM,
+        Allowed(live=True, label="δ", slider=Slider(1, 64, most=360, only="awareness=ring,nearest")),
     ] = 16  # fmt: skip
     sensing_range: Annotated[_RANGE, _TEAM] = 1.0
     awareness_range: Annotated[_RANGE, _TEAM] = 1.0

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +18,8 @@ from teamsight.agents.awareness.interface import (
     situate_targets,
     team_group_at,
 )
+from teamsight.agents.awareness.registry import Delta
 from teamsight.core import checks
-from teamsight.core.component import Allowed
 from teamsight.core.kernel import inlined, kernel
 
 
@@ -228,15 +227,6 @@ class SharedAwareness(Awareness):
         return own + own * team_size
 
 
-#: Largest number of sectors; more would fill memory with empty sectors.
-MOST_SECTORS = 10_000
-
-_CURE = "it is a number of sectors, of which 360 are enough for most uses; for no awareness use NoAwareness()"
-_Sectors = Annotated[
-    int, Allowed(least=1, most=MOST_SECTORS, check=partial(checks.count, most=MOST_SECTORS, cure=_CURE))
-]
-
-
 @kernel
 def _perceive_ring(scene: Any, parameters: Any, teammates: Any, relayed: Any) -> int:
     sectors = parameters.shape[0] // 2
@@ -299,7 +289,7 @@ class RingAwareness(Awareness):
     Parameters
     ----------
     delta : int, default 16
-        Number of sectors, from 1 to `MOST_SECTORS`; the paper's δ.
+        Number of sectors, from 1 to 10,000; the paper's δ.
 
     Raises
     ------
@@ -312,7 +302,7 @@ class RingAwareness(Awareness):
     accepted for any team.
     """
 
-    delta: _Sectors = 16
+    delta: Delta = 16
 
     name = "ring"
     order = "Θ(1)"
@@ -342,15 +332,6 @@ class RingAwareness(Awareness):
     @classmethod
     def adding(cls, added: int) -> Self:
         return cls(added)
-
-
-#: Largest number of teammates in the list; more would fill memory with empty places.
-MOST_LISTED = 10_000
-
-_CURE_OF_LISTS = "for no awareness use NoAwareness(), for all teammates PairwiseAwareness()"
-_Listed = Annotated[
-    int, Allowed(least=1, most=MOST_LISTED, check=partial(checks.count, most=MOST_LISTED, cure=_CURE_OF_LISTS))
-]
 
 
 @kernel
@@ -400,7 +381,7 @@ class NearestAwareness(Awareness):
     Parameters
     ----------
     delta : int, default 16
-        Length of the list, from 1 to `MOST_LISTED`; the paper's δ.
+        Length of the list, from 1 to 10,000; the paper's δ.
 
     Raises
     ------
@@ -412,7 +393,7 @@ class NearestAwareness(Awareness):
     *Source:* none; the paper's Θ(1) is a ring (§3.4). σ = 2 as in §3.3, so it adds σδ inputs where a ring adds δ.
     """
 
-    delta: _Listed = 16
+    delta: Delta = 16
 
     name = "nearest"
     order = "Θ(1)"

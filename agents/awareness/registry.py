@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.core import checks
+from teamsight.core.component import Allowed
 from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
@@ -23,6 +24,16 @@ AWARENESS: Registry[type[Awareness]] = Registry(
     group="teamsight.awareness",
     by_reference="awareness",
 )
+
+#: δ, the number of sectors of a ring or of listed teammates; more than can be would fill memory with empty ones.
+Delta = Annotated[
+    int,
+    Allowed(
+        least=1, most=10_000,
+        cure="it is a number of sectors or teammates, of which 360 are enough for most uses; for no awareness use "
+        "NoAwareness(), for all teammates PairwiseAwareness()",
+    ),
+]  # fmt: skip
 
 
 def awareness_named(name: str, options: Mapping[str, Any] | None = None) -> Awareness:

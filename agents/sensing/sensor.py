@@ -411,11 +411,7 @@ def standard_sense(view: Any, parameters: Any, sensed: Any) -> int:
 #: The largest delay [ticks]; the measurements of as many ticks are kept.
 MOST_DELAY = 1_000
 
-_CURE = "it is a number of ticks"
-Delay = Annotated[
-    int,
-    Allowed(least=0, most=MOST_DELAY, check=partial(checks.count, least=0, most=MOST_DELAY, cure=_CURE), unit="ticks"),
-]
+Delay = Annotated[int, Allowed(least=0, most=MOST_DELAY, cure="it is a number of ticks", unit="ticks")]
 
 
 def _field_of_view(name: str, value: Any) -> float:

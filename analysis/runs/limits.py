@@ -15,8 +15,8 @@ MOST_RUNS = 1_000_000
 MOST_TRANSITIONS = 100_000_000
 
 #: The steps of a run, and a number of runs, as components declare them.
-Steps = Annotated[int, Allowed(least=1, most=MOST_STEPS, cure="make more runs instead")]
-Runs = Annotated[int, Allowed(least=1, most=MOST_RUNS, cure="give fewer, of more steps each")]
+Steps = Annotated[int, Allowed(least=1, most=MOST_STEPS, cure=("", "make more runs instead"))]
+Runs = Annotated[int, Allowed(least=1, most=MOST_RUNS, cure=("", "give fewer, of more steps each"))]
 
 
 def steps(value: Any) -> int:

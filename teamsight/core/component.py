@@ -65,8 +65,8 @@ class Allowed:
         The names that may be given, or a function that returns them.
     check : callable, optional
         ``check(name, value)`` returns the value or raises an error, in place of the check of the type.
-    cure : str
-        What the error says if a limit is exceeded.
+    cure : str or (str, str)
+        What the error says if a limit is exceeded; of whole numbers, for those that are too small and too large.
     unit : str
         The unit of a number.
     live : bool, optional
@@ -92,7 +92,7 @@ class Allowed:
     above: float | None = None
     choices: Iterable[str] | Callable[[], Iterable[str]] | None = None
     check: Callable[[str, Any], Any] | None = None
-    cure: str = ""
+    cure: str | tuple[str, str] = ""
     unit: str = ""
     live: bool | None = None
     rewritten: bool | None = None
@@ -202,14 +202,15 @@ class Declared:
         if self.kind == "flag":
             return checks.flag(name, value)
         if self.kind == "integer":
+            low, high = (allowed.cure, allowed.cure) if isinstance(allowed.cure, str) else allowed.cure
             least = 0 if allowed.least is None else int(allowed.least)
-            checks.count(name, value, least=least, cure="" if allowed.most else allowed.cure)
+            checks.count(name, value, least=least, cure=low)
             return checks.count(
-                name, value, least=least, most=None if allowed.most is None else int(allowed.most), cure=allowed.cure
+                name, value, least=least, most=None if allowed.most is None else int(allowed.most), cure=high
             )
         if self.kind == "number":
             return checks.number(
-                name, value, above=allowed.above, least=allowed.least, most=allowed.most, cure=allowed.cure
+                name, value, above=allowed.above, least=allowed.least, most=allowed.most, cure=str(allowed.cure)
             )
         if self.kind == "component" and not isinstance(value, str):
             return value
