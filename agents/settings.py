@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
 from teamsight.agents.awareness.registry import AWARENESS, Delta
 from teamsight.core import checks
-from teamsight.core.component import Allowed, Component, Flag, NonNegative, Slider
+from teamsight.core.component import Allowed, Component, Flag, NonNegative, Panel
 from teamsight.policies.registry import POLICIES
 from teamsight.world.limits import Length
 
@@ -53,11 +53,11 @@ def _options(name: str, value: Any) -> dict[str, Any]:
 
 # Where the live page shows a setting. A page draws all agents, and more than 2,000 are slow.
 _TEAM, _TARGETS, _WORLD = (Allowed(section=name) for name in ("Robots", "Targets", "World"))
-_NUMBER = Annotated[int, Allowed(least=1, most=MOST_AGENTS, slider=Slider(1, 100, most=2000))]
-_RANGE = Annotated[Length, Allowed(live=True, rewritten=True, slider=Slider(0.1, 5, 0.01, 100))]
+_NUMBER = Annotated[int, Allowed(least=1, most=MOST_AGENTS, panel=Panel(1, 100, most=2000))]
+_RANGE = Annotated[Length, Allowed(live=True, rewritten=True, panel=Panel(0.1, 5, 0.01, 100))]
 _SPEED = Annotated[
     NonNegative,
-    Allowed(live=True, rewritten=True, unit="length a step", label="speed", slider=Slider(0.005, 0.5, 0.001, 10)),
+    Allowed(live=True, rewritten=True, unit="length a step", label="speed", panel=Panel(0.005, 0.5, 0.001, 10)),
 ]
 _OPTIONS = Annotated[Mapping[str, Any], Allowed(check=_options)]
 
@@ -117,13 +117,13 @@ class Settings(Component):
 
     robots: Annotated[_NUMBER, _TEAM] = 10
     targets: Annotated[_NUMBER, _TARGETS] = 15
-    radius: Annotated[Length, _WORLD, Allowed(rewritten=True, slider=Slider(0.5, 30, 0.5, 200))] = 5.0
+    radius: Annotated[Length, _WORLD, Allowed(rewritten=True, panel=Panel(0.5, 30, 0.5, 200))] = 5.0
     _: KW_ONLY
     policy: Annotated[PolicyLike, _TEAM, Allowed(choices=POLICIES, live=True)] = "a-cmommt"
     awareness: Annotated[AwarenessLike, _TEAM, Allowed(choices=AWARENESS, live=True)] = "pairwise"
     delta: Annotated[
         Delta, _TEAM,
-        Allowed(live=True, label="δ", slider=Slider(1, 64, most=360, only="awareness=ring,nearest")),
+        Allowed(live=True, label="δ", panel=Panel(1, 64, most=360, only="awareness=ring,nearest")),
     ] = 16  # fmt: skip
     sensing_range: Annotated[_RANGE, _TEAM] = 1.0
     awareness_range: Annotated[_RANGE, _TEAM] = 1.0
@@ -135,9 +135,13 @@ class Settings(Component):
     cycle: Annotated[
         CycleLike, _TEAM,
         Allowed(least=1, most=1e9, check=_period, unit="ticks", live=True, label="decide every",
-                slider=Slider(1, 50, most=1000)),
+                panel=Panel(1, 50, most=1000)),
     ] = 1.0  # fmt: skip
-    target_policy: Annotated[PolicyLike, _TARGETS, Allowed(choices=POLICIES, live=True, label="policy")] = "random-walk"
+    target_policy: Annotated[
+        PolicyLike, _TARGETS,
+        Allowed(choices=POLICIES, live=True, label="policy",
+                panel=Panel(names=("random-walk", "evasive", "stationary"))),
+    ] = "random-walk"  # fmt: skip
     policy_options: _OPTIONS = field(default_factory=dict)
     target_policy_options: _OPTIONS = field(default_factory=dict)
     events: EventSource | Sequence[EventSource] | None = None

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Self, TypeVar
 import click
 
 from teamsight.core import checks, references
-from teamsight.core.component import Allowed, Component, Declared, Flag, declared
+from teamsight.core.component import Allowed, Component, Declared, Flag, declared, of_name
 
 S = TypeVar("S", bound="Options")
 
@@ -50,10 +50,9 @@ class Options(Component):
     @classmethod
     def options(cls) -> dict[str, Declared]:
         """Return the options by name; what can be given in Python only is none."""
-        own: Any = cls
         return {
             name: one
-            for name, one in declared(own).items()
+            for name, one in declared(cls).items()
             if one.kind != "object" or one.allowed.check is not None or one.allowed.parse is not None
         }
 
@@ -332,14 +331,8 @@ def component_options(settings: type[Options], arguments: Sequence[str]) -> dict
         asks = any(text.startswith(f"--{flag(name)}.") for text in arguments)
         named = options_in(arguments, name)
         if one.kind == "component" and (asks or (named and {"-h", "--help"} & set(arguments))):
-            owner = owner_of(one, named[-1] if named else one.default)
+            owner = of_name(one, named[-1] if named else one.default)
             for option, of in declared(owner).items():
                 if of.kind != "object" or of.allowed.check is not None:
                     found[f"{name}.{option}"] = replace(of, name=f"{name}.{option}")
     return found
-
-
-def owner_of(one: Declared, name: str) -> Any:
-    """Return the class or function that makes a component of a name."""
-    registry: Any = one.choices
-    return registry[checks.choice(one.name, name, registry)]

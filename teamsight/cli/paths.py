@@ -13,14 +13,14 @@ from teamsight.core import checks
 _ADDRESS = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:/")
 
 
-def path(name: str, text: str, wanted: str) -> Path:
+def path(name: str, given: str | os.PathLike[str], wanted: str) -> Path:
     """Return the path of a file or of a folder.
 
     Parameters
     ----------
     name : str
         What the error calls it.
-    text : str
+    given : str or PathLike
         The path as it was given.
     wanted : {"a file", "a folder"}
         What it must be able to be.
@@ -30,6 +30,7 @@ def path(name: str, text: str, wanted: str) -> Path:
     ValueError
         If it cannot be such a path.
     """
+    text = os.fspath(given)
     if not text.strip():
         raise ValueError(f"{name}={checks.shown(text)}: is empty; give {wanted}")
     if "\0" in text:

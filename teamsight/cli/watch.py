@@ -74,9 +74,9 @@ class WatchSettings(WorldOptions):
 def _check_limits(parameters: Mapping[str, Any]) -> None:
     """Refuse numbers that the page refuses too."""
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.live.cmommt_controls import controls_for
+    from teamsight.live.controls import controls_of
 
-    for control in controls_for(CMOMMT, {}):
+    for control in controls_of(CMOMMT, {}):
         value = parameters.get(control.name)
         if control.kind in ("integer", "number") and isinstance(value, (int, float)):
             try:

@@ -33,8 +33,8 @@ _FORMS = {"flag": "boolean", "integer": "integer", "number": "number", "text": "
 
 
 @dataclass(frozen=True)
-class Slider:
-    """How the live page shows a number: the step of its slider and its end, and what the page refuses.
+class Panel:
+    """How the live page shows a setting: the step of its slider and its end, and what the page refuses.
 
     Attributes
     ----------
@@ -44,6 +44,8 @@ class Slider:
         What the page takes, where that is less than the limits: it draws every agent.
     only : str
         A condition under which the setting matters, as in ``awareness=ring,nearest``.
+    names : tuple of str
+        The names that the page offers, where it does not offer all.
     """
 
     step: float | None = None
@@ -51,6 +53,7 @@ class Slider:
     least: float | None = None
     most: float | None = None
     only: str = ""
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,7 @@ class Allowed:
         Whether it may change in a run.
     rewritten : bool, optional
         Whether a built world can begin its next run with another value.
-    slider : Slider, optional
+    panel : Panel, optional
         How the live page shows it.
     section, label : str
         Under which heading the live page shows it, and how it calls it.
@@ -96,7 +99,7 @@ class Allowed:
     unit: str = ""
     live: bool | None = None
     rewritten: bool | None = None
-    slider: Slider | None = None
+    panel: Panel | None = None
     section: str = ""
     label: str = ""
     metavar: str = ""
@@ -301,8 +304,7 @@ class Component:
     """
 
     def __post_init__(self) -> None:
-        kind: Any = type(self)
-        for name, one in declared(kind).items():
+        for name, one in declared(type(self)).items():
             if one.is_checked:
                 object.__setattr__(self, name, one.checked(getattr(self, name)))
 
@@ -396,7 +398,6 @@ def meanings(owner: Any) -> Mapping[str, str]:
     return found
 
 
-@cache
 def declared(owner: Any) -> Mapping[str, Declared]:
     """Return what can be set of a component, or of a class or function that makes something, by name.
 
@@ -410,6 +411,11 @@ def declared(owner: Any) -> Mapping[str, Declared]:
     TypeError, ValueError
         If it has no signature.
     """
+    return _declarations(owner)
+
+
+@cache
+def _declarations(owner: Any) -> Mapping[str, Declared]:
     component = _component(owner)
     if component is not None:
         known = meanings(component)
@@ -458,6 +464,18 @@ def _hint(component: type, name: str, hint: Any) -> Any:
 
 def _default(field: Any) -> Any:
     return field.default if field.default_factory is MISSING else field.default_factory()
+
+
+def of_name(one: Declared, name: str) -> Any:
+    """Return the class or function that makes a component of a name.
+
+    Raises
+    ------
+    ValueError
+        If there is none; the error suggests the nearest.
+    """
+    registry: Any = one.choices
+    return registry[checks.choice(one.name, name, registry)]
 
 
 def defaults_of(owner: Any) -> dict[str, Any]:

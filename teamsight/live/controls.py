@@ -1,12 +1,27 @@
-"""Controls: what a page can set, each with its check. Nothing else can be set from a page."""
+"""Controls: what a page can set of a model, each with its check. Nothing else can be set from a page.
+
+They follow from what the model declares; see `teamsight.core.component`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, field, replace
 from typing import Any
 
+from teamsight.agents.awareness.registry import AWARENESS
+from teamsight.agents.cmommt import LiveSetting
+from teamsight.agents.decisions import Cycle
 from teamsight.core import checks
+from teamsight.core.component import Component, Declared, Panel, declared
+from teamsight.policies.registry import POLICIES
+
+#: The names of the parameter that is the seed.
+SEEDS = ("seed", "rng")
+# Larger numbers are never what somebody at a page wants, and a model may take them literally.
+_MOST_INTEGER, _MOST_NUMBER = 10**6, 10.0**9
+_NO_PANEL = Panel()
 
 
 @dataclass(frozen=True)
@@ -15,37 +30,37 @@ class Control:
 
     Attributes
     ----------
-    name : str
-        The name of the parameter.
+    declared : Declared
+        What the model declares.
     kind : {"choice", "integer", "number", "flag", "digits"}
         What it is; digits are a whole number as a text, since scripts hold only those below 2⁵³ exactly.
-    label, section, help : str
-        What stands beside it, under which heading, and what it means.
+    section : str
+        The heading under which it stands.
     least, most : float, optional
-        The limits of numbers.
-    step, reach : float, optional
-        The step of the slider of a number, without which it is a field, and the largest value of the slider; by default
-        `most`. Larger ones can be typed.
+        The limits of numbers on a page.
     choices : mapping of str to object
         The values of a choice by what the page shows; a page can only name them.
     live : bool
         Whether a new value acts on the running world; otherwise the world starts again.
-    only : str
-        A condition under which it matters, as in ``awareness=ring,nearest``; the page greys it otherwise.
     """
 
-    name: str
+    declared: Declared
     kind: str
-    label: str = ""
     section: str = ""
-    help: str = ""
     least: float | None = None
     most: float | None = None
-    step: float | None = None
     choices: Mapping[str, Any] = field(default_factory=dict)
     live: bool = False
-    only: str = ""
-    reach: float | None = None
+
+    @property
+    def name(self) -> str:
+        """The name of the parameter."""
+        return self.declared.name
+
+    @property
+    def label(self) -> str:
+        """What stands beside it."""
+        return self.declared.allowed.label or self.name.rpartition(".")[2].replace("_", " ")
 
     def checked(self, value: Any) -> Any:
         """Return the value of the parameter for what a page has sent.
@@ -53,7 +68,7 @@ class Control:
         Raises
         ------
         TypeError, ValueError
-            If it is of another kind, outside the limits, or none of the choices.
+            As in Python; and if it is of another kind, outside the limits of pages, or none of the choices.
         """
         if self.kind == "flag":
             return checks.flag(self.name, value)
@@ -64,8 +79,10 @@ class Control:
         if self.kind in ("integer", "digits"):
             least = 0 if self.least is None else int(self.least)
             most = None if self.most is None else int(self.most)
-            return checks.count(self.name, value, least=least, most=most)
-        return checks.number(self.name, value, least=self.least, most=self.most)
+            value = checks.count(self.name, value, least=least, most=most)
+        else:
+            value = checks.number(self.name, value, least=self.least, most=self.most)
+        return self.declared.checked(value) if self.declared.is_checked else value
 
     def shown(self, value: Any) -> Any:
         """Return what the page shows for a value of the parameter."""
@@ -78,26 +95,167 @@ class Control:
 
     def as_json(self) -> dict[str, Any]:
         """Return the control as values of JSON."""
+        panel = self.declared.allowed.panel or _NO_PANEL
         return {
-            "name": self.name, "kind": self.kind, "label": self.label or self.name.replace("_", " "),
-            "section": self.section, "help": self.help, "step": self.step, "least": self.least,
+            "name": self.name, "kind": self.kind, "label": self.label, "section": self.section,
+            "help": self.declared.meaning.replace("`", ""), "step": panel.step, "least": self.least,
             "most": None if self.kind == "digits" else self.most,
-            "reach": self.most if self.reach is None else self.reach,
-            "choices": list(self.choices), "live": self.live, "only": self.only,
+            "reach": self.most if panel.reach is None else panel.reach,
+            "choices": list(self.choices), "live": self.live, "only": panel.only,
         }  # fmt: skip
 
 
 def _equal(one: Any, other: Any) -> bool:
-    return type(one) is type(other) and isinstance(one, (str, int, float, bool)) and one == other
+    """Whether the page shows two values alike; a component may have other settings."""
+    if type(one) is not type(other):
+        return False
+    return isinstance(one, Component) or (isinstance(one, (str, int, float, bool)) and one == other)
 
 
-def control_named(controls: list[Control], name: str) -> Control:
-    """Return a control by name.
+def has_signature(model: object) -> bool:
+    """Return whether something can be called, and says with what."""
+    try:
+        return callable(model) and inspect.signature(model) is not None
+    except (TypeError, ValueError):
+        return False
+
+
+def seed_name(model: Callable[..., Any]) -> str | None:
+    """Return the name of the parameter that is the seed; None if there is none."""
+    names = inspect.signature(model).parameters
+    return next((name for name in SEEDS if name in names), None)
+
+
+def check_parameters(model: Callable[..., Any], parameters: Mapping[str, Any]) -> None:
+    """Refuse parameters that a model does not have, and missing ones.
 
     Raises
     ------
-    ValueError
-        If there is none; the error suggests the nearest.
+    TypeError, ValueError
+        Naming the parameter.
     """
-    known = {control.name: control for control in controls}
-    return known[checks.choice("name", name, tuple(known))]
+    found = inspect.signature(model).parameters.values()
+    names = [one.name for one in found if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+    if not any(one.kind is one.VAR_KEYWORD for one in found):
+        for name in parameters:
+            checks.choice("parameter", name, names)
+    for one in found:
+        is_missing = one.default is one.empty and one.name in names and one.name not in (*parameters, *SEEDS)
+        if is_missing or (one.kind is one.POSITIONAL_ONLY and one.default is one.empty):
+            raise TypeError(
+                f"{model_name(model)}: needs a value for its parameter {one.name!r}; give it, as in "
+                f"--set {one.name}=… or parameters={{{one.name!r}: …}}"
+            )
+
+
+def model_name(model: Callable[..., Any]) -> str:
+    """Return the name of a class or function, for titles and errors."""
+    return str(getattr(model, "__name__", type(model).__name__))
+
+
+def controls_of(model: Callable[..., Any], parameters: Mapping[str, Any]) -> list[Control]:
+    """Return a control for each parameter that a page can set: numbers, truth values, and choices.
+
+    Parameters
+    ----------
+    model : callable
+        A class or function that builds a world.
+    parameters : mapping of str to object
+        The values that are given. Limits are extended to hold them.
+
+    Notes
+    -----
+    Choices are values of a ``Literal`` or an ``Enum``, and names of policies and degrees of awareness as the default of
+    parameters that are called so. Other texts are no controls, since they may name files or code. A component that is
+    given as an object brings controls for its own settings: ``policy.gain``.
+    """
+    found = []
+    for name, one in declared(model).items():
+        if name in SEEDS:
+            continue
+        value = parameters.get(name, one.default)
+        section = one.allowed.section or model_name(model)
+        control = _control(one, value, section)
+        if control is not None:
+            found.append(replace(control, live=_is_live(model, one)))
+        if one.kind == "component" and isinstance(value, Component):
+            found += _controls_within(one, value, _is_live(model, one))
+    return found
+
+
+def value_of(model: Callable[..., Any], name: str) -> Any:
+    """Return the default of a parameter, or of a setting of the component that is its default."""
+    base, _, option = name.partition(".")
+    default = declared(model)[base].default
+    return getattr(default, option) if option else default
+
+
+def _controls_within(of: Declared, component: Component, live: bool) -> list[Control]:
+    """Return the controls of a component's own settings."""
+    kind, found = type(component), []
+    for name, one in declared(kind).items():
+        panel = replace(one.allowed.panel or _NO_PANEL, only=f"{of.name}={_label(component)}")
+        named = replace(one, name=f"{of.name}.{name}", allowed=replace(one.allowed, panel=panel))
+        control = _control(named, getattr(component, name), kind.__name__)
+        if control is not None:
+            found.append(replace(control, live=live))
+    return found
+
+
+def _control(one: Declared, value: Any, section: str) -> Control | None:
+    """Return a control with limits, or choices, that hold a value; None if a page cannot set it."""
+    panel = one.allowed.panel or _NO_PANEL
+    kind = one.kind
+    if kind in ("choice", "component"):
+        names = one.names or {name: name for name in panel.names or one.choices}
+        if one.is_optional and value is None:
+            return None
+        return Control(one, "choice", section, choices=_with_given(names, value))
+    if kind in ("text", "object") and isinstance(value, str):
+        # A text is a choice only if the parameter is called what it names; no other text may come from a page.
+        for ending, known in (("policy", POLICIES), ("awareness", AWARENESS)):
+            if (one.name == ending or one.name.endswith(f"_{ending}")) and value in known:
+                return Control(one, "choice", section, choices={name: name for name in known})
+        return None
+    if kind == "flag":
+        return Control(one, "flag", section) if isinstance(value, bool) else None
+    if isinstance(value, Cycle) and value == Cycle(value.period):
+        value = value.period
+    if kind not in ("integer", "number") or isinstance(value, bool) or not isinstance(value, (int, float)):
+        # Missing, or a number for each robot.
+        return None
+    if kind == "integer" and not float(value).is_integer():
+        kind = "number"
+    least, most = _limits(one, panel, kind, value)
+    return Control(one, kind, section, min(least, value), max(most, value))
+
+
+def _limits(one: Declared, panel: Panel, kind: str, value: float) -> tuple[float, float]:
+    """Return the limits of a number on a page."""
+    allowed = one.allowed
+    largest = _MOST_INTEGER if kind == "integer" else _MOST_NUMBER
+    lowest = 0 if kind == "integer" and value >= 0 else -max(largest, abs(value))
+    lows = [limit for limit in (panel.least, allowed.least, allowed.above) if limit is not None]
+    highs = [limit for limit in (panel.most, allowed.most) if limit is not None]
+    return (lows[0] if lows else lowest), (highs[0] if highs else max(largest, abs(value)))
+
+
+def _with_given(choices: Mapping[str, Any], value: Any) -> dict[str, Any]:
+    """Return choices to which the value that was given from Python is added, if it is none of them."""
+    if value is MISSING or any(one is value or one == value for one in choices.values()):
+        return dict(choices)
+    return {**choices, _label(value): value}
+
+
+def _label(given: Any) -> str:
+    return f"{getattr(given, 'name', '') or type(given).__name__} (given)"
+
+
+def _is_live(model: Any, one: Declared) -> bool:
+    """Whether a new value acts on a running world: as declared, unless a subclass has replaced the attribute."""
+    if not isinstance(model, type):
+        return False
+    if isinstance(inspect.getattr_static(model, one.name, None), LiveSetting):
+        return True
+    home = next((kind for kind in model.__mro__ if one.name in vars(kind)), None)
+    return bool(one.allowed.live) and home is not None and home.__module__.startswith("teamsight.")

@@ -12,14 +12,14 @@ from typing import Any, Self
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.world import World
 from teamsight.core import browsers, checks
+from teamsight.core.component import Declared, declared, of_name
+from teamsight.core.references import is_reference
 from teamsight.core.status_line import StatusLine, has_reader
 from teamsight.live import protocol
-from teamsight.live.cmommt_controls import controls_for
-from teamsight.live.controls import Control
+from teamsight.live.controls import SEEDS, Control, check_parameters, controls_of, has_signature, model_name, seed_name
 from teamsight.live.security import access_to
 from teamsight.live.server import Server
 from teamsight.live.session import SEED, Session
-from teamsight.live.signature_controls import SEEDS, check_parameters, has_signature, model_name, seed_name
 from teamsight.live.worlds import Worlds
 from teamsight.tasks.model import TaskModel
 from teamsight.tasks.named import task_of
@@ -207,17 +207,22 @@ def worlds_of(
             f"{model_name(model)}: has no parameter seed or rng, so two worlds would not meet the same noise; give it "
             "one, and pass it on to the World"
         )
+    for called, one in declared(model).items():
+        if one.kind == "component" and is_reference(value := parameters.get(called, "")):
+            # As an object it has controls of its own.
+            options = parameters.pop(f"{called}_options", {})
+            parameters[called] = of_name(one, value)(**options)
     both = [parameters]
     if beside is not None:
         if any(one in beside for one in SEEDS):
             raise ValueError("beside: has a seed; both worlds run on that of the parameters, leave it out")
         both.append({**parameters, **beside})
-    for one in both:
-        check_parameters(model, one)
-    found = controls_for(model, parameters)
+    for values in both:
+        check_parameters(model, values)
+    found = controls_of(model, parameters)
     if name is not None:
-        help = "All random numbers follow from it."
-        found.append(Control(SEED, "digits", "seed", "World", help, 0, checks.MOST_SEED))
+        digits = Declared(SEED, "integer", 0, meaning="All random numbers follow from it.")
+        found.append(Control(digits, "digits", "World", 0, checks.MOST_SEED))
     return Worlds(model, both, seed), {one.name: one for one in found}
 
 

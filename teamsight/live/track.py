@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
@@ -11,10 +12,11 @@ from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.engine.engine import kernels_needed
 from teamsight.agents.world import World
 from teamsight.core import checks
+from teamsight.core.component import Component, declared
+from teamsight.live.controls import model_name, seed_name, value_of
 from teamsight.live.event_rows import event_rows
 from teamsight.live.kept import Kept
 from teamsight.live.observer import Observer
-from teamsight.live.signature_controls import model_name, seed_name, value_of
 from teamsight.view.packing import from_raw, raw
 from teamsight.view.scene import Frame, Scene
 
@@ -100,7 +102,27 @@ class LiveTrack:
 
     def value(self, name: str) -> Any:
         """Return the value of a parameter."""
-        return self.parameters[name] if name in self.parameters else value_of(self._model, name)
+        base, _, option = name.partition(".")
+        value = self.parameters[base] if base in self.parameters else value_of(self._model, base)
+        return getattr(value, option, None) if option else value
+
+    def with_value(self, name: str, value: Any) -> dict[str, Any]:
+        """Return the arguments with another value of a parameter, or of a setting of a component: ``policy.gain``.
+
+        Raises
+        ------
+        ValueError
+            If the component is another one now.
+        """
+        base, _, option = name.partition(".")
+        if option:
+            component = self.value(base)
+            if not isinstance(component, Component) or option not in declared(type(component)):
+                shown = checks.shown(component)
+                raise ValueError(f"{name}: {base} is {shown} now, which has none; choose the other first")
+            again: Any = replace
+            value = again(component, **{option: value})
+        return {**self.parameters, base: value}
 
     def run(self, steps: int) -> None:
         """Make steps; fewer if the model stops."""
@@ -137,8 +159,9 @@ class LiveTrack:
         TypeError, ValueError
             If the world refuses the value; nothing is changed then.
         """
-        _apply(self.world, {**self.parameters, name: value}, name, self)
-        self.parameters[name] = value
+        parameters = self.with_value(name, value)
+        _apply(self.world, parameters, name.partition(".")[0], self)
+        self.parameters = parameters
         with self._lock:
             self._observer.changed()
 

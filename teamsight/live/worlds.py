@@ -8,7 +8,7 @@ from typing import Any
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.references import failure
-from teamsight.live.signature_controls import model_name
+from teamsight.live.controls import model_name
 from teamsight.live.track import LiveTrack
 
 
@@ -115,7 +115,7 @@ class Worlds:
 
     def with_value(self, tracks: list[LiveTrack], name: str, value: Any) -> list[dict[str, Any]]:
         """Return the arguments of all worlds, with another value of a parameter in some of them."""
-        return [{**one.parameters, name: value} if one in tracks else one.parameters for one in self.tracks]
+        return [one.with_value(name, value) if one in tracks else one.parameters for one in self.tracks]
 
     def _entitle(self) -> None:
         """Let the titles of two worlds say in what they differ."""

@@ -11,12 +11,11 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.world import World
-from teamsight.live.cmommt_controls import controls_for
-from teamsight.live.signature_controls import controls_of, value_of
+from teamsight.live.controls import controls_of, value_of
 
 
 def named(model: Any, parameters: Any = None) -> dict[str, Any]:
-    return {one.name: one for one in controls_for(model, parameters or {})}
+    return {one.name: one for one in controls_of(model, parameters or {})}
 
 
 def test_controls_of_cmommt_are_its_parameters() -> None:
