@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Literal, TypeAlias
 
 import gymnasium
@@ -12,18 +11,14 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils import wrappers
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from teamsight.agents.attributes import AwarenessLike
 from teamsight.agents.world import World
 from teamsight.core import checks
-from teamsight.env.actions import ActionLike, stacked
+from teamsight.env.actions import stacked
 from teamsight.env.batch import Batch
 from teamsight.env.facts import OF_ROBOTS
-from teamsight.env.observations import LayoutLike
-from teamsight.env.rewards import RewardLike
-from teamsight.env.settings import Settings, settings_of
+from teamsight.env.settings import Settings, settings_of, takes_settings
 from teamsight.env.states import StateView
 from teamsight.env.views import FPS, RENDER_MODES, Views
-from teamsight.tasks.task import Task
 
 Array: TypeAlias = npt.NDArray[Any]
 _SENSED, _NEIGHBOURS, _ACTIVE = map(OF_ROBOTS.index, ("sensed", "neighbours", "active"))
@@ -222,69 +217,24 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         self._batch.close()
 
 
-def parallel_env(
-    *,
-    robots: int = 10,
-    targets: int = 15,
-    radius: float = 5.0,
-    observation: AwarenessLike | None = "ring",
-    delta: int = 16,
-    layout: LayoutLike = "sectors",
-    action: ActionLike = "continuous",
-    reward: RewardLike = "observed",
-    max_cycles: int = 600,
-    render_mode: Literal["rgb_array", "human"] | None = None,
-    model: Callable[..., World] | Task | str | None = None,
-    group: str = "robots",
-    **parameters: Any,
-) -> TeamParallelEnv:
+@takes_settings
+def parallel_env(*, render_mode: Literal["rgb_array", "human"] | None = None, **settings: Any) -> TeamParallelEnv:
     """Return a PettingZoo environment in which each robot of a team is an agent.
 
     Parameters
     ----------
-    robots, targets : int
-        Their numbers.
-    radius : float
-        The radius of the arena [length].
-    observation : str or Awareness, optional
-        What robots perceive of teammates, a degree of awareness: "none", "ring", "pairwise", "shared", or an object.
-        None for that of the `model`.
-    delta : int
-        The number of sectors of "ring".
-    layout : {"sectors", "nearest"} or Nearest
-        How observations show it: the situation vectors of the degree, which begin with 16 sectors of targets; or lists
-        of the nearest targets and teammates, as ``Nearest(targets=5, teammates=5)``. docs/environments.md has a table.
-    action : {"continuous", "grid", "heading"} or ActionGrid
-        The form of actions: rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an
-        action of a grid; or a direction x, y and a distance [length], as in `Action`: unit vectors and (0, 0), which
-        keeps the heading, are carried out to the last bit, and others are normalised.
-    reward : str, mapping of str to float, or callable
-        A name of `REWARDS`, several with weights, or ``reward(facts)``, which returns an array of shape (worlds,
-        robots); see `Facts`.
-    max_cycles : int
-        The number of steps of an episode.
     render_mode : {"rgb_array", "human"}, optional
         What `render` does.
-    model : callable, Task or str, optional
-        Instead of `CMOMMT`, ``model(**parameters, rng=seed)``, which returns a `World`; or a task or its name, then
-        parameters are those of its scenario and its world. Its robots must be as many for every seed; their policy is
-        replaced.
-    group : str
-        The name of the group of the world whose robots are agents; of a task by default the first of its team.
-    **parameters
-        Further parameters of `CMOMMT`, such as `target_policy`, `sensor`, `cycle` or `events`, or those of `model`.
+    **settings
+        Those of `Environment`, and further parameters of `CMOMMT`, such as `robots`, `radius`, `target_policy`,
+        `sensor`, `cycle` or `events`, or those of the model.
 
     Raises
     ------
     TypeError, ValueError
         If a value is of the wrong type or outside its limits, or a name is unknown.
     """
-    settings = settings_of(
-        {"robots": robots, "targets": targets, "radius": radius}, parameters,
-        observation=observation, delta=delta, layout=layout, action=action, reward=reward, max_cycles=max_cycles,
-        model=model, group=group,
-    )  # fmt: skip
-    return TeamParallelEnv(settings, render_mode)
+    return TeamParallelEnv(settings_of(settings), render_mode)
 
 
 def env(**settings: Any) -> AECEnv[str, Array, Any]:

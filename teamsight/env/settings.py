@@ -6,17 +6,18 @@ import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from teamsight.agents.attributes import AwarenessLike
-from teamsight.agents.awareness import AWARENESS, Awareness, RingAwareness
-from teamsight.agents.awareness.registry import awareness_named, with_option
+from teamsight.agents.awareness import AWARENESS, Awareness
+from teamsight.agents.awareness.registry import Delta, awareness_named, with_option
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.group import Group
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.teammates import of_team
 from teamsight.agents.world import World
 from teamsight.core import checks
+from teamsight.core.component import Component, Count, declared
 from teamsight.env.actions import ActionForm, ActionLike
 from teamsight.env.observations import LayoutLike, Nearest, layout_of
 from teamsight.env.rewards import Reward, RewardLike, reward_of
@@ -24,11 +25,8 @@ from teamsight.tasks.model import TaskModel
 from teamsight.tasks.named import task_of
 from teamsight.tasks.task import Task
 
-#: What `CMOMMT` takes by default, if no model is given.
-SIZES: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 5.0}
-_DELTA = 16
-# The name of the group, unless another is given.
-_GROUP = "robots"
+F = TypeVar("F", bound=Callable[..., Any])
+
 #: Parameters of `CMOMMT` that environments set themselves, and what to give instead.
 _OWN = {
     "policy": "actions come from outside; action chooses their form",
@@ -123,50 +121,96 @@ class Settings:
         raise ValueError(f"group={checks.shown(self.group)}: the world has no such group; it has {names}")
 
 
-def settings_of(
-    sizes: Mapping[str, Any],
-    parameters: Mapping[str, Any],
-    *,
-    observation: AwarenessLike | None,
-    delta: int,
-    layout: LayoutLike,
-    action: ActionLike,
-    reward: RewardLike,
-    max_cycles: int,
-    model: Callable[..., World] | Task | str | None,
-    group: str,
-) -> Settings:
-    """Return the settings that a user gives; see `parallel_env`.
+@dataclass(frozen=True, kw_only=True)
+class Environment(Component):
+    """What an environment is made of.
 
-    Raises
-    ------
-    TypeError, ValueError
-        If one is of the wrong type or outside its limits, or a name is unknown.
+    Parameters
+    ----------
+    observation : str or Awareness, optional
+        What robots perceive of teammates, a degree of awareness: "none", "ring", "pairwise", "shared", or an object.
+        None for that of the `model`.
+    delta : int
+        The number of sectors of "ring".
+    layout : {"sectors", "nearest"} or Nearest
+        How observations show it: the situation vectors of the degree, which begin with 16 sectors of targets; or lists
+        of the nearest targets and teammates, as ``Nearest(targets=5, teammates=5)``. docs/environments.md has a table.
+    action : {"continuous", "grid", "heading"} or ActionGrid
+        The form of actions: rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an
+        action of a grid; or a direction x, y and a distance [length], as in `Action`: unit vectors and (0, 0), which
+        keeps the heading, are carried out to the last bit, and others are normalised.
+    reward : str, mapping of str to float, or callable
+        A name of `REWARDS`, several with weights, or ``reward(facts)``, which returns an array of shape (worlds,
+        robots); see `Facts`.
+    max_cycles : int
+        The number of steps of an episode.
+    model : callable, Task or str, optional
+        Instead of `CMOMMT`, ``model(**parameters, rng=seed)``, which returns a `World`; or a task or its name, then
+        parameters are those of its scenario and its world. Its robots must be as many for every seed; their policy is
+        replaced.
+    group : str, optional
+        The name of the group of the world whose robots are agents; by default "robots", and of a task the first of its
+        team.
     """
-    if model is CMOMMT:
-        model = None
-    if model is not None and not callable(model) and not isinstance(model, (Task, str)):
-        raise TypeError(f"model={checks.shown(model)}: must be a function or a class that returns a World, or a task")
-    form, degree = ActionForm(action), _degree(observation, delta)
-    given: dict[str, Any] = dict(parameters)
-    called: str | None = group
-    if isinstance(model, (Task, str)):
-        given = {**{name: value for name, value in sizes.items() if value != SIZES[name]}, **given}
-        sizes = {}
-        model, called = _task_model(model, given), None if group == _GROUP else group
-    if model is None:
-        _check_parameters(given)
-        given = {**sizes, **given, "policy": form.policy}
-        given |= {} if degree is None else {"awareness": degree}
-    else:
-        _check_call(model, given)
-        for name, value in sizes.items():
-            if value != SIZES[name]:
-                raise ValueError(f"{name}={checks.shown(value)}: is for CMOMMT; let your model set it")
-    cycles = checks.count("max_cycles", max_cycles)
-    return Settings(
-        model or CMOMMT, given, called, degree, layout_of(layout), form, reward_of(reward), cycles,
-    )  # fmt: skip
+
+    observation: AwarenessLike | None = "ring"
+    delta: Delta | None = None
+    layout: LayoutLike = "sectors"
+    action: ActionLike = "continuous"
+    reward: RewardLike = "observed"
+    max_cycles: Count = 600
+    model: Callable[..., World] | Task | str | None = None
+    group: str | None = None
+
+    def settings(self, parameters: Mapping[str, Any]) -> Settings:
+        """Return the settings of an environment with these parameters of its worlds.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If one is of the wrong type or outside its limits, or a name is unknown.
+        """
+        model, given, group = self.model, dict(parameters), self.group or "robots"
+        if model is not None and not callable(model) and not isinstance(model, (Task, str)):
+            raise TypeError(
+                f"model={checks.shown(model)}: must be a function or a class that returns a World, or a task"
+            )
+        form, degree = ActionForm(self.action), _degree(self.observation, self.delta)
+        called: str | None = group
+        if isinstance(model, (Task, str)):
+            model, called = _task_model(model, given), self.group
+        if model is None or model is CMOMMT:
+            _check_parameters(given)
+            given |= {"policy": form.policy} | ({} if degree is None else {"awareness": degree})
+        else:
+            _check_call(model, given)
+        return Settings(
+            model or CMOMMT, given, called, degree, layout_of(self.layout), form, reward_of(self.reward),
+            self.max_cycles,
+        )  # fmt: skip
+
+
+def settings_of(values: Mapping[str, Any]) -> Settings:
+    """Return the settings that a user gives: those of an `Environment`, and parameters of its worlds."""
+    own = declared(Environment)
+    parameters = {name: value for name, value in values.items() if name not in own}
+    return Environment(**{name: value for name, value in values.items() if name in own}).settings(parameters)
+
+
+def takes_settings(make: F) -> F:
+    """Let the signature and the docstring of a function with ``**settings`` say what they are."""
+    shown: Any = make
+    own = list(inspect.signature(make).parameters.values())[:-1]
+    keyword = inspect.Parameter.KEYWORD_ONLY
+    known = {**declared(Environment), **{name: one for name, one in declared(CMOMMT).items() if name not in _OWN}}
+    named = [
+        inspect.Parameter(name, keyword, default=one.default)
+        for name, one in known.items() if name not in {one.name for one in own}
+    ]  # fmt: skip
+    shown.__signature__ = inspect.signature(make).replace(parameters=[*own, *named])
+    meaning = inspect.cleandoc(Environment.__doc__ or "").partition("----------\n")[2]
+    shown.__doc__ = inspect.cleandoc(make.__doc__ or "").replace("**settings\n", f"{meaning}\n**parameters\n")
+    return make
 
 
 def _task_model(task: Task | str, given: Mapping[str, Any]) -> TaskModel:
@@ -178,18 +222,16 @@ def _task_model(task: Task | str, given: Mapping[str, Any]) -> TaskModel:
     return model
 
 
-def _degree(observation: AwarenessLike | None, delta: int) -> Awareness | None:
-    # Checked for every degree, so that a wrong one is never ignored.
-    ring = RingAwareness(delta)
+def _degree(observation: AwarenessLike | None, delta: int | None) -> Awareness | None:
     if observation is None:
         return None
     if isinstance(observation, str):
         name = checks.choice("observation", observation, AWARENESS)
         having = with_option("delta")
-        if name not in having and delta != _DELTA:
+        if name not in having and delta is not None:
             shown = " or ".join(f"observation={one!r}" for one in having)
             raise ValueError(f"delta={delta}: applies to {shown}; leave it out")
-        return awareness_named(name, {"delta": ring.delta})
+        return awareness_named(name, {"delta": delta})
     if not isinstance(observation, Awareness):
         raise TypeError(
             f"observation={checks.shown(observation)}: must be a degree of awareness, such as RingAwareness(8), or one "
@@ -211,9 +253,8 @@ def _check_call(model: Callable[..., World], given: Mapping[str, Any]) -> None:
 
 
 def _check_parameters(given: Mapping[str, Any]) -> None:
-    known = [name for name in inspect.signature(CMOMMT.__init__).parameters if name not in ("self", *_OWN)]
     # Those of environments are near to slips too.
-    known += ["observation", "layout", "action", "reward", "max_cycles", "model", "group"]
+    known = [*(name for name in declared(CMOMMT) if name not in _OWN), *declared(Environment)]
     for name in given:
         if name in _OWN:
             raise TypeError(f"{name}: is not a parameter of environments; {_OWN[name]}")

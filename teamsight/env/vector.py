@@ -10,18 +10,14 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector.utils import batch_space
 
-from teamsight.agents.attributes import AwarenessLike
 from teamsight.agents.world import World
 from teamsight.core import checks
-from teamsight.env.actions import ActionLike, as_array
+from teamsight.env.actions import as_array
 from teamsight.env.batch import Batch
-from teamsight.env.observations import LayoutLike
-from teamsight.env.rewards import RewardLike
-from teamsight.env.settings import Settings, settings_of
+from teamsight.env.settings import Settings, settings_of, takes_settings
 from teamsight.env.states import StateView
 from teamsight.env.vector_step import Flags, Observations, Step
 from teamsight.env.views import Views
-from teamsight.tasks.task import Task
 
 #: What happens after the end of an episode: the next begins in the same step, in the next step, or by `reset` only.
 AUTORESETS = ("same-step", "next-step", "disabled")
@@ -221,39 +217,21 @@ def _name(world: int, robot: int) -> str:
     return "actions" if robot < 0 else f"actions[{world}, {robot}]"
 
 
-def vector_env(
-    worlds: int,
-    *,
-    robots: int = 10,
-    targets: int = 15,
-    radius: float = 5.0,
-    observation: AwarenessLike | None = "ring",
-    delta: int = 16,
-    layout: LayoutLike = "sectors",
-    action: ActionLike = "continuous",
-    reward: RewardLike = "observed",
-    max_cycles: int = 600,
-    autoreset: str = "same-step",
-    copy: bool = True,
-    model: Callable[..., World] | Task | str | None = None,
-    group: str = "robots",
-    **parameters: Any,
-) -> TeamVectorEnv:
+@takes_settings
+def vector_env(worlds: int, *, autoreset: str = "same-step", copy: bool = True, **settings: Any) -> TeamVectorEnv:
     """Return many worlds that make their steps in one compiled call.
 
     Parameters
     ----------
     worlds : int
         Their number.
-    robots, targets, radius, observation, delta, layout, action, reward, max_cycles, model, group
-        As for `parallel_env`.
     autoreset : {"same-step", "next-step", "disabled"}
         What happens after the end of an episode: the next begins in the same step, whose observations are then its
         first; in the next step; or only by `reset`.
     copy : bool
         Whether `step` returns new arrays; if not, the next step overwrites the observations.
-    **parameters
-        Further parameters of `CMOMMT`, or those of `model`.
+    **settings
+        Those of `Environment`, and further parameters of `CMOMMT`, or those of the model.
 
     Raises
     ------
@@ -265,9 +243,4 @@ def vector_env(
     Each world has the same bits as `parallel_env` of its seed. Worlds in which an event is due, and those whose
     policies, arenas or recorders need Python, make that step in Python; all others are stepped in one call.
     """
-    settings = settings_of(
-        {"robots": robots, "targets": targets, "radius": radius}, parameters,
-        observation=observation, delta=delta, layout=layout, action=action, reward=reward, max_cycles=max_cycles,
-        model=model, group=group,
-    )  # fmt: skip
-    return TeamVectorEnv(settings, worlds, autoreset, copy=copy)
+    return TeamVectorEnv(settings_of(settings), worlds, autoreset, copy=copy)
