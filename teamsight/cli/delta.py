@@ -103,7 +103,7 @@ class DeltaSettings(TaskOptions, Works, Writes):
                 raise ValueError("awareness_range: missing; give --awareness-range in the unit of the positions")
             return
         self.check_task()
-        self.refuse(_RECORDED, "is for recorded positions; give --trajectories too")
+        self.refuse(_RECORDED, "is for recorded positions, and needs --trajectories")
         length("awareness_range", self.awareness_range)
         robots, targets = (self.task_size(), 0) if self.task else (self.robots, self.targets)
         limits.check_worlds(

@@ -125,8 +125,8 @@ class Options(Component):
         for name in names:
             if name in self.given:
                 value = getattr(self, name)
-                shown = flag(name) if value is True else f"{flag(name)}={value}"
-                raise ValueError(f"--{shown}: {why}; leave it out")
+                shown = ",".join(map(str, value)) if isinstance(value, (tuple, Mapping)) else value
+                raise ValueError(f"{name}={shown}: {why}; leave --{flag(name)} out")
 
 
 def _workers(name: str, value: Any) -> int:

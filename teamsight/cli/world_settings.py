@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -48,15 +49,14 @@ class TaskOptions(Options):
     def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
         """Return the options of the policies and degrees that are named, and those of the task."""
         found = component_options(cls, arguments)
-        if "task" in cls.options() and (named := options_in(arguments, "task")):
+        if named := options_in(arguments, "task"):
+            from teamsight.tasks.model import TaskModel
             from teamsight.tasks.named import task_of
 
-            known = TASKS()
-            if named[-1] in known:
-                from teamsight.tasks.model import TaskModel
-
-                taken = {"rng", *cls.options()}
-                for name, one in declared(TaskModel(task_of(known[named[-1]]))).items():
+            taken = {"rng", *cls.options()}
+            # A task that is none is refused with all else that is wrong.
+            with contextlib.suppress(TypeError, ValueError):
+                for name, one in declared(TaskModel(task_of(named[-1]))).items():
                     if name not in taken and one.kind not in ("object", "mapping"):
                         found[name] = one
         return found

@@ -335,9 +335,9 @@ def _divided(hint: Any) -> tuple[Any, Allowed | None, bool]:
     while True:
         if get_origin(hint) is Annotated:
             hint, *notes = get_args(hint)
-            for note in notes:
+            for note in notes[::-1]:
                 if isinstance(note, Allowed):
-                    # The outer annotation, which comes first, counts.
+                    # The outer annotation counts; in one that was joined of several it is the last.
                     allowed = note if allowed is None else note.beside(allowed)
         elif get_origin(hint) in (Union, UnionType) and NoneType in get_args(hint):
             rest = [one for one in get_args(hint) if one is not NoneType]

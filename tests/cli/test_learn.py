@@ -331,7 +331,7 @@ def test_results_of_other_settings_are_replaced_only_when_reported(
 def test_a_quick_figure_is_small_where_nothing_was_given() -> None:
     from teamsight.cli.learn_figure import FigureSettings, curves_of
 
-    quick, whole = (curves_of(FigureSettings(worlds="7", quick=quick)) for quick in (True, False))
+    quick, whole = (curves_of(FigureSettings.read({"worlds": "7", "quick": quick}, {})) for quick in (True, False))
     assert (quick.samples, quick.memories, quick.worlds) == ((150, 600, 2400), 4, 7)
     assert (len(whole.samples), whole.memories, whole.worlds) == (11, 24, 7)
 
@@ -439,7 +439,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["explore", "--out", "x", "--awareness", "rin", "--runs", "0"], ["awareness='rin': unknown; did you mean 'ring'", "runs=0"]),
         (["explore", "--out", "x", "--policy", "a-cmomt", "--radius", "-1"], ["policy='a-cmomt': unknown", "radius=-1.0: must be"]),
         (["explore", "--out", "x", "--distance", "ful", "--robot-speed", "0"], ["distance='ful': unknown; did you mean 'full'", "robot_speed=0.0: must be"]),
-        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: applies to the policy random-walk only, and policy=centroid; leave it out"]),
+        (["explore", "--out", "x", "--distance", "full", "--policy", "centroid"], ["distance=full: applies to the policy random-walk only, and policy=centroid; leave --distance out"]),
         (["evaluate", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["evaluate", "x", "--learner", "deep", "--discount", "2"], ["learner='deep': unknown", "discount=2.0: must be a finite number"]),
         (["evaluate", "x", "--discount", "much", "--k", "0.5"], ["discount='much': must be a number", "k=0.5: must be a whole"]),
@@ -454,17 +454,17 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["figure", "--k", "20", "--samples", "10,15"], ["k=20: lazy matches so many transitions, but the memory has only 15"]),
         (["explore", "--out", "x", "--awareness", "none", "--delta", "8"], ["delta=8: awareness 'none' has no δ; leave"]),
         (["explore", "--out", "x", "--delta", "100000"], ["delta=100000: must be at most 360"]),
-        (["figure", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
-        (["figure", "--robots", "5,2.5"], ["robots='5,2.5': must be whole numbers, as in 150,600"]),
-        (["figure", "--radius", "3,wide"], ["radius='3,wide': must be numbers, as in 3,5"]),
-        (["figure", "--radius", "1,2,3,4,5,6,7"], ["radius: are 7 numbers, at most 6"]),
-        (["diagnose", "x", "--memories", "2"], ["memories=2: with MEMORY nothing is explored; leave one of them out"]),
+        (["figure", "--samples", "10,many"], ["samples='many': must be a whole number"]),
+        (["figure", "--robots", "5,2.5"], ["robots=2.5: must be a whole number"]),
+        (["figure", "--radius", "3,wide"], ["radius='wide': must be a number"]),
+        (["figure", "--radius", "1,2,3,4,5,6,7"], ["radius: are 7 values, at most 6"]),
+        (["diagnose", "x", "--memories", "2"], ["memories=2: with MEMORY nothing is explored; leave --memories out"]),
         (["diagnose", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["diagnose", "--samples", "5"], ["samples=5: fewer than the 10 transitions that eq. 1 matches"]),
-        (["diagnose", "--samples", "10,many"], ["samples='10,many': must be whole numbers, as in 150,600"]),
-        (["diagnose", "--learners", "sheppard"], ["learner=sheppard: moves at random now and then, and learns meanwhile; leave it out"]),
+        (["diagnose", "--samples", "10,many"], ["samples='many': must be a whole number"]),
+        (["diagnose", "--learners", "sheppard"], ["sheppard at random now and then, and learns meanwhile; leave it out"]),
         (["diagnose", "--samples", "10000000000"], ["robots=5, steps=120, runs=16666667: makes 1.0e+10 transitions"]),
-        (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learner='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),
+        (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learners='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_reported_in_one_line_each(

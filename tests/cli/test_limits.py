@@ -19,7 +19,7 @@ EXPLORE = ["learn", "explore", "--out", "x"]
         ([*EXPLORE, "--steps", "1000000000"], ["steps=1000000000: must be at most 10000000"]),
         ([*EXPLORE, "--steps", "10000000", "--runs", "10"], ["steps=10000000, runs=10: makes 5.0e+08 transitions of 75 numbers, 150 GB, at most 5 GB; reduce"]),
         ([*EXPLORE, "--awareness", "shared", "--robots", "1000"], ["makes 1.2e+05 transitions of 32011 numbers, 15.4 GB"]),
-        (["run", "--steps", "1000000000000"], ["steps=1000000000000: must be at most 10000000; give fewer steps"]),
+        (["run", "--steps", "1000000000000"], ["steps=1000000000000: must be at most 10000000; make more runs"]),
         (["run", "--steps", "1" + "0" * 400], ["steps=(about 10^400): must be at most 10000000"]),
         (["run", "--steps", "9" * 10_000], ["steps='999999999999999999999999999999'… (10000 characters): must be a whole number"]),
         (["run", "--robots", "1000000", "--radius", "5"], ["robots=1000000, targets=15, radius=5: makes about 4.0e+10 neighbours per step, at most 2e+08 fit in memory; give fewer"]),
@@ -36,7 +36,7 @@ EXPLORE = ["learn", "explore", "--out", "x"]
         (["reproduce", "--runs", "1000000"], ["runs=1000000: must be at most 1000"]),
         (["learn", "evaluate", "x", "--workers", "100000", "--runs", "1e9"], ["runs=1000000000: must be at most 1000000", "workers=100000: must be at most "]),
         (["learn", "figure", "--samples", "100,10000000000"], ["makes 1.0e+10 transitions of 75 numbers"]),
-        (["learn", "figure", "--samples", ",".join(map(str, range(1, 300)))], ["samples: are 299 numbers, at most 100; leave some out"]),
+        (["learn", "figure", "--samples", ",".join(map(str, range(1, 300)))], ["samples: are 299 values, at most 100; leave some out"]),
         (["learn", "figure", "--memories", "1000", "--worlds", "1000"], ["memories=1000, worlds=1000, 6 scenarios, 11 samples: makes 5.4e+08 rows, at most 2e+06"]),
     ],
 )  # fmt: skip

@@ -53,7 +53,7 @@ def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) 
         ),
         (["run", "--robbots", "3"], ["No such option '--robbots'"]),
         (["run", "--robots"], ["Option '--robots' requires an argument"]),
-        (["reproduce", "deta"], ["figure='deta': unknown; did you mean 'delta'?"]),
+        (["reproduce", "deta"], ["figures='deta': unknown; did you mean 'delta'?"]),
         (["reproduce", "--runs", "0", "--steps", "x"], ["runs=0: must be at least 1", "steps='x': must be a whole"]),
         (
             ["reproduce", "--seed", "-1", "--workers", "1.5"],
@@ -68,8 +68,8 @@ def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) 
             ["radius=-2.0: must be", "awareness_range=inf: must be"],
         ),
         (["delta", "--risk", "2"], ["risk=2.0: must be a finite number, at least 1e-09 and at most 1"]),
-        (["delta", "--window", "5"], ["--window=5.0: is for recorded positions; give --trajectories too, or leave it out"]),
-        (["delta", "--trajectories", "t.csv", "--robots", "5"], ["--robots=5: cannot be combined with --trajectories, which determines it; leave it out"]),
+        (["delta", "--window", "5"], ["window=5.0: is for recorded positions, and needs --trajectories; leave --window out"]),
+        (["delta", "--trajectories", "t.csv", "--robots", "5"], ["robots=5: cannot be combined with --trajectories, which determines it; leave --robots out"]),
         (["delta", "--trajectories", "t.csv"], ["awareness_range: missing; give --awareness-range"]),
     ],
 )

@@ -1,4 +1,4 @@
-"""Every option is declared once: its default is the same in the help, in Python and on the page of the commands."""
+"""Options are the fields of components: what a command shows, takes and refuses follows from their declarations."""
 
 from __future__ import annotations
 
@@ -7,25 +7,28 @@ import inspect
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import click
 import pytest
 
-from teamsight.cli import delta, evolve, learn_evaluate, learn_explore, learn_figure, reproduce, run
+from teamsight.cli import delta, evolve, learn_evaluate, learn_explore, learn_figure, reproduce
 from teamsight.cli.main import commands
-from teamsight.cli.options import InputError, Option, Settings
-from teamsight.cli.values import count, file, flag
+from teamsight.cli.options import Command, InputError, Options, Works, default_of, help_of, metavar_of
+from teamsight.cli.values import File
+from teamsight.core.component import Allowed, Count, Flag, Index
 
 ROOT = Path(__file__).parents[2]
 
 
-def leaves(group: click.Group = commands) -> Iterator[click.Command]:
+def leaves(group: click.Group = commands) -> Iterator[Command]:
     for command in group.commands.values():
         if isinstance(command, click.Group):
             yield from leaves(command)
         else:
+            assert isinstance(command, Command)
             yield command
 
 
@@ -38,8 +41,8 @@ def defaults_of(made: Any) -> dict[str, Any]:
     return {name: one.default for name, one in inspect.signature(made).parameters.items()}
 
 
-def in_python() -> dict[type[Settings], Mapping[str, Any]]:
-    """Return the defaults in Python of what each command calls, by the names of its options."""
+def in_python() -> dict[type[Options], Mapping[str, Any]]:
+    """Return the defaults in Python of what commands call that would be slow to import for their help."""
     from teamsight.agents.cmommt import DEFAULTS
     from teamsight.analysis.delta.choose import choose_delta
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories
@@ -56,9 +59,6 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
     assert recorded["risk"] == chosen["risk"]
     plan = defaults_of(Plan)
     return {
-        # The events of a model are what it attaches; those of the command are what it prints.
-        run.RunSettings: {name: value for name, value in DEFAULTS.items() if name != "events"}
-        | {"cycle": DEFAULTS["cycle"].period},
         delta.DeltaSettings: {"steps": chosen["steps"], "runs": chosen["runs"], "risk": chosen["risk"],
                               "window": recorded["window"], "targets": DEFAULTS["targets"],
                               "awareness_range": DEFAULTS["awareness_range"]},
@@ -80,8 +80,7 @@ def in_python() -> dict[type[Settings], Mapping[str, Any]]:
 def test_a_default_is_the_same_on_the_command_line_and_in_python() -> None:
     for settings, python in in_python().items():
         options = settings.options()
-        # On the command line these are a switch, and the period of a cycle.
-        shared = (options.keys() & python.keys()) - {"events", "cycle"}
+        shared = options.keys() & python.keys()
         assert len(shared) >= 2, settings
         differing = {name for name in shared if options[name].default != python[name]}
         assert not differing, f"{settings.__name__}: {differing}"
@@ -93,89 +92,81 @@ def test_without_a_task_policies_are_evaluated_for_the_steps_of_a_scenario() -> 
     assert defaults_of(Scenario)["steps"] == learn_evaluate._STEPS
 
 
-def test_every_default_passes_its_own_check_unless_nothing_stands_for_it() -> None:
-    for command in leaves():
-        settings = settings_of(command)
-        for name, option in settings.options().items():
-            if option.kind == "option" and option.default not in (None, (), {}):
-                text = ",".join(map(str, option.default)) if isinstance(option.default, tuple) else str(option.default)
-                assert option.check(name, text) == option.default, (settings, name)
-
-
-def subclasses(parent: type[Settings]) -> Iterator[type[Settings]]:
-    for one in parent.__subclasses__():
-        yield one
-        yield from subclasses(one)
-
-
-def settings_of(command: click.Command) -> type[Settings]:
-    """Return the settings class whose options a command has."""
-    names = [parameter.name for parameter in command.params]
-    (found,) = [
-        one
-        for one in subclasses(Settings)
-        if one.__module__.startswith("teamsight.") and list(one.options()) == names
-        # Several commands have no options.
-        and (names or one.__name__.lower() == f"{command.name}settings")
-    ]
-    return found
-
-
 @pytest.mark.parametrize("command", list(leaves()), ids=lambda command: command.name)
-def test_the_help_shows_each_option_with_its_default(command: click.Command) -> None:
+def test_each_option_has_a_meaning_and_its_default_is_allowed(command: Command) -> None:
     context = click.Context(command)
     shown = dict(record for one in command.params if (record := one.get_help_record(context)))
-    for name, option in settings_of(command).options().items():
-        if option.kind == "option":
-            record = shown[f"--{name.replace('_', '-')} {option.metavar}"]
-            default = f"[default: {option.default_text()}]" if option.default_text() else ""
-            assert record == "  ".join(filter(None, (option.help_text(), "[required]" if option.required else default)))
-            # Without a default, leaving the option out means that there is no such thing.
-            assert default or option.required or option.many or name in ("preset", "out", "record", "save", "save_events", "trajectories", "training", "further")
+    for name, one in command.settings.options().items():
+        assert one.meaning, name
+        if one.default not in (None, MISSING, (), {}) and one.kind != "flag":
+            text = ",".join(map(str, one.default)) if isinstance(one.default, tuple) else str(one.default)
+            assert one.parsed(text) == one.default, name
+        if not one.allowed.is_argument:
+            value = "" if one.kind == "flag" else f" {metavar_of(one)}"
+            assert shown[f"--{name.replace('_', '-')}{value}"].startswith(help_of(one)), name
+            assert default_of(one) in shown[f"--{name.replace('_', '-')}{value}"]
 
 
-def test_options_of_a_parent_class_come_first_and_can_be_declared_anew() -> None:
-    class Parent(Settings):
-        steps: int = count(5, "Steps.")
-        seed: int = count(0, "Seed.", least=0)
+@dataclass(frozen=True, kw_only=True)
+class Sample(Works):
+    """Options of every kind.
 
-    class Child(Parent):
-        workers: int = count(1, "Workers.")
-        steps: int = count(7, "Steps.")
+    Parameters
+    ----------
+    robots, targets : int
+        Numbers.
+    quick : bool
+        Be quick.
+    merge : sequence of Path
+        Files.
+    """
 
-    assert list(Child.options()) == ["steps", "seed", "workers"]
-    assert (Child().steps, Parent().steps, Child(seed="3").seed) == (7, 5, 3)
-
-
-class Sample(Settings):
-    """Options of every kind."""
-
-    robots: int = count(3, "Number of robots.", most=9)
-    targets: int | None = count(None, "Number of targets.")
-    quick: bool = flag("Be quick.")
-    merge: tuple[Path, ...] = file("A file.", many=True)
+    robots: Annotated[int, Allowed(least=1, most=9)] = 3
+    targets: Annotated[Count | None, Allowed()] = None
+    quick: Flag = False
+    merge: Annotated[tuple[File, ...], Allowed(is_repeated=True)] = ()
 
     def check(self) -> None:
         if self.quick and self.robots > 5:
             raise ValueError("robots: too many")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Child(Sample):
+    """Declares one anew.
+
+    Parameters
+    ----------
+    seed : int
+        A seed.
+    robots : int
+        Fewer.
+    """
+
+    seed: Index = 0
+    robots: Count = 2
+
+
+def test_options_of_a_parent_class_come_first_and_can_be_declared_anew() -> None:
+    assert list(Child.options()) == ["workers", "robots", "targets", "quick", "merge", "seed"]
+    assert (Child().robots, Sample().robots, Child.options()["robots"].meaning) == (2, 3, "Fewer.")
+
+
 def test_all_that_is_wrong_is_reported_at_once_and_before_what_options_must_satisfy_together() -> None:
     with pytest.raises(InputError) as found:
-        Sample(robots="10", targets="x", quick=True, merge=())
+        Sample.read({"robots": "10", "targets": "x", "quick": True, "merge": ()}, {})
     assert [message.partition(":")[0] for message in found.value.messages] == ["robots=10", "targets='x'"]
     with pytest.raises(ValueError, match="too many"):
-        Sample(robots="6", targets=None, quick=True, merge=())
+        Sample.read({"robots": "6", "quick": True}, {})
 
 
 def test_settings_know_what_was_given() -> None:
-    settings = Sample(robots="3", targets=None, quick=False, merge=("a", "b"))
+    settings = Sample.read({"robots": "3", "targets": None, "quick": False, "merge": ("a", "b")}, {})
     assert settings.given == {"robots", "merge"}
     assert (settings.robots, settings.targets, settings.quick) == (3, None, False)
     assert settings.merge == (Path("a"), Path("b"))
     assert settings.values(without=("merge",)) == {"robots": 3, "quick": False}
     assert settings.values(("robots",)) == {"robots": 3}
-    assert isinstance(Sample.robots, Option)
 
 
 @pytest.mark.parametrize("command", ["", "run", "delta", "learn", "learn explore", "learn evaluate", "learn figure", "learn diagnose", "learn curve", "evolve train"])

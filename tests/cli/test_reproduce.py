@@ -184,7 +184,7 @@ def test_run_prints_what_the_model_gives_and_saves_its_history(
         (["--awareness", "pairwse"], "did you mean 'pairwise'?"),
         (["--preset", "touzet"], "preset='touzet'"),
         (["--delta", "0", "--awareness", "ring"], "delta=0"),
-        (["--delta", "100000", "--awareness", "ring"], "delta=100000: must be at most 360"),
+        (["--delta", "100000", "--awareness", "ring"], "delta=100000: must be at most 10000"),
         (["--delta", "8"], "delta=8: awareness 'pairwise' has no δ; leave --delta out, or give --awareness ring or nearest"),
     ],
 )

@@ -55,7 +55,7 @@ def test_a_dry_run_writes_nothing(study: Path) -> None:
         ((), "slurm=False: .*give --slurm"),
         (("--slurm", "--tasks", "5"), "^tasks=5: are more than the 4 runs of the study; give fewer"),
         (("--slurm", "--tasks", "0"), "^tasks=0: must be at least 1"),
-        (("--slurm", "--dry-run", "--submit"), "^submit=True: .*leave one out"),
+        (("--slurm", "--dry-run", "--submit"), "^submit=True: .*leave --submit out"),
         (("--slurm", "--tasks", "2", "--memory", "much"), "^memory='much': is not in SLURM's notation"),
     ],
 )

@@ -12,7 +12,7 @@ import pytest
 
 from teamsight import TASKS, Study, open_study
 from teamsight.analysis.delta import choose_delta
-from teamsight.cli import main, task_options
+from teamsight.cli import main
 from teamsight.cli.gathering import GatheringSettings
 from teamsight.cli.gathering import plan_of as gathering_plan
 from teamsight.cli.learn_explore import ExploreSettings
@@ -37,7 +37,7 @@ def test_tasks_are_listed_and_checked(capsys: pytest.CaptureFixture[str]) -> Non
         assert name in out
         assert f"{task.objective.better} {task.objective.metric}" in out
     assert "all keep their contracts" in out
-    assert call(capsys, "tasks", "cmomt")[2].startswith("teamsight: task='cmomt': unknown; did you mean 'cmommt'")
+    assert call(capsys, "tasks", "cmomt")[2].startswith("teamsight: names='cmomt': unknown; did you mean 'cmommt'")
 
 
 def test_tasks_are_listed_in_80_columns_without_breaking_a_word(capsys: pytest.CaptureFixture[str]) -> None:
@@ -112,14 +112,14 @@ def test_gathering_writes_its_results(capsys: pytest.CaptureFixture[str], tmp_pa
 def test_gathering_takes_values_for_one_task_and_for_each_size() -> None:
     from teamsight.cli.gathering import GatheringSettings, plan_of
 
-    settings = GatheringSettings(task="cmommt,graze", sizes="4,8", set=("cmommt.radius=3,4.5", "graze.side=40"))
+    settings = GatheringSettings.read({"task": "cmommt,graze", "sizes": "4,8", "set": ("cmommt.radius=3,4.5", "graze.side=40")}, {})
     assert plan_of(settings).scenario == {"cmommt.radius": (3, 4.5), "graze.side": 40}
 
 
 def test_values_for_each_size_follow_the_sizes_as_they_were_given() -> None:
     from teamsight.cli.gathering import GatheringSettings, plan_of
 
-    plan = plan_of(GatheringSettings(task="graze", sizes="16,8,4", set=("side=80,60,40",)))
+    plan = plan_of(GatheringSettings.read({"task": "graze", "sizes": "16,8,4", "set": ("side=80,60,40",)}, {}))
     assert plan.sizes == (4, 8, 16)
     assert plan.scenario == {"side": (40, 60, 80)}
 
@@ -147,24 +147,24 @@ def test_reproduce_of_a_task_calls_its_reproduction(
     assert "two of three hold" in out
     assert given == [Request(tmp_path, seed=7, quick=True)]
     refused = call(capsys, "reproduce", "3", "--task", "gather", "--out", str(tmp_path))
-    assert (refused[0], "is for the task cmommt; leave it out" in refused[2]) == (2, True)
+    assert (refused[0], "is for the task cmommt; leave --figures out" in refused[2]) == (2, True)
 
 
 WRONG = [
-    (("run", "--task", "cmommt", "--robots", "3"), "--robots=3: is an option of CMOMMT; with --task cmommt give --set"),
+    (("run", "--task", "push", "--targets", "3"), "targets: is no parameter of the task push"),
+    (("run", "--task", "cmommt", "--robots", "3", "--set", "robots=4"), "set=robots: is given as --robots too; leave one out"),
     (("run", "--treatment", "explore"), "--treatment: is for a task; give --task NAME too"),
     (("run", "--task", "cmommt", "--set", "robts=3"), "robts: is no parameter of the task cmommt; did you mean 'robots'"),
-    (("run", "--task", "cmommt", "--evenness"), "--evenness=True: is an option of CMOMMT"),
+    (("run", "--task", "cmommt", "--evenness"), "evenness=True: is for CMOMMT, not for the task cmommt; leave --evenness out"),
     (("delta", "--set", "robots=3"), "--set: is for a task"),
-    (("delta", "--task", "cmommt", "--awareness-range", "2"), "--awareness-range=2.0: is an option of CMOMMT"),
-    (("delta", "--task", "cmommt", "--trajectories", "x.csv", "--awareness-range", "1"), "--task=cmommt: cannot be combined with --traj"),
+    (("delta", "--task", "cmommt", "--trajectories", "x.csv", "--awareness-range", "1"), "task=cmommt: cannot be combined with --traj"),
     (("sweep", "--out", "x"), "STUDY: is missing; give a study file, or --task NAME"),
     (("sweep", "s.toml", "--task", "cmommt", "--out", "x"), "STUDY: both are given"),
     (("sweep", "s.toml", "--replicates", "3", "--out", "x"), "--replicates: is for a task"),
-    (("learn", "explore", "--out", "m", "--task", "cmommt", "--policy", "centroid"), "--policy=centroid: is an option of CMOMMT"),
+    (("learn", "explore", "--out", "m", "--task", "cmommt", "--policy", "centroid"), "policy=centroid: is for CMOMMT"),
     (("gathering", "--sizes", "1,4"), "sizes=1: must be at least 2"),
     (("gathering", "--set", "graze.side=3"), "'graze.side' is of the task 'graze', which is not compared"),
-    (("run", "--task", "cmommt", "--set", "cmommt.radius=3"), "must be NAME=VALUE"),
+    (("run", "--task", "cmommt", "--set", "cmommt.radius=3"), "cmommt.radius: is no parameter of the task"),
     (("gathering", "--set", "robots=3"), "robots is N, the size of the team; give it as sizes"),
     (("reproduce", "--task", "forage2"), "task='forage2': unknown"),
 ]  # fmt: skip
@@ -181,11 +181,10 @@ def test_what_does_not_go_together_is_refused(
 
 
 def test_watch_takes_a_task() -> None:
-    assert WatchSettings(task="cmommt", set=("robots=3",), beside=("treatment=explore",)).task == "cmommt"
+    given = {"task": "cmommt", "set": ("targets=3",), "robots": "4", "beside": ("treatment=explore",)}
+    assert WatchSettings.read(given, {}).parameters == {"robots": 4, "targets": 3}
     with pytest.raises(InputError, match="unknown"):
-        WatchSettings(task="cmomt")
-    with pytest.raises(ValueError, match="--robots=3: is an option of CMOMMT; with --task cmommt give --set"):
-        WatchSettings(task="cmommt", robots="3")
+        WatchSettings.read({"task": "cmomt"}, {})
 
 
 OWN = "toy_tasks:GATHER"
@@ -220,9 +219,9 @@ def test_a_task_of_a_module_is_taken_by_reference(
 
 def test_analyses_take_a_task_of_a_module() -> None:
     wanted = importlib.import_module("toy_tasks").GATHER
-    assert gathering_plan(GatheringSettings(task=OWN, sizes="3,5", out="x")).all_tasks == (wanted,)
-    assert task_options.task_of(ExploreSettings(task=OWN, out="x.safetensors", steps="2")) is wanted
-    assert unreliable_plan(UnreliableSettings(task=OWN, out="x")).subject.task is wanted
+    assert gathering_plan(GatheringSettings.read({"task": OWN, "sizes": "3,5", "out": "x"}, {})).all_tasks == (wanted,)
+    assert ExploreSettings.read({"task": OWN, "out": "x.safetensors", "steps": "2"}, {}).task_given() is wanted
+    assert unreliable_plan(UnreliableSettings.read({"task": OWN, "out": "x"}, {})).subject.task is wanted
     given = {"risk": 0.3, "runs": 10, "steps": 3, "rng": 1}
     assert str(choose_delta(OWN, **given)) == str(choose_delta(wanted, **given))
 

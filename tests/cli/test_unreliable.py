@@ -54,11 +54,11 @@ def test_the_team_of_a_task(
     ("line", "message"),
     [
         (["--repair", "0"], "repair=0.0: must be a finite number, at least 1"),
-        (["--policies", "a-cmomt"], "policy='a-cmomt': unknown; did you mean 'a-cmommt'?"),
+        (["--policies", "a-cmomt"], "policies='a-cmomt': unknown; did you mean 'a-cmommt'?"),
         (["--steps", "49"], "steps=49: must be at least 50, the longest sensing period; give more steps"),
         (["--runs", "0"], "runs=0: must be at least 1"),
-        (["--set", "robots=3"], "--set: is for another task than cmommt, whose scenarios are fixed; leave it out"),
-        (["--task", "graze", "--policies", "evolved"], "--policies=evolved: is for cmommt; a task has one team"),
+        (["--set", "robots=3"], "set=robots: is for another task than cmommt, whose scenarios are fixed; leave --set out"),
+        (["--task", "graze", "--policies", "evolved"], "policies=evolved: is for cmommt; a task has one team"),
         (["--task", "grase"], "task='grase': unknown; did you mean 'graze'?"),
     ],
 )

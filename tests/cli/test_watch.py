@@ -67,12 +67,12 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
         ({"every": "0"}, "every=0: must be at least 1"),
         # The command refuses what the page refuses.
         ({"robots": "3300"}, "robots=3300: must be at most 2000, as on the page"), ({"radius": "300"}, "at least 0.5 and at most 200, as on the page"),
-        ({"set": ("robot_speed=11",)}, "robot_speed=11"), ({"beside": ("robots=3300",)}, "robots=3300: must be at most 2000"),
+        ({"robot_speed": "11"}, "robot_speed=11"), ({"beside": ("robots=3300",)}, "robots=3300: must be at most 2000"),
     ],
 )  # fmt: skip
 def test_wrong_options_are_refused(options: dict[str, object], said: str) -> None:
     with pytest.raises((InputError, ValueError), match=re.escape(said)):
-        WatchSettings(**options)
+        WatchSettings.read(options, {})
 
 
 def test_a_model_that_is_not_found_is_answered_for_this_command(capsys: pytest.CaptureFixture[str]) -> None:
@@ -85,5 +85,5 @@ def test_a_model_that_is_not_found_is_answered_for_this_command(capsys: pytest.C
 
 
 def test_values_of_parameters_are_read() -> None:
-    settings = WatchSettings(beside=("policy=centroid", "robots=3", "robot_speed=0.2", "uniform_target_speed=true"))
+    settings = WatchSettings.read({"beside": ("policy=centroid", "robots=3", "robot_speed=0.2", "uniform_target_speed=true")}, {})
     assert settings.beside == {"policy": "centroid", "robots": 3, "robot_speed": 0.2, "uniform_target_speed": True}

@@ -99,7 +99,7 @@ def test_the_state_has_all_bodies() -> None:
         ({"target_polcy": "evasive"}, ValueError, "target_policy"),
         ({"model": 3}, TypeError, "model=3: must be a function or a class that returns a World"),
         ({"model": lambda rng: None}, TypeError, "returned NoneType; it must return a World"),
-        ({"model": lambda rng: None, "robots": 3}, ValueError, "robots=3: is for CMOMMT; let your model set it"),
+        ({"model": lambda rng: None, "robots": 3}, TypeError, "robots"),
         ({"model": lambda seed: None, "size": 3}, TypeError, r"is called as model\(size=…, rng=…\), and refuses it"),
         ({"model": lambda rng: CMOMMT(rng=rng), "group": "men"}, ValueError, "no such group; it has 'robots', 'targets'"),
         ({"observation": 3}, TypeError, "observation=3: must be a degree of awareness, such as .* one of none, ring, nearest, pairwise"),

@@ -22,9 +22,9 @@ def test_controls_of_cmommt_are_its_parameters() -> None:
     controls = named(CMOMMT)
     assert set(controls) == {
         "policy", "awareness", "delta", "robots", "awareness_range", "sensing_range", "robot_speed", "cycle", "targets",
-        "target_policy", "target_speed", "uniform_target_speed", "radius",
+        "target_policy", "target_speed", "uniform_target_speed", "radius", "range_shape",
     }  # fmt: skip
-    assert {name for name, one in controls.items() if not one.live} == {"robots", "targets", "radius", "uniform_target_speed"}
+    assert {name for name, one in controls.items() if not one.live} == {"robots", "targets", "radius", "uniform_target_speed", "range_shape"}
     for one in controls.values():
         # Each holds the model's own default.
         default = value_of(CMOMMT, one.name)
