@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Self
 
+from teamsight.analysis.runs.limits import Steps
 from teamsight.analysis.runs.seeding import Pairing
 from teamsight.analysis.studies.definition.check import check_plan
 from teamsight.analysis.studies.definition.grid import Block, blocks_of
 from teamsight.analysis.studies.definition.recording import Record, Until
-from teamsight.analysis.studies.definition.resolved import resolved
+from teamsight.analysis.studies.definition.resolved import MOST_RUNS, resolved
 from teamsight.analysis.studies.definition.values import are_equal, thawed
 from teamsight.analysis.studies.plan import Plan
 from teamsight.core import checks, references
+from teamsight.core.component import Allowed, Component, Seed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,7 +54,7 @@ class Results(Protocol):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Study:
+class Study(Component):
     """A study: settings of a model, times replicates.
 
     All settings are crossed: each axis with each other, with the points and with the sample. Axes that are zipped
@@ -108,9 +110,9 @@ class Study:
     zip: Sequence[Sequence[str]] = ()
     points: Values | None = None
     sample: Values | None = None
-    replicates: int = 1
-    steps: int = 600
-    seed: int = 0
+    replicates: Annotated[int, Allowed(least=1, most=MOST_RUNS, cure=("", "give fewer"))] = 1
+    steps: Steps = 600
+    seed: Seed = 0
     pairing: Pairing = "scenario"
     record: Record = _SUMMARY
     until: Until | None = None
@@ -139,6 +141,7 @@ class Study:
         ) -> None: ...
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name, value in resolved(vars(self)).items():
             object.__setattr__(self, name, value)
 
@@ -178,8 +181,8 @@ class Study:
     def as_dict(self) -> dict[str, Any]:
         """Return JSON values: axes are listed, points and samples are columns."""
         found = {one.name: thawed(getattr(self, one.name)) for one in fields(self)}
-        found["record"] = self.record._asdict()
-        found["until"] = None if self.until is None else self.until._asdict()
+        found["record"] = asdict(self.record)
+        found["until"] = None if self.until is None else asdict(self.until)
         found["path"] = None if self.path is None else os.fspath(self.path)
         return found
 

@@ -160,6 +160,8 @@ class Declared:
         Whether it may be None.
     is_checked : bool
         Whether the annotation says what it may be.
+    is_open : bool
+        Whether objects may be given too, which check themselves.
     item : Declared, optional
         Of a list, what its items are.
     names : mapping of str to object
@@ -173,6 +175,7 @@ class Declared:
     meaning: str = ""
     is_optional: bool = False
     is_checked: bool = False
+    is_open: bool = False
     item: Declared | None = None
     names: Mapping[str, Any] | None = None
 
@@ -253,7 +256,7 @@ class Declared:
         form: dict[str, Any] = {"description": self.meaning} if self.meaning else {}
         allowed = self.allowed
         if self.kind in _FORMS:
-            form["type"] = _FORMS[self.kind]
+            form["type"] = [_FORMS[self.kind], "string", "object"] if self.is_open else _FORMS[self.kind]
         elif self.kind == "list":
             form["type"] = "array"
         elif self.kind == "choice":
@@ -264,6 +267,8 @@ class Declared:
         limits = {"minimum": allowed.least, "maximum": allowed.most, "exclusiveMinimum": allowed.above}
         if self.kind in ("integer", "number"):
             form |= {key: limit for key, limit in limits.items() if limit is not None}
+        if self.kind == "text" and self.default:
+            form["minLength"] = 1
         if isinstance(self.default, (bool, int, float, str)):
             form["default"] = self.default
         return form
@@ -374,8 +379,9 @@ def _declared(name: str, hint: Any, default: Any, meaning: str = "") -> Declared
             found = _plain(type(default))
             found = "object" if found == "text" else found
     return Declared(
-        name, found, default, allowed, meaning, is_optional or default is None, given is not None, item, names
-    )
+        name, found, default, allowed, meaning, is_optional or default is None, given is not None, kind is Any, item,
+        names,
+    )  # fmt: skip
 
 
 def _plain(kind: Any) -> str:
@@ -449,7 +455,9 @@ def _component(owner: Any) -> Any:
 
 
 def _base(owner: Any) -> Mapping[str, Declared]:
-    """Return the declarations of the nearest base class that has some."""
+    """Return the declarations of the nearest base class that has some, or of what a model `makes`."""
+    if (made := getattr(owner, "makes", None)) is not None:
+        return declared(made)
     for one in owner.__mro__[1:] if isinstance(owner, type) else ():
         if _component(one) is not None:
             return declared(one)

@@ -45,6 +45,11 @@ class TaskModel:
         """The name of the task, for titles and errors."""
         return self.task.name
 
+    @property
+    def makes(self) -> Any:
+        """The class or function that makes the worlds; what it declares holds for the model."""
+        return self.task.world
+
     def __repr__(self) -> str:
         return f"TaskModel({self.task.name!r}, {self.treatment!r}, rng={self._rng})"
 

@@ -462,7 +462,7 @@ def test_figure_writes_its_picture_and_tables(capsys: pytest.CaptureFixture[str]
         (["diagnose", "none.safetensors"], ["none.safetensors: cannot be read (No such file or directory)"]),
         (["diagnose", "--samples", "5"], ["samples=5: fewer than the 10 transitions that eq. 1 matches"]),
         (["diagnose", "--samples", "10,many"], ["samples='many': must be a whole number"]),
-        (["diagnose", "--learners", "sheppard"], ["sheppard at random now and then, and learns meanwhile; leave it out"]),
+        (["diagnose", "--learners", "sheppard"], ["learner=sheppard: moves at random now and then, and learns meanwhile; leave it out"]),
         (["diagnose", "--samples", "10000000000"], ["robots=5, steps=120, runs=16666667: makes 1.0e+10 transitions"]),
         (["figure", "--learners", "lazy,lasy", "--reward", "ours"], ["learners='lasy': unknown; did you mean 'lazy'", "reward='ours': unknown"]),
     ],

@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from dataclasses import is_dataclass
 from typing import Any
 
+from teamsight.agents.settings import Settings
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.core import checks, plugins, references
+from teamsight.core.component import declared, of_name
 
 #: The key of a table that makes it a component.
 USE = "use"
@@ -92,7 +94,31 @@ class Components:
         TypeError, ValueError
             If a reference does not load, or options are wrong.
         """
-        return {name: self.made(name, value) for name, value in parameters.items()}
+        own = {name: value for name, value in parameters.items() if "." not in name}
+        options: dict[str, dict[str, object]] = {}
+        for name in parameters.keys() - own.keys():
+            base, _, option = name.partition(".")
+            options.setdefault(base, {})[option] = parameters[name]
+        made = {name: self.made(name, value) for name, value in own.items() if name not in options}
+        return made | {base: self._with_options(base, own.get(base), given) for base, given in options.items()}
+
+    def _with_options(self, name: str, value: object, options: dict[str, object]) -> object:
+        """Return a component with some settings that the study names by themselves: ``policy.gain``."""
+        if isinstance(value, str) and not references.is_reference(value) and name in declared(Settings):
+            key = f"{name}={value}{canonical(options)}"
+            if key not in self._shared:
+                owner = of_name(declared(Settings)[name], value)
+                for option in options:
+                    if option not in (known := declared(owner)):
+                        listed = f"{checks.suggestion(option, known)}its settings are {', '.join(known)}"
+                        raise ValueError(f"{name}.{option}: {value!r} has none; {listed}")
+                self._shared[key] = owner(**options)
+            return self._shared[key]
+        table = {USE: value} if isinstance(value, str) else value
+        if not isinstance(table, Mapping):
+            first = f"{name}.{next(iter(options))}"
+            raise ValueError(f"{first}: is a setting of a component; give {name} too, by name or as a table")
+        return self.made(name, {**table, **options})
 
     def made(self, name: str, value: object) -> object:
         """Return one value of a parameter with the components in it made."""

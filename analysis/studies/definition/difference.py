@@ -8,6 +8,7 @@ from teamsight.analysis.studies.definition.recording import Record
 from teamsight.analysis.studies.definition.values import text_of
 from teamsight.analysis.studies.study import Study
 from teamsight.core import checks
+from teamsight.core.component import declared
 
 # Values of a parameter that a line names.
 _MOST_SHOWN = 5
@@ -51,9 +52,9 @@ def _line(name: str, old: object, new: object) -> str:
 
 def _recorded(old: Record, new: Record) -> list[str]:
     return [
-        _line(f"record.{name}", before, now)
-        for name, before, now in zip(Record._fields, old, new, strict=True)
-        if before != now
+        _line(f"record.{name}", getattr(old, name), getattr(new, name))
+        for name in declared(Record)
+        if getattr(old, name) != getattr(new, name)
     ]
 
 

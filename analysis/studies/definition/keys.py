@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from teamsight.analysis.runs.seeding import PAIRINGS
-
 #: Spacings of an axis.
 SCALES = ("linear", "log")
 #: Methods of sampling.
@@ -79,70 +77,15 @@ SAMPLE: Mapping[str, Key] = {
     ),
 }
 
-#: What is recorded of each run.
-RECORD: Mapping[str, Key] = {
-    "measure": Key(
-        'What is measured of a whole run: "summary", "evenness", a plug-in, or the function "package.module:name", '
-        "which is called as measure(world, steps).",
-        {**_TEXT, "default": "summary"},
-    ),
-    "steps": Key("Whether one row for each step is recorded.", {**_FLAG, "default": False}),
-    "trajectories": Key("Record positions at every so many steps; 0 for never.", _count(0, default=0)),
-    "events": Key("Whether the log of events is recorded.", {**_FLAG, "default": False}),
-}
-
-#: Until when replicates are added.
-UNTIL: Mapping[str, Key] = {
-    "interval": Key(
-        "The largest width of the 95 % interval of the mean, from its low to its high end, in the unit of the measure.",
-        {"type": "number", "exclusiveMinimum": 0},
-    ),
-    "measure": Key("The column of results whose mean it is.", {**_TEXT, "default": "observed_fraction"}),
-    "limit": Key("The most replicates of a setting.", _count(2, default=1000)),
-}
-
 _LIST: Form = {"type": "array", "items": _VALUE, "minItems": 1}
 _RANGE: Form = _table(RANGE, required=["from", "to"], oneOf=[{"required": ["step"]}, {"required": ["count"]}])
 _TABLE_FILE = r"\.([cC][sS][vV]|[pP][aA][rR][qQ][uU][eE][tT])$"
 
-#: The study file.
-STUDY: Mapping[str, Key] = {
-    "name": Key("A name for titles; by default that of the file.", {"type": "string"}),
-    "model": Key(
-        'The model: "cmommt", "task:NAME", a plug-in, or "package.module:Name", a class or function that is called as '
-        "model(**setting, rng=seed).",
-        {**_TEXT, "default": "cmommt"},
-    ),
-    "fixed": Key("Parameters of the model that all settings share.", _parameters(_VALUE)),
-    "axes": Key(
-        "Parameters that are swept, each with a list of values or a range; all combinations are run.",
-        _parameters({"anyOf": [_LIST, _RANGE]}),
-    ),
-    "zip": Key(
-        'Groups of axes that advance together, as [["robots", "targets"]]; they have equally many values.',
-        {"type": "array", "items": {"type": "array", "items": {"type": "string"}, "minItems": 2}},
-    ),
-    "points": Key(
-        "Settings that are listed: a CSV or Parquet file in the folder of this file, with a column for each parameter; "
-        "or the columns themselves.",
-        {"anyOf": [{"type": "string", "pattern": _TABLE_FILE}, _parameters(_LIST)]},
-    ),
-    "sample": Key(
-        "Settings that are drawn.",
-        _table(SAMPLE, required=["method", "count", "axes"]),
-    ),
-    "replicates": Key("Runs of each setting; with until, the first ones.", _count(1, default=1)),
-    "steps": Key("Steps of each run.", _count(1, default=600)),
-    "seed": Key("The root from which the seeds of all runs derive.", _count(0, default=0)),
-    "pairing": Key(
-        'Which values enter a run\'s seed: "scenario" (robots, targets and radius: treatments of one scenario meet the '
-        'same noise) or "none" (all values: runs of different settings are independent).',
-        {"enum": list(PAIRINGS), "default": "scenario"},
-    ),
-    "record": Key("What is recorded of each run.", _table(RECORD)),
-    "until": Key(
-        "Add replicates to each setting until its interval is narrow enough with two of 30, 38, 48, 60, … replicates "
-        "in succession: a setting has at least 38, or the limit.",
-        _table(UNTIL, required=["interval"]),
-    ),
+#: The forms of the tables of a study file.
+TABLES: Mapping[str, Form] = {
+    "fixed": _parameters(_VALUE),
+    "axes": _parameters({"anyOf": [_LIST, _RANGE]}),
+    "zip": {"type": "array", "items": {"type": "array", "items": {"type": "string"}, "minItems": 2}},
+    "points": {"anyOf": [{"type": "string", "pattern": _TABLE_FILE}, _parameters(_LIST)]},
+    "sample": _table(SAMPLE, required=["method", "count", "axes"]),
 }

@@ -161,7 +161,8 @@ def check_parameters(model: str, names: Iterable[str]) -> None:
             f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
             "as in super().__init__(arena, rng=rng)"
         )
-    given = set(names)
+    # "policy.gain" is a setting of the component that is the parameter policy.
+    given = {name.partition(".")[0] for name in names}
     for name in sorted(given - known.keys()):
         raise ValueError(
             f"{name}: is no parameter of {model}; {checks.suggestion(name, known)}its parameters are {', '.join(known)}"

@@ -2,46 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeVar
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
 
 from teamsight.analysis.studies.definition.values import frozen
 from teamsight.core import checks
+from teamsight.core.component import Allowed, Component, Flag, Positive, declared
 
-T = TypeVar("T", bound=tuple[Any, ...])
+C = TypeVar("C", bound=Component)
 
 
-class Record(NamedTuple):
+def _measure(name: str, given: Any) -> str:
+    measure = given if isinstance(given, str) else frozen(name, given)
+    if not isinstance(measure, str) or not measure:
+        shown = checks.shown(measure)
+        raise TypeError(f"{name}={shown}: must be a text, such as 'summary' or 'package.module:function'")
+    return str(measure)
+
+
+@dataclass(frozen=True)
+class Record(Component):
     """What is recorded of each run.
 
-    Attributes
+    Parameters
     ----------
     measure : str
-        What is measured of the whole run: "summary", "evenness", a plug-in, or the function "package.module:name",
-        which is called as ``measure(world, steps)`` and returns a NamedTuple or a mapping.
+        What is measured of a whole run: "summary", "evenness", a plug-in, or the function "package.module:name", which
+        is called as ``measure(world, steps)`` and returns a NamedTuple or a mapping.
     steps : bool
-        Whether the history is recorded: one row for each step.
+        Whether one row for each step is recorded.
     trajectories : int
-        Record the positions of all robots at every so many steps; 0 for never.
+        Record positions at every so many steps; 0 for never.
     events : bool
         Whether the log of events is recorded.
     """
 
-    measure: str = "summary"
-    steps: bool = False
-    trajectories: int = 0
-    events: bool = False
+    measure: Annotated[str, Allowed(check=_measure)] = "summary"
+    steps: Flag = False
+    trajectories: Annotated[int, Allowed(least=0, cure="0 records none")] = 0
+    events: Flag = False
 
 
-class Until(NamedTuple):
+@dataclass(frozen=True)
+class Until(Component):
     """Until when replicates are added to a setting.
 
-    Attributes
+    Parameters
     ----------
     interval : float
         The largest width of the 95 % interval of the mean, from its low to its high end, in the unit of the measure.
     measure : str
-        The column of the table whose mean it is.
+        The column of results whose mean it is.
     limit : int
         The most replicates of a setting.
 
@@ -51,21 +63,9 @@ class Until(NamedTuple):
     see `teamsight.analysis.studies.adaptive` for what the intervals are worth.
     """
 
-    interval: float
-    measure: str = "observed_fraction"
-    limit: int = 1000
-
-
-def record_of(given: object) -> Record:
-    """Return what to record; raise TypeError or ValueError for what is not."""
-    made = _named("record", given, Record, Record)
-    measure = made.measure if isinstance(made.measure, str) else frozen("record.measure", made.measure)
-    if not isinstance(measure, str) or not measure:
-        raise TypeError(f"record.measure={checks.shown(measure)}: must be 'summary' or 'package.module:function'")
-    every = checks.count("record.trajectories", made.trajectories, least=0, cure="0 records none")
-    return Record(
-        str(measure), checks.flag("record.steps", made.steps), every, checks.flag("record.events", made.events)
-    )
+    interval: Positive
+    measure: Annotated[str, Allowed(check=_measure)] = "observed_fraction"
+    limit: Annotated[int, Allowed(least=2)] = 1000
 
 
 def until_of(given: object, replicates: int) -> Until | None:
@@ -74,13 +74,22 @@ def until_of(given: object, replicates: int) -> Until | None:
         return None
     if isinstance(given, Mapping) and "interval" not in given:
         raise ValueError("until: has no interval; give one, as in until = {interval = 0.01}")
-    made = _named("until", given, Until, Until)
-    if not isinstance(made.measure, str) or not made.measure:
-        raise TypeError(f"until.measure={checks.shown(made.measure)}: must be a column, such as 'observed_fraction'")
-    limit = checks.count("until.limit", made.limit, least=2)
-    if limit < replicates:
-        raise ValueError(f"until.limit={limit}: must be at least replicates={replicates}; raise it")
-    return Until(checks.number("until.interval", made.interval, above=0), str(made.measure), limit)
+    made = made_of("until", given, Until)
+    if made.limit < replicates:
+        raise ValueError(f"until.limit={made.limit}: must be at least replicates={replicates}; raise it")
+    return made
+
+
+def made_of(where: str, given: object, kind: type[C]) -> C:
+    """Return a component for a table of a study; errors name the place."""
+    if isinstance(given, kind):
+        return given
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{where}={checks.shown(given)}: must be a table or a {kind.__name__}")
+    known = declared(kind)
+    for key in given:
+        checks.choice(f"{where}: key", key, known)
+    return kind(**{key: known[key].checked(value, f"{where}.{key}") for key, value in given.items()})
 
 
 def check_measured(until: Until, kinds: Mapping[str, str | None]) -> None:
@@ -104,13 +113,3 @@ def check_measured(until: Until, kinds: Mapping[str, str | None]) -> None:
         raise ValueError(f"{shown}: is not measured; {hint}give one of {', '.join(kinds)}")
     if kinds[until.measure] == "text":
         raise ValueError(f"{shown}: holds texts; give a measure that is a number")
-
-
-def _named(where: str, given: object, kind: type[T], make: Callable[..., T]) -> T:
-    if isinstance(given, kind):
-        return given
-    if not isinstance(given, Mapping):
-        raise TypeError(f"{where}={checks.shown(given)}: must be a table or a {kind.__name__}")
-    for key in given:
-        checks.choice(f"{where}: key", key, kind._fields)  # type: ignore[attr-defined]
-    return make(**given)

@@ -6,13 +6,11 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.seeding import PAIRINGS
 from teamsight.analysis.studies.definition.axes import axis_values, large
 from teamsight.analysis.studies.definition.columns import columns_of
 from teamsight.analysis.studies.definition.grid import blocks_of, check_blocks
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME
-from teamsight.analysis.studies.definition.recording import record_of, until_of
+from teamsight.analysis.studies.definition.recording import Record, made_of, until_of
 from teamsight.analysis.studies.definition.sampling import sample_of
 from teamsight.analysis.studies.definition.values import Table, check_distinct, frozen
 from teamsight.core import checks
@@ -36,11 +34,6 @@ _PLACES = {
 }
 
 
-def _replicates(given: Any) -> int:
-    # Too few are not cured by fewer.
-    return checks.count("replicates", checks.count("replicates", given), most=MOST_RUNS, cure="give fewer")
-
-
 def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the fields of a study by name; raise TypeError or ValueError for wrong ones."""
     fixed, axes = (_table(where, given[where]) for where in ("fixed", "axes"))
@@ -51,15 +44,11 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
         "zip": _groups(given["zip"]),
         "points": None if given["points"] is None else columns_of("points", given["points"]),
         "sample": sample_of(given["sample"]),
-        "replicates": _replicates(given["replicates"]),
-        "steps": limits.steps(given["steps"]),
-        "seed": checks.count("seed", given["seed"], least=0, most=checks.MOST_SEED, cure="give another seed"),
-        "pairing": checks.choice("pairing", given["pairing"], PAIRINGS),
-        "record": record_of(given["record"]),
+        "record": made_of("record", given["record"], Record),
         "name": _name(given["name"]),
         "path": _folder(given["path"]),
     }
-    made["until"] = until_of(given["until"], made["replicates"])
+    made["until"] = until_of(given["until"], given["replicates"])
     for where in ("fixed", "axes", "points", "sample"):
         for name in made[where] or ():
             _check_parameter(where, name)
@@ -67,7 +56,7 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
     for block in blocks:
         for name, values in block.columns.items():
             check_distinct(name, values)
-    _check_runs(check_blocks(blocks, made["fixed"]), made)
+    _check_runs(check_blocks(blocks, made["fixed"]), {**given, **made})
     return made
 
 
@@ -85,7 +74,7 @@ def _check_runs(settings: int, made: Mapping[str, Any]) -> None:
 def _check_parameter(where: str, name: str) -> None:
     if name in _PLACES:
         raise ValueError(f"{where}: {name!r} cannot be a parameter; give {_PLACES[name]}")
-    if not name.isidentifier():
+    if not all(map(str.isidentifier, name.split(".", 1))):
         raise ValueError(f"{where}: {checks.shown(name)} is no name of a parameter; give one such as robots")
 
 

@@ -7,18 +7,39 @@ output.
 from __future__ import annotations
 
 import copy
-import inspect
 import json
-import re
 from collections.abc import Mapping
+from dataclasses import MISSING
 from typing import Any
 
 from teamsight.analysis.studies.definition import keys
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, model_of
+from teamsight.analysis.studies.definition.recording import Record, Until
 from teamsight.core import checks
+from teamsight.core.component import Component, declared
 
-# A line of a docstring that names parameters, and what follows it up to the next such line.
-_ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n?|\n)+)", re.MULTILINE)
+
+def study_keys() -> dict[str, dict[str, Any]]:
+    """Return the keys of a study file and the schema of each: the settings of a `Study`."""
+    from teamsight.analysis.studies.study import Study
+
+    known = declared(Study)
+    found = {
+        name: {"description": one.meaning, **keys.TABLES[name]} if name in keys.TABLES else one.schema()
+        for name, one in known.items()
+        if name != "path"
+    }
+    for name, kind in (("record", Record), ("until", Until)):
+        found[name] |= {"type": "object", **_table(kind)}
+    return found
+
+
+def _table(kind: type[Component]) -> dict[str, Any]:
+    """Return the schema of a table whose keys are the settings of a component."""
+    known = declared(kind)
+    required = [name for name, one in known.items() if one.default is MISSING]
+    properties = {name: one.schema() for name, one in known.items()}
+    return {"properties": properties, "additionalProperties": False} | ({"required": required} if required else {})
 
 
 def check_keys(values: Mapping[str, Any]) -> None:
@@ -29,22 +50,23 @@ def check_keys(values: Mapping[str, Any]) -> None:
     ValueError
         If it does.
     """
+    known = study_keys() if values else {}
     for key in values:
-        checks.choice("key", key, keys.STUDY)
+        checks.choice("key", key, known)
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of a study file."""
-    properties = {name: {"description": key.help, **copy.deepcopy(key.form)} for name, key in keys.STUDY.items()}
+    """Return the JSON Schema of a study file; editors propose the parameters of the usual model in it."""
+    properties = copy.deepcopy(study_keys())
     axis = properties["axes"]["additionalProperties"]
     refers = {"$ref": "#/definitions/axis"}
-    known = _meanings()
+    known = {name: one for name, one in declared(model_of(CMOMMT_NAME)).items() if name not in ("rng", "seed")}
     # A draft-07 validator ignores what stands beside a reference.
     properties["axes"] |= {
         "additionalProperties": refers,
-        "properties": {name: {"description": text, "allOf": [refers]} for name, text in known.items()},
+        "properties": {name: {"description": one.meaning, "allOf": [refers]} for name, one in known.items()},
     }
-    properties["fixed"]["properties"] = {name: {"description": text} for name, text in known.items()}
+    properties["fixed"]["properties"] = {name: one.schema() for name, one in known.items()}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "A study of teamsight",
@@ -59,13 +81,6 @@ def schema() -> dict[str, Any]:
 def schema_text() -> str:
     """Return the schema as the file that ships has it."""
     return json.dumps(schema(), indent=1, ensure_ascii=False) + "\n"
-
-
-def _meanings() -> dict[str, str]:
-    """Return the parameters of the usual model, which editors propose, and what they mean; other models have others."""
-    text = (inspect.getdoc(model_of(CMOMMT_NAME)) or "").partition("Attributes\n---")[0]
-    found = {name: " ".join(meaning.split()) for names, meaning in _ENTRY.findall(text) for name in names.split(", ")}
-    return {name: meaning for name, meaning in found.items() if name not in ("rng", "seed")}
 
 
 if __name__ == "__main__":

@@ -13,8 +13,7 @@ import pytest
 
 from teamsight import CMOMMT, Study
 from teamsight.analysis.studies.definition import keys
-from teamsight.analysis.studies.definition.recording import Record, Until
-from teamsight.analysis.studies.definition.schema import schema, schema_text
+from teamsight.analysis.studies.definition.schema import schema, schema_text, study_keys
 
 COMMAND = "python -m teamsight.analysis.studies.definition.schema > analysis/studies/definition/study.schema.json"
 
@@ -27,14 +26,9 @@ def test_the_file_that_ships_is_up_to_date() -> None:
 
 def test_keys_are_the_parameters_of_the_study() -> None:
     parameters = inspect.signature(Study).parameters
-    assert set(keys.STUDY) == set(parameters) - {"path"}
-    for name, key in keys.STUDY.items():
-        if "default" in key.form:
-            assert key.form["default"] == parameters[name].default
-    for declared, kind in ((keys.RECORD, Record), (keys.UNTIL, Until)):
-        assert tuple(declared) == kind._fields
-        for name, default in kind._field_defaults.items():
-            assert declared[name].form["default"] == default
+    assert set(study_keys()) == set(parameters) - {"path"}
+    for name, key in study_keys().items():
+        assert key.get("default", parameters[name].default) == parameters[name].default
 
 
 def test_editors_propose_the_parameters_of_cmommt() -> None:
@@ -46,10 +40,11 @@ def test_editors_propose_the_parameters_of_cmommt() -> None:
 
 
 def test_each_key_says_what_it_means() -> None:
-    for table in (keys.STUDY, keys.RANGE, keys.SAMPLE, keys.SAMPLE_AXIS, keys.RECORD, keys.UNTIL):
+    for table in (keys.RANGE, keys.SAMPLE, keys.SAMPLE_AXIS):
         for name, key in table.items():
             assert key.help.endswith("."), name
-    assert all("description" in one for one in schema()["properties"].values())
+    for one in (study_keys(), study_keys()["record"]["properties"], study_keys()["until"]["properties"]):
+        assert all(key["description"].endswith(".") for key in one.values())
 
 
 @pytest.fixture(scope="module")
