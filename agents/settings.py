@@ -40,7 +40,7 @@ def _period(name: str, value: Any) -> Any:
     """Return a period; a cycle has checked itself."""
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         return value
-    return checks.number(name, value, least=1, cure="a robot decides at most once in each step")
+    return checks.number(name, value, least=1, most=1e12, cure="a robot decides at most once in each step")
 
 
 def _options(name: str, value: Any) -> dict[str, Any]:
@@ -134,7 +134,7 @@ class Settings(Component):
     uniform_target_speed: Annotated[Flag, _TARGETS, Allowed(label="own speeds")] = False
     cycle: Annotated[
         CycleLike, _TEAM,
-        Allowed(least=1, most=1e9, check=_period, unit="ticks", live=True, label="decide every",
+        Allowed(least=1, most=1e12, check=_period, unit="ticks", live=True, label="decide every",
                 panel=Panel(1, 50, most=1000)),
     ] = 1.0  # fmt: skip
     target_policy: Annotated[

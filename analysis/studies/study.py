@@ -156,7 +156,7 @@ class Study(Component):
         """
         from teamsight.analysis.studies.definition.study_file import read_study_file
 
-        values = read_study_file(Path(path))
+        values = read_study_file(Path(path), [one.name for one in fields(cls) if one.name != "path"])
         try:
             study = cls(**values)
             study.check()

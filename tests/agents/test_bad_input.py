@@ -156,7 +156,7 @@ POLICIES: list[tuple[Any, dict[str, Any], str]] = [
     (ACmommt, {"do1": "near"}, r"do1='near': must be a number"),
     (ACmommt, {"predictive": 0.9}, r"predictive=0\.9: must be at least do3=1"),
     (ACmommt, {"dr2": 0.1}, r"dr2=0\.1: must be at least dr1=0\.481"),
-    (ACmommt, {"dr1": -1}, r"dr1=-1: must be at least 0"),
+    (ACmommt, {"dr1": -1}, r"dr1=-1.0: must be a finite number, at least 0"),
     (ACmommt, {"decay": 0}, r"decay=0\.0: must be a finite number, above 0"),
     (ACmommt, {"target_tracks": -1}, r"target_tracks=-1: must be at least 0"),
     (ACmommt, {"repulsion_scale": "none"}, r"repulsion_scale='none': unknown"),

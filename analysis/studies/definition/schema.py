@@ -8,21 +8,18 @@ from __future__ import annotations
 
 import copy
 import json
-from collections.abc import Mapping
 from dataclasses import MISSING
 from typing import Any
 
 from teamsight.analysis.studies.definition import keys
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, model_of
 from teamsight.analysis.studies.definition.recording import Record, Until
-from teamsight.core import checks
+from teamsight.analysis.studies.study import Study
 from teamsight.core.component import Component, declared
 
 
 def study_keys() -> dict[str, dict[str, Any]]:
     """Return the keys of a study file and the schema of each: the settings of a `Study`."""
-    from teamsight.analysis.studies.study import Study
-
     known = declared(Study)
     found = {
         name: {"description": one.meaning, **keys.TABLES[name]} if name in keys.TABLES else one.schema()
@@ -40,19 +37,6 @@ def _table(kind: type[Component]) -> dict[str, Any]:
     required = [name for name, one in known.items() if one.default is MISSING]
     properties = {name: one.schema() for name, one in known.items()}
     return {"properties": properties, "additionalProperties": False} | ({"required": required} if required else {})
-
-
-def check_keys(values: Mapping[str, Any]) -> None:
-    """Raise an error if a study file has an unknown key; it suggests the nearest.
-
-    Raises
-    ------
-    ValueError
-        If it does.
-    """
-    known = study_keys() if values else {}
-    for key in values:
-        checks.choice("key", key, known)
 
 
 def schema() -> dict[str, Any]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from teamsight.analysis.studies.definition.points import read_points
-from teamsight.analysis.studies.definition.schema import check_keys
+from teamsight.core import checks
 from teamsight.core.files import open_regular
 
 #: Bytes of a study file.
@@ -19,13 +20,15 @@ MOST_BYTES = 1_000_000
 _LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){64}""")
 
 
-def read_study_file(path: Path) -> dict[str, Any]:
+def read_study_file(path: Path, known: Iterable[str]) -> dict[str, Any]:
     """Return the arguments of `Study` that a file holds; points are read from their file.
 
     Parameters
     ----------
     path : Path
         The study file. Its folder is where points and modules are.
+    known : iterable of str
+        The keys that it may have.
 
     Raises
     ------
@@ -34,7 +37,8 @@ def read_study_file(path: Path) -> dict[str, Any]:
     """
     values = _parsed(path, _read(path))
     try:
-        check_keys(values)
+        for key in values:
+            checks.choice("key", key, known)
         folder = path.resolve().parent
         if isinstance(values.get("points"), str):
             values["points"] = read_points(values["points"], folder)
