@@ -6,6 +6,7 @@ import contextlib
 import importlib
 import math
 import pkgutil
+import sys
 from collections.abc import Iterator
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
@@ -35,11 +36,12 @@ def components(kind: type[Component] = Component) -> Iterator[type[Component]]:
 
 
 def import_all() -> None:
-    """Import what has dataclasses; a function that is called like its module would be hidden by that."""
+    """Import what has dataclasses, but no module that would hide the function after which it is called."""
     for one in pkgutil.walk_packages(teamsight.__path__, "teamsight.", onerror=lambda name: None):
         found = one.module_finder.find_spec(one.name, None)
         is_wanted = found is not None and found.origin and "@dataclass" in Path(found.origin).read_text(encoding="utf-8")
-        if is_wanted and not one.name.endswith(_NOT_IMPORTED):
+        home, _, leaf = one.name.rpartition(".")
+        if is_wanted and not one.name.endswith(_NOT_IMPORTED) and leaf not in vars(sys.modules[home]).get("_HOMES", ()):
             with contextlib.suppress(ModuleNotFoundError):  # of an optional package
                 importlib.import_module(one.name)
 
