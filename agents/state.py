@@ -28,6 +28,7 @@ from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.table import Table
+from teamsight.core.version import __version__
 from teamsight.policies.interface import PolicyState
 from teamsight.world.bodies import ABILITIES
 from teamsight.world.clock import Planned, callbacks_of
@@ -208,6 +209,10 @@ class GroupState(NamedTuple):
     has_decided: bool
 
 
+#: The number of the form of states; a state of another form is refused.
+FORMAT = 1
+
+
 class State(NamedTuple):
     """The state of a world; it can be pickled.
 
@@ -229,6 +234,10 @@ class State(NamedTuple):
         Where ``world.random`` and ``world.rng`` are.
     interactions : tuple of InteractionSaved
         The states of the interactions.
+    format : int
+        The number of this form of states.
+    version : str
+        The version of teamsight that saved it.
     """
 
     seed: int
@@ -240,6 +249,8 @@ class State(NamedTuple):
     events: SavedEvents
     generators: Generators
     interactions: tuple[InteractionSaved, ...] = ()
+    format: int = 0
+    version: str = "an earlier version"
 
 
 class StateKeeper:
@@ -265,7 +276,8 @@ class StateKeeper:
         generators = mesa_compat.generators(self._model)
         interactions = tuple(one.saved() for one in data.interactions)
         return copy.deepcopy(State(
-            data.seed, data.timeline.tick, arena, groups, data.history, collected, events, generators, interactions
+            data.seed, data.timeline.tick, arena, groups, data.history, collected, events, generators, interactions,
+            FORMAT, __version__,
         ))  # fmt: skip
 
     def restore(self, saved: State) -> None:
@@ -337,6 +349,8 @@ def _check_fits(saved: State, data: WorldData) -> None:
     """Refuse a state of a world with another arena, other groups, policies or cycles."""
     if not isinstance(saved, State):
         raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
+    if saved.format != FORMAT:
+        raise ValueError(checks.other_format("restore(…)", saved.format, FORMAT, saved.version))
     if saved.arena != _identified_arena(data.arena):
         raise ValueError(
             f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in {data.arena}; restore "

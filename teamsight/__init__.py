@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from teamsight.analysis.runs.run_many import run_many
     from teamsight.analysis.studies.results import open_study
     from teamsight.analysis.studies.study import Study
+    from teamsight.core.component import Allowed, Component
     from teamsight.policies.check import check_policy
     from teamsight.tasks.check import check_task
     from teamsight.tasks.objective import Objective
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
     from teamsight.world.shapes import Circle, Polygon
 
 _HOMES = {
+    "Allowed": "teamsight.core.component",
+    "Component": "teamsight.core.component",
     "Body": "teamsight.agents.body",
     "CMOMMT": "teamsight.agents.cmommt",
     "Arrivals": "teamsight.agents.components.arrivals",
@@ -85,16 +88,16 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "TASKS", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Constant", "Cycle",
-    "Departures", "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon",
-    "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull",
-    "World", "__version__", "check_arena", "check_awareness", "check_interaction", "check_policy", "check_sensor",
-    "check_task", "open_study", "run_many",
+    "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Component",
+    "Constant", "Cycle", "Departures", "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Objective",
+    "Obstructed", "Polygon", "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus",
+    "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena", "check_awareness", "check_interaction",
+    "check_policy", "check_sensor", "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout the four packages are beside this folder, at the top of the repository.
 _ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
-if os.path.isfile(os.path.join(_ROOT, "pyproject.toml")) and os.path.isfile(os.path.join(_ROOT, "agents", "model.py")):
+if os.path.isfile(os.path.join(_ROOT, "pyproject.toml")) and os.path.isfile(os.path.join(_ROOT, "agents", "cmommt.py")):
     __path__.insert(0, _ROOT)
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -221,6 +221,25 @@ def suggestion(value: Any, names: Iterable[str]) -> str:
     return f"did you mean {near[0]!r}? " if near else ""
 
 
+def other_format(what: Any, found: Any, known: Any, version: Any) -> str:
+    """Return the error for a file of another format than the one that is read.
+
+    Parameters
+    ----------
+    what : object
+        The file, or what it holds.
+    found, known : object
+        The number of its format, and of the one that is read.
+    version : object
+        The version of teamsight that wrote it; None if that is unknown.
+    """
+    wrote = f"teamsight {version}" if version else "another version of teamsight"
+    return (
+        f"{what}: was written by {wrote} in format {shown(found)}, and this one reads format {known} only; use that "
+        "version, or make it again"
+    )
+
+
 def seed(rng: Any, seed: Any) -> int:
     """Return the seed given under one of its two names, or a new one.
 

@@ -189,3 +189,11 @@ def test_a_state_holds_where_the_random_numbers_of_the_model_are(tick: int) -> N
     if tick > 2:
         # Whoever keeps the generator goes on with it.
         assert first.rng is kept
+
+
+def test_a_state_of_another_form_is_refused_with_the_version_that_saved_it() -> None:
+    model = CMOMMT(3, seed=1)
+    saved = model.state()
+    with pytest.raises(ValueError, match=r"was written by teamsight 0\.0\.7 in format 0, and this one reads format 1 only"):
+        model.restore(saved._replace(format=0, version="0.0.7"))
+    assert model.tick == 0

@@ -72,6 +72,11 @@ def test_the_page_of_the_commands_is_what_its_program_makes() -> None:
     assert (ROOT / "docs" / "commands.md").read_text(encoding="utf-8") == made, "run python .ci/commands_page.py"
 
 
+def test_the_page_of_the_settings_is_what_its_program_makes() -> None:
+    made = runpy.run_path(str(ROOT / ".ci" / "settings_page.py"))["page"]()
+    assert (ROOT / "docs" / "settings.md").read_text(encoding="utf-8") == made, "run python .ci/settings_page.py"
+
+
 def test_the_index_lists_every_page() -> None:
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     for page in (ROOT / "docs").glob("*.md"):

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from teamsight.analysis.studies.folder.layout import MANIFEST
-from teamsight.core import files
-from teamsight.core.checks import shown
+from teamsight.core import checks, files
 
 #: The version of the layout of the folder; a newer one is refused.
 FORMAT = 1
@@ -80,11 +79,10 @@ def read_manifest(folder: Path) -> Manifest:
         _refuse(path, "it is not JSON")
     if not isinstance(found, dict) or found.get("software") != _MARK["software"]:
         _refuse(path, "teamsight did not write it")
-    version = found.get("format")
-    if isinstance(version, int) and version > FORMAT:
-        raise ValueError(
-            f"{path}: has format {shown(version)}, this teamsight reads formats up to {FORMAT}; update teamsight"
-        )
+    if found.get("format") != FORMAT:
+        versions = found.get("versions")
+        wrote = versions.get("teamsight") if isinstance(versions, dict) else None
+        raise ValueError(checks.other_format(path, found.get("format"), FORMAT, wrote))
     digest = found.pop("digest", None)
     if digest != _digest(found):
         _refuse(path, "its digest differs")

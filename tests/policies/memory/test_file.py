@@ -121,7 +121,7 @@ def test_unverified_pairs_are_the_only_thing_believed(saved: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (b'"schema": "1"', b'"schema": "2"', "has the schema '2', but this version of teamsight reads '1'; read it with"),
+        (b'"schema": "1"', b'"schema": "2"', "in format '2', and this one reads format 1 only; use that version"),
         (b'"F32"', b'"I32"', "its header is not that of a lazy memory"),
         (b"teamsight lazy memory", b"teamsight lost memory", "its header is not that of a lazy memory"),
         (b"[14, 40]", b"[40, 14]", "its (metadata|content) is invalid"),

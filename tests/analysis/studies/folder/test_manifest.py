@@ -59,7 +59,7 @@ def test_a_manifest_of_a_newer_version_says_so(tmp_path: Path) -> None:
     folder = prepared(tmp_path)
     path = tmp_path / "manifest.json"
     path.write_bytes(changed(path, format=7, study={"unknown": 1}))
-    with pytest.raises(ValueError, match="has format 7, this teamsight reads formats up to 1; update teamsight"):
+    with pytest.raises(ValueError, match="was written by teamsight .* in format 7, and this one reads format 1 only; use that version"):
         _ = folder.manifest
 
 
