@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from functools import cache
 from typing import TYPE_CHECKING, Any, cast
 
 from teamsight.core import checks
+from teamsight.core.component import declared
+from teamsight.core.references import is_reference
 from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
@@ -55,6 +56,9 @@ def policy_named(name: str, options: Mapping[str, Any] | None = None, parameter:
     """
     checks.choice(parameter, name, POLICIES)
     if not options:
+        if is_reference(name):
+            # The file of a user may have changed, as in a notebook.
+            return _made(name, parameter)
         if name not in _MADE:
             _MADE[name] = _made(name, parameter)
         return _MADE[name]
@@ -78,19 +82,24 @@ def _made(name: str, parameter: str) -> Policy:
         return found()
     except Exception as error:  # whatever the code of a user raises
         why = " ".join(f"{type(error).__name__}: {error}".split())
-        raise ValueError(f"{parameter}={name!r}: this plug-in cannot be made without options: {why}") from error
+        raise ValueError(f"{parameter}={name!r}: cannot be made without options: {why}") from error
 
 
-def _makes(found: object) -> bool:
-    """Return whether an entry of the registry makes a policy, rather than being one."""
-    return inspect.isclass(found) or inspect.isfunction(found)
+def _makes(found: Any) -> bool:
+    """Return whether an entry of the registry makes a policy, rather than being one, as a rule for one robot is."""
+    if not inspect.isfunction(found):
+        return inspect.isclass(found)
+    try:
+        inspect.signature(found).bind()
+    except TypeError:
+        return False
+    return True
 
 
-@cache
 def options_of(name: str) -> tuple[str, ...]:
     """Return the options of a policy: the parameters of its class."""
     found = POLICIES[name]
-    return tuple(inspect.signature(found).parameters) if _makes(found) else ()
+    return tuple(declared(found)) if _makes(found) else ()
 
 
 def label(policy: Any) -> str:

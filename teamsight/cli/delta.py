@@ -136,7 +136,7 @@ class DeltaSettings(TaskOptions, Works, Writes):
         """Return the settings that distinguish a report from others, fit for JSON."""
         unused = _SIMULATED if self.trajectories else (*_RECORDED, *(_OF_CMOMMT if self.task else _OF_TASK))
         found = self.values(without=(*unused, "workers", "out", "force"))
-        found |= {} if self.trajectories else {"steps": self.length(), **self.parameters_of_task()}
+        found |= {} if self.trajectories else {"steps": self.length(), **self.parameters_of_task(), **self.brought}
         return {name: str(value) if isinstance(value, Path) else value for name, value in found.items()}
 
     def parameters_of_task(self) -> dict[str, Any]:
@@ -172,7 +172,7 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
     from teamsight.cli.show import working
 
     # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
-    world: Any = settings.values((*_OF_CMOMMT, "awareness_range", "range_shape"))
+    world: Any = settings.values((*_OF_CMOMMT, "awareness_range", "range_shape")) | settings.world()
     how: dict[str, Any] = {}
     agents = settings.robots + settings.targets
     if settings.task:

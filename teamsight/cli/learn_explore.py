@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,7 +14,7 @@ from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Works, Writes
 from teamsight.cli.values import Agents, DegreeName, Delta, File, PolicyName
 from teamsight.cli.world_settings import TaskOptions
-from teamsight.core.component import Allowed, Flag, Seed
+from teamsight.core.component import Allowed, Declared, Flag, Seed
 from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
@@ -77,6 +78,11 @@ class ExploreSettings(TaskOptions, Works, Writes):
     def world_options(cls) -> frozenset[str]:
         """Return the options that may be parameters of a task; the degree is that of the situations."""
         return super().world_options() - {"awareness", "delta", "policy"}
+
+    @classmethod
+    def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
+        """Return the options of the task; the policy and the degree of an exploration have their defaults."""
+        return {name: one for name, one in super().brings(arguments).items() if "." not in name}
 
     def check(self) -> None:
         """Refuse options that do not fit together, and explorations that are too large."""

@@ -14,6 +14,7 @@ import click
 
 from teamsight.core import checks, references
 from teamsight.core.component import Allowed, Component, Declared, Flag, declared, of_name
+from teamsight.core.registry import Registry
 
 S = TypeVar("S", bound="Options")
 
@@ -330,7 +331,7 @@ def component_options(settings: type[Options], arguments: Sequence[str]) -> dict
     for name, one in settings.options().items():
         asks = any(text.startswith(f"--{flag(name)}.") for text in arguments)
         named = options_in(arguments, name)
-        if one.kind == "component" and (asks or (named and {"-h", "--help"} & set(arguments))):
+        if isinstance(one.choices, Registry) and (asks or (named and {"-h", "--help"} & set(arguments))):
             owner = of_name(one, named[-1] if named else one.default)
             for option, of in declared(owner).items():
                 if of.kind != "object" or of.allowed.check is not None:

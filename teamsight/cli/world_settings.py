@@ -95,6 +95,9 @@ class TaskOptions(Options):
                     raise ValueError(f"--{flag(name)}: is for a task; give --task NAME too, or leave it out")
             return
         self.refuse(others, f"is for CMOMMT, not for the task {self.task}")
+        for name in self.brought:
+            if "." in name:
+                raise ValueError(f"--{name}: is for CMOMMT, not for the task {self.task}; leave it out")
         for name in self.set:
             if name in self.parameters and name in self.given | self.brought.keys():
                 raise ValueError(f"set={name}: is given as --{flag(name)} too; leave one out")
