@@ -95,9 +95,10 @@ __all__ = [
     "check_policy", "check_sensor", "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
-# In a checkout the four packages are beside this folder, at the top of the repository.
-_ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
-if os.path.isfile(os.path.join(_ROOT, "pyproject.toml")) and os.path.isfile(os.path.join(_ROOT, "agents", "cmommt.py")):
+# In a checkout without symbolic links, as under Windows, the four packages are at the top of the repository only.
+_HERE = os.path.dirname(os.path.realpath(__file__))
+_ROOT = os.path.dirname(_HERE)
+if not os.path.isdir(os.path.join(_HERE, "agents")) and os.path.isfile(os.path.join(_ROOT, "agents", "cmommt.py")):
     __path__.insert(0, _ROOT)
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -17,14 +17,13 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from teamsight.core import checks, files
-from teamsight.core.version import __version__
 from teamsight.policies.memory.transitions import Table
 
 FORMAT, SCHEMA = "teamsight lazy memory", "1"
 
 _ALIGNMENT = 64
 _MOST_HEADER = 100_000_000
-_OWN_NAMES = ("format", "schema", "version", "sha256", "sha256_of_metadata")
+_OWN_NAMES = ("format", "schema", "sha256", "sha256_of_metadata")
 _NO_HEADER = "its header is not that of a lazy memory, or was altered; give a file that LazyMemory.save wrote"
 
 
@@ -86,7 +85,7 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
     header = file.read(length)
     metadata, shape = _parse(path, header)
     if metadata.get("schema") != SCHEMA:
-        raise MemoryFileError(checks.other_format(path, metadata.get("schema"), SCHEMA, metadata.get("version")))
+        raise MemoryFileError(checks.other_format(path, metadata.get("schema"), SCHEMA, None))
     missing = size - (8 + length + 4 * shape[0] * shape[1])
     if missing:
         what = f"is {-missing} bytes too short" if missing < 0 else f"has {missing} bytes too many"
@@ -109,7 +108,7 @@ def _read(path: str, file: BinaryIO, verify: bool) -> tuple[Table, str, dict[str
 def _header(shape: tuple[int, ...], sha256: str, about: Mapping[str, Any]) -> bytes:
     """Return the bytes of a file before its numbers."""
     metadata = {name: json.dumps(value, ensure_ascii=False, allow_nan=False) for name, value in about.items()}
-    metadata |= {"format": FORMAT, "schema": SCHEMA, "version": __version__, "sha256": sha256}
+    metadata |= {"format": FORMAT, "schema": SCHEMA, "sha256": sha256}
     digest = hashlib.sha256(json.dumps(metadata, sort_keys=True).encode()).hexdigest()
     tensor = {"dtype": "F32", "shape": shape, "data_offsets": [0, 4 * shape[0] * shape[1]]}
     header = {"__metadata__": metadata | {"sha256_of_metadata": digest}, "table": tensor}

@@ -22,6 +22,8 @@ SEEDS = ("seed", "rng")
 # Larger numbers are never what somebody at a page wants, and a model may take them literally.
 _MOST_INTEGER, _MOST_NUMBER = 10**6, 10.0**9
 _NO_PANEL = Panel()
+# Over a wider range a slider is too coarse.
+_WIDEST = 1000
 
 
 @dataclass(frozen=True)
@@ -93,12 +95,21 @@ class Control:
             return getattr(value, "period", value)
         return next((text for text, one in self.choices.items() if one is value or _equal(one, value)), str(value))
 
+    def _step(self) -> float | None:
+        """Return the step of the slider of a number with two limits; None for one without, which is a field."""
+        allowed = self.declared.allowed
+        least = allowed.above if allowed.least is None else allowed.least
+        if self.kind not in ("integer", "number") or least is None or allowed.most is None:
+            return None
+        width = allowed.most - least
+        return None if width > _WIDEST else 1 if self.kind == "integer" else width / 100
+
     def as_json(self) -> dict[str, Any]:
         """Return the control as values of JSON."""
         panel = self.declared.allowed.panel or _NO_PANEL
         return {
             "name": self.name, "kind": self.kind, "label": self.label, "section": self.section,
-            "help": self.declared.meaning.replace("`", ""), "step": panel.step, "least": self.least,
+            "help": self.declared.meaning.replace("`", ""), "step": panel.step or self._step(), "least": self.least,
             "most": None if self.kind == "digits" else self.most,
             "reach": self.most if panel.reach is None else panel.reach,
             "choices": list(self.choices), "live": self.live, "only": panel.only,

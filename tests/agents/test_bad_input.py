@@ -9,39 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
+from teamsight import CMOMMT, Disc, Robot, Target, Torus, World
 from teamsight.agents.awareness import RingAwareness
-from teamsight.policies import ACmommt, Centroid, Evasive, Policy, RandomWalk, Stationary
+from teamsight.policies import ACmommt, Centroid, Evasive, Policy, Stationary
 
 nan, inf = math.nan, math.inf
 
 MODELS: list[tuple[dict[str, Any], str]] = [
-    ({"robots": 0}, r"robots=0: must be at least 1"),
     ({"robots": -3}, r"robots=-3: must be at least 1"),
-    ({"robots": 2.5}, r"robots=2\.5: must be a whole number of at least 1"),
-    ({"robots": "10"}, r"robots='10': must be a whole number"),
     ({"robots": True}, r"robots=True: must be a whole number"),
-    ({"robots": nan}, r"robots=nan: must be a whole number"),
-    ({"robots": inf}, r"robots=inf: must be a whole number"),
-    ({"targets": 0}, r"targets=0: must be at least 1"),
-    ({"targets": [1]}, r"targets=\[1\]: must be a whole number"),
-    ({"radius": 0}, r"radius=0\.0: must be a finite number, above 0"),
-    ({"radius": -1.0}, r"radius=-1\.0: must be a finite number, above 0"),
-    ({"radius": nan}, r"radius=nan: must be a finite number"),
-    ({"radius": inf}, r"radius=inf: must be a finite number"),
     ({"radius": "5"}, r"radius='5': must be a number"),
-    ({"sensing_range": 0}, r"sensing_range=0\.0: must be a finite number, above 0"),
-    ({"sensing_range": inf}, r"sensing_range=inf: must be a finite number"),
-    ({"awareness_range": -1}, r"awareness_range=-1\.0: must be a finite number, above 0"),
-    ({"awareness_range": nan}, r"awareness_range=nan"),
-    ({"robot_speed": -0.1}, r"robot_speed=-0\.1: must be a finite number, at least 0"),
-    ({"target_speed": nan}, r"target_speed=nan: must be a finite number"),
-    ({"target_speed": "fast"}, r"target_speed='fast': must be a number"),
-    ({"delta": 0}, r"delta=0: must be at least 1; .*for no awareness use NoAwareness\(\)"),
     ({"delta": 0, "awareness": "ring"}, r"delta=0: .*NoAwareness\(\)"),
-    ({"delta": 1.5}, r"delta=1\.5: must be a whole number"),
     ({"policy": "acmommt"}, r"policy='acmommt': unknown; did you mean 'a-cmommt'\? known are a-cmommt, b-cmommt"),
-    ({"policy": "zzz"}, r"policy='zzz': unknown; known are"),
     ({"policy": Centroid}, r"policy=Centroid: is a class; give an object, Centroid\(\)"),
     ({"policy": 7}, r"policy=7: must be a name, a Policy, or a callable"),
     ({"target_policy": "evasion"}, r"target_policy='evasion': unknown; did you mean 'evasive'"),
@@ -63,8 +42,6 @@ MODELS: list[tuple[dict[str, Any], str]] = [
     ({"rng": 1.5}, r"rng=1\.5: must be a whole number"),
     ({"seed": "x"}, r"seed='x': must be a whole number of at least 0, .* or None"),
     ({"rng": 1, "seed": 2}, r"rng=1, seed=2: two names for one seed; give one of them"),
-    pytest.param({"uniform_target_speed": "no"}, r"uniform_target_speed='no'"),
-    pytest.param({"robots": 10**15}, r"robots=10+: "),
 ]  # fmt: skip
 
 
@@ -115,8 +92,6 @@ GROUPS: list[tuple[dict[str, Any], str]] = [
     ({"speed": "fast"}, r"speed='fast': must be a number, or one for each agent"),
     ({"speed": True}, r"speed=True: must be a number"),
     ({"speed": None}, r"speed=None: must be a number"),
-    ({"sensing_range": [1, 0, 1]}, r"sensing_range=0\.0: must be a finite number, above 0"),
-    ({"awareness_range": [[1.0]]}, r"awareness_range: has the shape \(1, 1\)"),
     ({"turn_limit": -0.1}, r"turn_limit=-0\.1: must be a finite number, at least 0"),
     ({"turn_limit": inf}, r"turn_limit=inf: must be a finite number"),
     ({"placement": "spred"}, r"placement='spred': unknown; did you mean 'spread'"),
@@ -148,35 +123,10 @@ def test_a_group_that_cannot_be(settings: dict[str, Any], message: str) -> None:
 
 
 POLICIES: list[tuple[Any, dict[str, Any], str]] = [
-    (ACmommt, {"idle": "redrawn"}, r"idle='redrawn': unknown; did you mean 'redraw'"),
-    (ACmommt, {"weights": 1}, r"weights=1: unknown"),
-    (ACmommt, {"shared_weight": 1.1}, r"shared_weight=1\.1: must be a finite number, at least 0 and at most 1"),
-    (ACmommt, {"teammate_loss": nan}, r"teammate_loss=nan"),
     (ACmommt, {"do1": 0.5}, r"do2=0\.308: must be at least do1=0\.5"),
-    (ACmommt, {"do1": "near"}, r"do1='near': must be a number"),
     (ACmommt, {"predictive": 0.9}, r"predictive=0\.9: must be at least do3=1"),
     (ACmommt, {"dr2": 0.1}, r"dr2=0\.1: must be at least dr1=0\.481"),
-    (ACmommt, {"dr1": -1}, r"dr1=-1.0: must be a finite number, at least 0"),
-    (ACmommt, {"decay": 0}, r"decay=0\.0: must be a finite number, above 0"),
-    (ACmommt, {"target_tracks": -1}, r"target_tracks=-1: must be at least 0"),
-    (ACmommt, {"repulsion_scale": "none"}, r"repulsion_scale='none': unknown"),
-    (ACmommt, {"gain": 0}, r"gain=0\.0: must be a finite number, above 0"),
-    (ACmommt, {"gain": inf}, r"gain=inf: must be a finite number, above 0"),
-    (ACmommt, {"gain": "full"}, r"gain='full': must be a number"),
-    (ACmommt, {"turn_probability": 1.5}, r"turn_probability=1\.5: must be a finite number, at least 0 and at most 1"),
     (ACmommt, {"turn_probability": None}, r"turn_probability=None: must be a number"),
-    (Centroid, {"turn_probability": -1}, r"turn_probability=-1\.0: must be a finite number, at least 0 and at most 1"),
-    (Centroid, {"idle": None}, r"idle=None: unknown"),
-    (RandomWalk, {"turn_probability": 1.01}, r"turn_probability=1\.01: must be a finite number, at least 0 and at most 1"),
-    (RandomWalk, {"turn_probability": "often"}, r"turn_probability='often': must be a number"),
-    (RandomWalk, {"turn_range": 4}, r"turn_range=4\.0: must be a finite number"),
-    pytest.param(RandomWalk, {"random_distance": "no"}, r"random_distance='no'"),
-    (Evasive, {"turn_probability": -0.1}, r"turn_probability=-0\.1: must be a finite number, at least 0"),
-    (RingAwareness, {"delta": 0}, r"delta=0: must be at least 1; .* for no awareness use NoAwareness\(\)"),
-    (RingAwareness, {"delta": "16"}, r"delta='16': must be a whole number"),
-    (Disc, {"radius": 0}, r"radius=0\.0: must be a finite number, above 0"),
-    (Box, {"width": 1, "height": -1}, r"height=-1\.0: must be a finite number, above 0"),
-    (Torus, {"width": nan, "height": 1}, r"width=nan"),
     (World, {"arena": 5.0}, r"arena=5\.0: must be an arena, such as Disc\(5\.0\)"),
     (World, {"arena": Disc}, r"arena=<class .*Disc'>: must be an arena"),
 ]  # fmt: skip
