@@ -333,7 +333,8 @@ def component_options(settings: type[Options], arguments: Sequence[str]) -> dict
         named = options_in(arguments, name)
         if isinstance(one.choices, Registry) and (asks or (named and {"-h", "--help"} & set(arguments))):
             owner = of_name(one, named[-1] if named else one.default)
-            for option, of in declared(owner).items():
+            # A task is made already.
+            for option, of in declared(owner).items() if callable(owner) else ():
                 if of.kind != "object" or of.allowed.check is not None:
                     found[f"{name}.{option}"] = replace(of, name=f"{name}.{option}")
     return found
