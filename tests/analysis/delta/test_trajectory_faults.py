@@ -85,8 +85,8 @@ def test_a_fault_is_named_and_no_confidence_stated(
 ) -> None:
     with pytest.warns(TrajectoryWarning, match=caution):
         report = recorded(fault(sound))
-    if fault in (many_clocks, absent, unequal):
-        # Such a fault hides neighbours, so that δ would be too small.
+    if fault in (absent, unequal):
+        # Such a fault hides neighbours, so that δ would be too small; wrong clocks show those of other times.
         assert report.maxima["max_neighbours"].mean() < truth.maxima["max_neighbours"].mean()
     first = report.sentences()[len(report.cautions)]
     assert first.startswith(f"δ = {report.delta} (point estimate), if the record is right: ")
