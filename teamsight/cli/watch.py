@@ -60,8 +60,8 @@ class WatchSettings(WorldOptions):
             self.robots, self.targets, self.radius, 1, awareness_range=self.awareness_range,
             degrees=(str(self.awareness),),
         )  # fmt: skip
-        if self.task:
-            self.check_task(others=("model", "failures", "repair"))
+        # Of a model of one's own, --set gives the parameters.
+        self.check_task(("treatment",), others=("model", "failures", "repair"))
         if self.model or self.task:
             return
         for name in self.set:
@@ -101,6 +101,8 @@ def watch(settings: WatchSettings) -> None:
     from teamsight.live import watch as serve
 
     parameters = settings.parameters if settings.task else {**settings.world(), **settings.set}
+    if settings.treatment is not None:
+        parameters["treatment"] = settings.treatment
     if (failures := settings.source_of_failures()) is not None:
         parameters["events"] = failures
     page = serve(

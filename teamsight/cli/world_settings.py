@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from teamsight.agents import settings as cmommt
 from teamsight.cli.options import Options, component_options, flag, options_in
 from teamsight.cli.values import Treatment
-from teamsight.core.component import Allowed, Declared, Positive, Seed, declared
+from teamsight.core.component import Allowed, Declared, Positive, Seed, declared, value_in
 
 if TYPE_CHECKING:
     from teamsight.agents.components.failures import Failures
@@ -191,6 +191,4 @@ class WorldOptions(TaskOptions, cmommt.Settings):
 
 def listed(value: Any) -> list[Any]:
     """Return the values of a parameter that were given with commas between them."""
-    from teamsight.core.component import value_in
-
     return [value_in(part.strip()) for part in value.split(",")] if isinstance(value, str) else [value]

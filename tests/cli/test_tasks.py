@@ -187,6 +187,25 @@ def test_watch_takes_a_task() -> None:
         WatchSettings.read({"task": "cmomt"}, {})
 
 
+def test_watch_shows_the_team_that_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    from teamsight import live
+    from teamsight.cli import watch
+
+    given = []
+
+    class ShownError(Exception):
+        pass
+
+    def serve(model: object, parameters: dict[str, object], **more: object) -> None:
+        given.append(parameters)
+        raise ShownError
+
+    monkeypatch.setattr(live, "watch", serve)
+    with pytest.raises(ShownError):
+        watch.watch(WatchSettings.read({"task": "cmommt", "treatment": "explore", "robots": "4"}, {}))
+    assert given == [{"robots": 4, "treatment": "explore", "rng": 0}]
+
+
 OWN = "toy_tasks:GATHER"
 
 

@@ -62,6 +62,7 @@ def test_a_port_in_use_is_one_line(tmp_path: Path) -> None:
     ("options", "said"),
     [
         ({"beside": ("policy",)}, "beside='policy': must be NAME=VALUE"), ({"set": ("a=1", "a=2")}, "set='a=2': is given twice"),
+        ({"treatment": "explore"}, "--treatment: is for a task; give --task NAME too"),
         ({"set": ("robots=3",)}, "give --robots"), ({"port": "70000"}, "port=70000: must be at most 65535"),
         ({"rate": "0"}, "rate=0"), ({"delta": "8"}, "delta=8: awareness 'pairwise' has no δ"),
         ({"every": "0"}, "every=0: must be at least 1"),
