@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.planned_runs import Planned, run_rows
-from teamsight.analysis.runs.results import Content, check_results, write_results
+from teamsight.analysis.runs.files import Content, check_results, write_results
+from teamsight.analysis.runs.simulate import Planned, run_rows
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from teamsight.analysis.runs.processes import WorkerPool
     from teamsight.analysis.runs.simulate import Watch
-    from teamsight.analysis.runs.workers import WorkerPool
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
     from teamsight.analysis.reproduction import Request
+    from teamsight.analysis.runs.processes import WorkerPool
     from teamsight.analysis.runs.simulate import Watch
-    from teamsight.analysis.runs.workers import WorkerPool
 
 
 #: Draws the figures of a task and judges its claims; returns what there is to say, in lines.

@@ -4,7 +4,7 @@ python benchmarks/adaptive_coverage.py
 
 Each row is a distribution of a measure; each column, the replicates that a study of fixed size would need for the
 wanted interval. "naive" stops at the first of 10, 11, 12, … replicates whose interval is narrow enough; "studies" is
-the rule of `teamsight.analysis.studies.adaptive`; "flag" is that rule for True and False.
+the rule of `teamsight.analysis.studies.standing`; "flag" is that rule for True and False.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from teamsight.analysis.studies.adaptive import all_needed
 from teamsight.analysis.studies.definition.recording import Until
+from teamsight.analysis.studies.standing import all_needed
 
 SETTINGS = 10_000
 # Settings that are drawn at a time.

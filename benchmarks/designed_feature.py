@@ -21,10 +21,10 @@ from scipy import stats
 from teamsight.agents.awareness import Awareness, NoAwareness, RingAwareness
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.registry import REWARDS
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.runs.simulate import IMPORTS, run_all
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.simulate import run_all
 from teamsight.policies import LazyRegression
 from teamsight.policies.lazy.readings import FREE, KINDS, TAKEN
 from teamsight.policies.memory import LazyMemory
@@ -89,7 +89,7 @@ def main() -> None:
         for number, memory in enumerate(explored)
         for run in runs_of(*TREATMENTS[treatment](memory, REWARDS[reward]), number)
     ]
-    with WorkerPool(options.workers, IMPORTS) as pool:
+    with WorkerPool(options.workers) as pool:
         results = run_all(runs, pool)
     shares = 100 * np.array([result.observed_fraction for result in results])
     means = shares.reshape(len(names), len(explored), len(CELLS)).mean(axis=2)

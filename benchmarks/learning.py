@@ -9,8 +9,7 @@ from measure import Row
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.paper.lazy_teams import EXPLORATIONS, LEARNED
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid, Request, make_tables
-from teamsight.analysis.runs.simulate import IMPORTS
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 
 RUNS, STEPS, WORKERS = 5, 600, 2
 
@@ -20,7 +19,7 @@ def measure_learning(quick: bool) -> list[Row]:
     grid: Grid = QUICK if quick else PAPER
     experiments = chosen(LEARNED, grid, {})
     decisions = len(experiments) * RUNS * EXPLORATIONS * STEPS * sum(robots for robots, _ in grid.cells)
-    with WorkerPool(WORKERS, IMPORTS) as pool:
+    with WorkerPool(WORKERS) as pool:
         begin = time.perf_counter()
         make_tables([Request({}, experiments)], pool, root=2000, runs=RUNS, steps=STEPS)
         taken = time.perf_counter() - begin

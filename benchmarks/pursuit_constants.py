@@ -16,8 +16,8 @@ import numpy as np
 
 from teamsight import TASKS, run_many
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.runs.run import task_seed
 from teamsight.analysis.runs.seeds import root
-from teamsight.analysis.runs.task_runs import task_seed
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies.online.prey_q import PreyQ
 from teamsight.tasks.pursuit.world import Pursuit

@@ -11,14 +11,12 @@ from measure import Row, interleave, median, ratio
 
 from teamsight import CMOMMT
 from teamsight.agents.reused_worlds import ReusedWorlds
-from teamsight.analysis.runs.dask_executor import DaskExecutor
+from teamsight.analysis.runs.dask import DaskExecutor
 from teamsight.analysis.runs.executor import Executor
-from teamsight.analysis.runs.simulate import IMPORTS
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.studies.study import Study
 from teamsight.analysis.studies.sweep import sweep
 
-MODULES = (*IMPORTS, "teamsight.analysis.studies.shard")
 RANGES = tuple(round(0.5 + 0.1 * number, 1) for number in range(10))
 FIXED = {"robots": 15, "targets": 15, "radius": 5.0, "policy": "a-cmommt"}
 STEPS = 600
@@ -38,7 +36,7 @@ def measure_engines(rounds: int, quick: bool) -> list[Row]:
     """
     runs = 800 if quick else 5_000
     study, first = (_study(count // len(RANGES)) for count in (runs, 40))
-    with WorkerPool(1, MODULES) as one, WorkerPool(2, MODULES) as two, DaskExecutor(workers=2) as dask:
+    with WorkerPool(1) as one, WorkerPool(2) as two, DaskExecutor(workers=2) as dask:
         engines: dict[str, Executor] = {"one": one, "two": two, "dask": dask}
         for engine in engines.values():
             seconds(first, engine)

@@ -17,9 +17,8 @@ from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.paper.learned_gain import gains_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request, Variant, make_tables
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.runs.simulate import IMPORTS
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.core.kernel import inlined
 from teamsight.policies import ACmommt
@@ -148,7 +147,7 @@ def main() -> None:
         Experiment(name, {"policy": policy, "awareness": degree}, GRID.cells, replicates=few)
         for name, (policy, degree) in (BY_HAND | others).items()
     ]
-    with WorkerPool(WORKERS, IMPORTS) as pool:
+    with WorkerPool(WORKERS) as pool:
         (tables,) = make_tables([Request({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
     rows = []
     for name, table in tables.items():

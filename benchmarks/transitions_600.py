@@ -19,9 +19,8 @@ from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.paper.learned_gain import gains_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Grid, Request, Variant, make_tables
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.runs.simulate import IMPORTS
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.policies import ACmommt
 from teamsight.policies.lazy.lazy_regression import LazyRegression
@@ -66,7 +65,7 @@ def simulate(grid: Grid, share: float) -> dict[str, pd.DataFrame]:
             for name, (policy, degree) in OTHERS.items()
         ),
     ]
-    with WorkerPool(WORKERS, IMPORTS) as pool:
+    with WorkerPool(WORKERS) as pool:
         (tables,) = make_tables([Request({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
     return tables
 

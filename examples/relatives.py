@@ -15,7 +15,7 @@ import pandas as pd
 
 from teamsight import Box, Robot, Study, Target, World
 from teamsight.analysis.plot.markdown import table
-from teamsight.analysis.runs.evenness import evenness
+from teamsight.analysis.runs.run_many import evenness
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies import BCmommt, Policy
 from teamsight.policies.handmade.b_cmommt import most_requests

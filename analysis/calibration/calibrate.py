@@ -9,9 +9,9 @@ from teamsight.analysis.calibration import model, model_page
 from teamsight.analysis.calibration.search import Simulator
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 
 def calibrate(

@@ -15,8 +15,8 @@ from teamsight.analysis.paper.claims import Claim, Tables, Verdict, judge, neede
 from teamsight.analysis.paper.experiments import make_chosen
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import Grid, Request
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 T = TypeVar("T")
 

@@ -8,10 +8,9 @@ from typing import Annotated, Any
 
 from teamsight.analysis.collecting.learning import Learning
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.files import as_json
+from teamsight.analysis.runs.run import Run, task_run, task_seed
 from teamsight.analysis.runs.seeds import root
-from teamsight.analysis.runs.settings import as_json
-from teamsight.analysis.runs.task_runs import task_run, task_seed
 from teamsight.core.component import Allowed, Component, Count
 from teamsight.policies.basis.basis_behaviours import BasisBehaviours
 from teamsight.tasks.registry import TASKS

@@ -8,8 +8,8 @@ from teamsight.analysis.collecting.figure import draw
 from teamsight.analysis.collecting.page import page, summary
 from teamsight.analysis.collecting.plan import Plan
 from teamsight.analysis.reproduction import Reproduction, Request
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 _REPRODUCTION = Reproduction("collecting", draw, page, summary, {}, "learning")
 

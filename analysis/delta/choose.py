@@ -14,8 +14,8 @@ from teamsight.analysis.delta.degrees import CountDegrees, Factory, degrees_of
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.delta.simulated import simulated
 from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core import checks
 
 if TYPE_CHECKING:

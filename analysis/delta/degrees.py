@@ -19,9 +19,9 @@ from teamsight.analysis.delta.by_group import GroupDegrees, note_sizes, with_max
 from teamsight.analysis.delta.perceived import run_perceiving
 from teamsight.analysis.delta.sector_occupancy import Bearings
 from teamsight.analysis.delta.team_conditions import Conditions, conditions
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.teams import check_team, team_graph
 from teamsight.core import checks
 

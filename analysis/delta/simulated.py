@@ -10,10 +10,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 from teamsight.analysis.delta.degrees import Factory, FromSeed
-from teamsight.analysis.runs.run import Measure, Run
+from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.run import Measure, Run, task_run, task_seed
 from teamsight.analysis.runs.seeds import model_seed, run_seed
-from teamsight.analysis.runs.task_runs import task_run, task_seed
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core import checks
 
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ import numpy.typing as npt
 
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key, code_digest
 from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import run_all
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core.extras import extra
 from teamsight.policies.evolved.layout import beginning, spreads
 

@@ -11,8 +11,8 @@ import pandas as pd
 
 from teamsight.analysis.evolution.cma import DELTA, GRID, SCREEN, STEPS
 from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, half_width, paired
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS, ACmommt

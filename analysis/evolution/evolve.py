@@ -18,8 +18,8 @@ from teamsight.analysis.evolution.compare import options_of
 from teamsight.analysis.evolution.generalise import generalise
 from teamsight.analysis.evolution.page import page, picture
 from teamsight.analysis.runs import files
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress, Watch
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.evolved.layout import SILENCED, silenced
 from teamsight.policies.evolved.policy import made, to_json

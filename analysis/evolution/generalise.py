@@ -12,10 +12,10 @@ from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwarene
 from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.evolution.cma import DELTA, GENERALISE, STEPS
 from teamsight.analysis.evolution.compare import Gain, overall
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Model, Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import ACmommt
 from teamsight.policies.handmade.random_walk import RandomWalk

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.planned_runs import Planned
+from teamsight.analysis.runs.files import as_json
+from teamsight.analysis.runs.run import task_run, task_seed
 from teamsight.analysis.runs.seeds import root
-from teamsight.analysis.runs.settings import as_json
-from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.analysis.runs.simulate import Planned
 from teamsight.core.component import Allowed, Component, Count
 from teamsight.policies.schemas.automaton import COMMUNICATION
 from teamsight.tasks.registry import TASKS

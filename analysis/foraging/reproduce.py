@@ -8,8 +8,8 @@ from teamsight.analysis.foraging.figure import draw
 from teamsight.analysis.foraging.page import page, summary
 from teamsight.analysis.foraging.plan import Plan
 from teamsight.analysis.reproduction import Reproduction, Request
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 _REPRODUCTION = Reproduction("foraging", draw, page, lambda table, plan: summary(table), {})
 

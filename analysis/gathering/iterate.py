@@ -11,7 +11,7 @@ import pandas as pd
 from teamsight.analysis.gathering.cells import Answer, delta_interval, is_enough, values_of
 from teamsight.analysis.gathering.plan import Plan
 from teamsight.analysis.gathering.simulate import Team, cost_of, simulate
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.tasks.named import task_of
 from teamsight.tasks.task import Task

@@ -15,10 +15,10 @@ from teamsight.analysis.gathering.iterate import Iteration, iterate
 from teamsight.analysis.gathering.page import page
 from teamsight.analysis.gathering.plan import Plan, deltas
 from teamsight.analysis.gathering.simulate import Team, both_teams, simulate
-from teamsight.analysis.runs import results
+from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.tasks.task import Task
 
 #: The files that are written.
@@ -151,7 +151,7 @@ def check_results(plan: Plan, folder: Path, formats: Sequence[str] = ("png",), *
     """
     names = [RUNS, INDEX, ROUNDS, PAGE, *(f"{PICTURE}.{kind}" for kind in formats)]
     about = {"gathering": plan.conditions()}
-    results.check_results(folder, names, about, checkpoint=checkpoint_in(folder), force=force)
+    files.check_results(folder, names, about, checkpoint=checkpoint_in(folder), force=force)
 
 
 def make_results(
@@ -187,8 +187,8 @@ def make_results(
     pictures = {f"{PICTURE}.{kind}": draw(found.cells, plan, kind) for kind in formats}
     tables = {RUNS: found.runs, INDEX: found.frame, ROUNDS: found.rounds}
     text = page(found.cells, found.verdicts, found.iterations, plan)
-    written: dict[str, results.Content] = {**tables, **pictures, PAGE: text}
-    results.write_results(folder, written, {"gathering": plan.conditions()}, force=force)
+    written: dict[str, files.Content] = {**tables, **pictures, PAGE: text}
+    files.write_results(folder, written, {"gathering": plan.conditions()}, force=force)
     checkpoint.forget()
     return found
 

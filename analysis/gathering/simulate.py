@@ -11,11 +11,10 @@ import pandas as pd
 
 from teamsight.analysis.gathering.plan import Plan
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key, code_digest, modules_of
-from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.run import NEIGHBOURS, Run, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.task_runs import NEIGHBOURS, TaskMeasure, is_cmommt, task_seed
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.teams import active_team_graph
 from teamsight.tasks.task import Task
 from teamsight.tasks.treatments import Named

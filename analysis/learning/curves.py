@@ -16,11 +16,11 @@ from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, awareness_for, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
+from teamsight.analysis.runs.files import as_json
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.runs.settings import as_json
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.search_space import log10_size
 from teamsight.core.component import Allowed, Component, Count, Probability
 from teamsight.policies.handmade.a_cmommt import ACmommt

@@ -25,9 +25,9 @@ from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import Objective, learn
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
-from teamsight.analysis.runs.settings import as_json
+from teamsight.analysis.runs.files import as_json
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means
 from teamsight.core.component import Allowed, Component, Count, Index, Probability
 from teamsight.policies.eager.tabular import TooManyStatesError

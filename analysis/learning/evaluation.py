@@ -12,8 +12,8 @@ from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
 from teamsight.analysis.learning.learners import Objective, Progress, awareness_for, learn
 from teamsight.analysis.learning.provenance import BODIES
 from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import cell_means, paired
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import ACmommt

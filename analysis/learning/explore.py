@@ -20,10 +20,10 @@ from teamsight.agents.recording.transitions import FACTS, Transitions
 from teamsight.agents.world import World
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core.component import Component, Count, Index
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.memory import LazyMemory

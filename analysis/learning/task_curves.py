@@ -13,10 +13,9 @@ import pandas as pd
 
 from teamsight.agents.awareness.registry import awareness_named
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.run import Run, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.task_runs import TaskMeasure, is_cmommt, task_seed
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.core import checks
 from teamsight.tasks.named import task_of

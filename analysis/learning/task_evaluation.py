@@ -11,10 +11,9 @@ import pandas as pd
 from teamsight.analysis.learning.evaluation import RANDOM_TEAM, SKILLED, check_team, learned_policies
 from teamsight.analysis.learning.learners import Objective, Progress
 from teamsight.analysis.runs.executor import Executor
-from teamsight.analysis.runs.planned_runs import run_rows
-from teamsight.analysis.runs.run import LabelledRun
+from teamsight.analysis.runs.run import LabelledRun, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.seeds import canonical
-from teamsight.analysis.runs.task_runs import TaskMeasure, is_cmommt, task_seed
+from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies.memory import LazyMemory
 from teamsight.tasks.task import Task

@@ -13,8 +13,7 @@ from teamsight.agents.recording.transitions import Transitions
 from teamsight.agents.teammates import of_team
 from teamsight.agents.world import World
 from teamsight.analysis.learning.explore import Exploration
-from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.analysis.runs.run import Run, task_run, task_seed
 from teamsight.tasks.named import task_of
 from teamsight.tasks.task import Task
 

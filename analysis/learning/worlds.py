@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from teamsight.agents.recording.explore import explore
 from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Model, Run
 from teamsight.analysis.runs.seeds import run_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.core import checks
 from teamsight.policies.memory import LazyMemory
 

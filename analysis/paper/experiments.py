@@ -11,8 +11,8 @@ import pandas as pd
 
 from teamsight.analysis.paper.lazy_teams import EXPLORATIONS, LITERAL, SLOPES, learned
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request, Variant, make_tables
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.paired import gain
 
 #: Keyword parameters of CMOMMT.

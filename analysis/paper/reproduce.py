@@ -16,13 +16,13 @@ from teamsight.analysis.paper.claims.conditions import options, scenario
 from teamsight.analysis.paper.claims.ledger import SEEDS
 from teamsight.analysis.paper.experiments import chosen, make_chosen
 from teamsight.analysis.paper.figures import FIGURES, Conditions, Job, make
-from teamsight.analysis.runs import results
+from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import PAPER, Grid, Request
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 #: Name of the setting that leaves every parameter of CMOMMT at its default.
 DEFAULTS = "defaults"
@@ -98,7 +98,7 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
     outputs += [file.name for name in plan.figures for file in sorted(folder.glob(f"figure-{name}-*.parquet"))]
     if plan.ledger:
         outputs += [f"ledger.{kind}" for kind in ("parquet", "md", "html", "json")]
-    results.check_results(folder, outputs, checkpoint=checkpoint_in(folder), force=force)
+    files.check_results(folder, outputs, checkpoint=checkpoint_in(folder), force=force)
 
 
 def reproduce(
@@ -193,11 +193,11 @@ def _draw(
     ):
         about = plan.conditions() | {"figure": found.name, "title": FIGURES[found.name].title, "setting": name}
         stem = f"figure-{found.name}"
-        contents: dict[str, results.Content] = {
+        contents: dict[str, files.Content] = {
             stem + (f"-{suffix}" if suffix else "") + ".parquet": table for suffix, table in found.tables.items()
         }
         contents |= {f"{stem}.{kind}": picture for kind, picture in found.pictures.items()}
-        results.write_results(folder, contents, about, force=force)
+        files.write_results(folder, contents, about, force=force)
 
 
 def _repeated(
@@ -253,10 +253,10 @@ def _write_ledger(
         for name, found in made.items()
         if name in claimed
     ]
-    contents: dict[str, results.Content] = {
+    contents: dict[str, files.Content] = {
         "ledger.parquet": pd.concat(runs, ignore_index=True),
         "ledger.md": ledger.to_markdown(),
         "ledger.html": ledger.to_html(),
         "ledger.json": ledger.to_json(),
     }
-    results.write_results(folder, contents, ledger.conditions, force=force)
+    files.write_results(folder, contents, ledger.conditions, force=force)

@@ -9,10 +9,10 @@ from typing import Annotated, Any
 from teamsight.analysis.pursuit.conditions import CONDITIONS
 from teamsight.analysis.pursuit.trials import BLOCK, Learning
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.planned_runs import Planned
+from teamsight.analysis.runs.files import as_json
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
-from teamsight.analysis.runs.settings import as_json
+from teamsight.analysis.runs.simulate import Planned
 from teamsight.core.component import Allowed, Component, Count, Positive
 
 # Steps of a trial, roughly, from which the work of a run is estimated.

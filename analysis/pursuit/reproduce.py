@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from teamsight.analysis.pursuit import results as tan
 from teamsight.analysis.pursuit.ono import results as ono
 from teamsight.analysis.reproduction import Request
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 
 def reproduce(request: Request, pool: WorkerPool, watch: Watch) -> Sequence[str]:

@@ -10,10 +10,10 @@ from typing import Annotated, Any
 from teamsight.agents.awareness import NearestAwareness
 from teamsight.analysis.pushing.trials import agreement, examples_of, until_moved
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.planned_runs import Planned
+from teamsight.analysis.runs.files import as_json
+from teamsight.analysis.runs.run import task_run, task_seed
 from teamsight.analysis.runs.seeds import root
-from teamsight.analysis.runs.settings import as_json
-from teamsight.analysis.runs.task_runs import task_run, task_seed
+from teamsight.analysis.runs.simulate import Planned
 from teamsight.core.component import Allowed, Component, Count
 from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
 from teamsight.tasks.pushing.task import TASK

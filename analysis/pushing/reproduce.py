@@ -8,8 +8,8 @@ from teamsight.analysis.pushing.figure import draw
 from teamsight.analysis.pushing.page import page, summary
 from teamsight.analysis.pushing.plan import Plan
 from teamsight.analysis.reproduction import Reproduction, Request
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
 
 _REPRODUCTION = Reproduction("pushing", draw, page, summary, {})
 

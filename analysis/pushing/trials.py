@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.analysis.runs.task_runs import task_seed
+from teamsight.analysis.runs.run import task_seed
 from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
 from teamsight.policies.braitenberg.vehicle import BEHAVIOUR, LAST_CUES
 from teamsight.tasks.pushing.task import TASK, completion_time

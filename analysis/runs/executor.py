@@ -1,13 +1,14 @@
-"""What runs jobs: the contract of executors, and the results of jobs in their order.
+"""Executors: what runs jobs, and the results of jobs in their order.
 
 An executor calls a function with each of many jobs, in this process, in a pool of processes or on a cluster, and yields
-what became of each. `teamsight.analysis.runs.workers.WorkerPool` is one.
+what became of each. `teamsight.analysis.runs.processes.WorkerPool` is one.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Generator, Iterable, Sequence
+import traceback
+from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Sequence
 from types import TracebackType
 from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
@@ -162,3 +163,141 @@ def shortened(text: str, longest: int) -> str:
 def without_middle(text: str, longest: int) -> str:
     """Return a text without the middle of a long one: errors begin and end with what matters."""
     return text if len(text) <= longest else f"{text[: longest * 2 // 3]} … {text[-(longest // 3) + 3 :]}"
+
+
+Attempted = tuple[Literal["done", "failed"], Any]
+
+
+def attempt(function: Callable[[Any], Any], job: Any, errors: type[BaseException] = Exception) -> Attempted:
+    """Make a job: return "done" with its result, or "failed" with an error and its traceback.
+
+    Parameters
+    ----------
+    function, job : callable, object
+        What to call, and with what.
+    errors : type
+        Which exceptions are failures of the job. Where a job must not end the process, that is every one.
+    """
+    try:
+        return "done", function(job)
+    except errors as error:
+        return "failed", (str(error) or type(error).__name__, f"\n{traceback.format_exc()}")
+
+
+def _drop(text: str) -> None:
+    pass
+
+
+_emit: Callable[[str], object] = _drop
+
+
+def emit(text: str) -> None:
+    """Send a message from within a job to the process that owns the executor."""
+    _emit(text)
+
+
+def _forget(part: object, done: int) -> None:
+    pass
+
+
+_advance: Callable[[Hashable, int], None] = _forget
+
+
+def advance(part: Hashable, done: int) -> None:
+    """Report from within a job how much of it is done, to the process that owns the executor.
+
+    Parameters
+    ----------
+    part : hashable
+        What is being made; a later report about the same replaces this one. It can be pickled.
+    done : int
+        How much of it is done.
+    """
+    _advance(part, done)
+
+
+@contextlib.contextmanager
+def advancing(on_advance: Callable[[Hashable, int], None]) -> Iterator[None]:
+    """Pass what jobs report within the block to a function; jobs on a cluster report nothing."""
+    global _advance
+    before, _advance = _advance, on_advance
+    try:
+        yield
+    finally:
+        _advance = before
+
+
+def receiver() -> Callable[[str], object]:
+    """Return what receives the messages that are emitted now."""
+    return _emit
+
+
+@contextlib.contextmanager
+def emitting(on_message: Callable[[str], object]) -> Iterator[None]:
+    """Pass messages that are emitted within the block to a function."""
+    global _emit
+    before, _emit = _emit, on_message
+    try:
+        yield
+    finally:
+        _emit = before
+
+
+class TakenJobs:
+    """The jobs of one call, each from where it is taken until its outcome.
+
+    Parameters
+    ----------
+    function : callable
+        What each job is an argument of.
+    jobs : iterable
+        The jobs, from which one is taken only when it will soon be needed.
+    pack : callable
+        Returns the message of a function and a job.
+    """
+
+    def __init__(
+        self,
+        function: Callable[[Any], Any],
+        jobs: Iterable[Any],
+        pack: Callable[[Callable[[Any], Any], Any], bytes],
+    ) -> None:
+        self._function, self._pack = function, pack
+        self._jobs = iter(enumerate(jobs))
+        # The messages of jobs without an outcome, for another worker if one dies.
+        self._messages: dict[int, bytes] = {}
+        self._unsent: list[Outcome] = []
+        self._is_exhausted = False
+
+    @property
+    def open_jobs(self) -> int:
+        """Number of jobs that were taken and have no outcome."""
+        return len(self._messages)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether all jobs were taken and have their outcome."""
+        return self._is_exhausted and not self._messages
+
+    def unsent(self) -> list[Outcome]:
+        """Remove and return the outcomes of jobs that were taken and cannot be sent."""
+        found, self._unsent = self._unsent, []
+        return found
+
+    def _next(self) -> int | None:
+        """Take a job and return its index; None if there are no more, or it cannot be sent."""
+        index, job = next(self._jobs, (None, None))
+        if index is None:
+            self._is_exhausted = True
+            return None
+        try:
+            self._messages[index] = self._pack(self._function, job)
+        except Exception as error:
+            self._unsent.append(Outcome(index, "unsent", said(error)))
+            return None
+        return index
+
+
+def said(error: Exception) -> str:
+    """Return what an error says, or its name."""
+    return str(error) or type(error).__name__

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
-from teamsight.analysis.runs.workers import WorkerPool
 
 
 class Grid(NamedTuple):

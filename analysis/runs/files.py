@@ -1,4 +1,4 @@
-"""Result files: written completely or not at all, and replaced by one rule.
+"""Files of results: written completely or not at all, checked before anything is simulated, and replaced by one rule.
 
 Without force only files are replaced that this program wrote. They are recognised by a mark: the metadata of a Parquet
 schema, the metadata of a picture, the first line of a page, a key in JSON. Only regular files are replaced.
@@ -11,12 +11,14 @@ import io
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
+from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.core.files import UnwritableError, check_name, check_place, complete, open_regular, unwritable
 from teamsight.core.version import __version__
 
@@ -174,3 +176,78 @@ def _settings_in_table(file: io.IOBase | Any) -> dict[Any, Any] | None:
     if not metadata.get(_MARK, b"").startswith(_SOFTWARE.encode()):
         return None
     return dict(json.loads(metadata.get(b"PANDAS_ATTRS", b"{}")))
+
+
+#: A table, a picture, a page of Markdown, or JSON values.
+Content = pd.DataFrame | bytes | str | Mapping[str, Any]
+
+
+def check_results(
+    folder: Path,
+    names: Iterable[str],
+    about: Mapping[str, Any] | None = None,
+    *,
+    checkpoint: Checkpoint | None = None,
+    force: bool = False,
+) -> None:
+    """Raise an error if a file must not be replaced by a result or by the checkpoint.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to write.
+    names : iterable of str
+        Names of the files.
+    about : mapping, optional
+        Settings as JSON values; tables with other settings are not replaced. By default they are not compared.
+    checkpoint : Checkpoint, optional
+        Where finished runs are kept.
+    force : bool
+        Replace any regular file by a result.
+
+    Raises
+    ------
+    ValueError
+        If there is such a file.
+    """
+    for name in names:
+        check_replaceable(folder / name, about if name.endswith(".parquet") else None, force=force)
+    if checkpoint is not None:
+        checkpoint.check()
+
+
+def write_results(
+    folder: Path, contents: Mapping[str, Content], about: Mapping[str, Any], *, force: bool = False
+) -> None:
+    """Write results; each file is written completely or not at all.
+
+    Parameters
+    ----------
+    folder : Path
+        An existing folder.
+    contents : mapping of str to DataFrame, bytes, str or mapping
+        By name of file: tables, which are written as Parquet, pictures, pages of Markdown, and JSON values.
+    about : mapping
+        The settings as JSON values, which tables contain together with the version of teamsight.
+    force : bool
+        Replace any regular file.
+
+    Raises
+    ------
+    ValueError
+        If a file must not be replaced; see `check_results`.
+    """
+    for name, content in contents.items():
+        if isinstance(content, pd.DataFrame):
+            write_table(folder / name, content, {**about, "version": __version__}, force=force)
+        elif isinstance(content, bytes):
+            write_bytes(folder / name, content, force=force)
+        elif isinstance(content, str):
+            write_page(folder / name, content, force=force)
+        else:
+            write_json(folder / name, {"software": "teamsight", **content}, force=force)
+
+
+def as_json(settings: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass of settings by name, fit for JSON: tuples become lists."""
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(settings).items()}

@@ -15,11 +15,10 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.run import Model, Run
-from teamsight.analysis.runs.seeding import derived_seed
-from teamsight.analysis.runs.simulate import IMPORTS, Progress, run_all
-from teamsight.analysis.runs.task_runs import TaskMeasure, is_cmommt, task_seed
-from teamsight.analysis.runs.workers import WorkerPool, check_workers
+from teamsight.analysis.runs.processes import WorkerPool, check_workers
+from teamsight.analysis.runs.run import Model, Run, TaskMeasure, is_cmommt, task_seed
+from teamsight.analysis.runs.seeds import derived_seed
+from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -146,7 +145,7 @@ def run_many(
     runs = [
         _Row(given[row // count], seed, steps, columns, called, row) for row, (_, _, seed) in enumerate(planned)
     ]  # fmt: skip
-    with WorkerPool(workers, IMPORTS) as pool:
+    with WorkerPool(workers) as pool:
         found = run_all(runs, pool, progress=progress)
     rows = [
         {**setting, "replicate": replicate, "seed": seed, "steps": steps, **one}
@@ -292,3 +291,49 @@ def _seeding(
         task = made.task
         return count, lambda setting: [task_seed(task, root, run, made.scenario(setting)) for run in range(count)]
     return count, lambda setting: [derived_seed(root, run, setting, model is None) for run in range(count)]
+
+
+class Evenness(NamedTuple):
+    """The columns of `evenness`: those of the summary, and three more.
+
+    Attributes
+    ----------
+    observed_fraction, max_neighbours, mean_neighbours
+        As in the summary of `run_many`.
+    spread : float
+        Standard deviation over the targets of the share of its steps in which each is observed; 0 if it is the same.
+    entropy : float
+        Entropy of the targets' shares of all observation [nat]: at most the logarithm of their number.
+    redundancy : float
+        Mean number of robots that sense an observed target, at least 1.
+    """
+
+    observed_fraction: float
+    spread: float
+    entropy: float
+    redundancy: float
+    max_neighbours: int
+    mean_neighbours: float
+
+
+def evenness(world: World, steps: int) -> Evenness:
+    """Run a world and return its `Evenness`: a measure for `run_many`, and "evenness" for studies.
+
+    Parameters
+    ----------
+    world : World
+        The world; it counts observations during these steps only, unless it counts them already.
+    steps : int
+        The number of steps.
+    """
+    before = world.sources
+    counts = world.count_observations()
+    found = summary(world, steps)
+    measured = Evenness(
+        found.observed_fraction, counts.spread, counts.entropy, counts.redundancy, found.max_neighbours,
+        found.mean_neighbours,
+    )  # fmt: skip
+    if not any(counts is source for source in before):
+        # So that the next run can use the world again.
+        world.detach(counts)
+    return measured

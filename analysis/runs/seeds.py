@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Mapping
 from numbers import Integral, Real
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal, get_args
 
 #: Roots by purpose; no root serves two purposes.
 ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
@@ -127,3 +127,43 @@ def setting_seed(root: int, replicate: int, setting: Mapping[str, object]) -> in
     text = f"root={canonical(root)};replicate={canonical(replicate)};setting={canonical(setting)}"
     digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-study").digest()
     return int.from_bytes(digest, "big") >> 11
+
+
+#: Which values of a setting enter its seeds: those of its scenario, so that treatments are paired, or all.
+Pairing = Literal["scenario", "none"]
+PAIRINGS: tuple[Pairing, ...] = get_args(Pairing)
+#: The parameters of `CMOMMT` that make its scenario.
+SCENARIO = ("robots", "targets", "radius")
+
+
+def scenario_of(setting: Mapping[str, object]) -> tuple[object, ...]:
+    """Return the robots, targets and radius of a setting of `CMOMMT`, which are the defaults if not given."""
+    from teamsight.agents.cmommt import DEFAULTS
+
+    return tuple(setting.get(name, DEFAULTS[name]) for name in SCENARIO)
+
+
+def derived_seed(
+    root: int, replicate: int, setting: Mapping[str, object], is_cmommt: bool, pairing: Pairing = "scenario"
+) -> int:
+    """Return the seed of one replicate of a setting; `run_many` and studies use the same.
+
+    Parameters
+    ----------
+    root : int
+        Root seed.
+    replicate : int
+        Number of the run, from 0.
+    setting : mapping
+        Parameters of the model.
+    is_cmommt : bool
+        Whether the model is `CMOMMT`, whose scenario is known: robots, targets and radius. All settings of another
+        model get the same seeds.
+    pairing : "scenario" or "none"
+        With "none" all values of the setting enter, so that the runs of two settings are independent.
+    """
+    if pairing == "none":
+        return setting_seed(root, replicate, setting)
+    if not is_cmommt:
+        return run_seed(root, replicate)
+    return model_seed(root, replicate, *scenario_of(setting))  # type: ignore[arg-type]

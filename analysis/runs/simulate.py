@@ -8,21 +8,20 @@ from __future__ import annotations
 
 import contextlib
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
-from teamsight.analysis.runs.attempt import emit
+import pandas as pd
+
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key
-from teamsight.analysis.runs.executor import Executor, JobError, results_of
+from teamsight.analysis.runs.executor import Executor, JobError, emit, results_of
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.workers import WorkerPool
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
 
-#: Modules that a worker imports before its first job.
-IMPORTS = ("teamsight.agents.reused_worlds",)
 # Cost of a chunk: about a quarter of a second, so that progress moves and messages cost nothing.
 _CHUNK = 200_000.0
 # Chunks for each worker of a small batch, so that all of them take part and end together.
@@ -192,3 +191,48 @@ def announcing() -> Iterator[None]:
         yield
     finally:
         kernel_entry.announce = before
+
+
+#: The columns that identify a run, and the run.
+Planned = tuple[Mapping[str, Any], Run]
+
+
+def run_rows(
+    planned: Iterable[Planned],
+    pool: Executor | None = None,
+    *,
+    progress: Progress = lambda done, total: None,
+    checkpoint: Checkpoint | None = None,
+) -> pd.DataFrame:
+    """Make planned runs and return a table with one row for each, in their order.
+
+    Parameters
+    ----------
+    planned : iterable of (mapping, Run)
+        The columns that identify each run, and the run, whose measure returns a mapping or a NamedTuple.
+    pool, progress, checkpoint
+        See `run_all`.
+
+    Returns
+    -------
+    DataFrame
+        The columns that identify the runs, then those that were measured.
+
+    Raises
+    ------
+    ValueError
+        If a run measures a column that identifies it.
+    JobError
+        If a run fails; the message contains its settings.
+    """
+    listed = list(planned)
+    measured = run_all([run for _, run in listed], pool, progress=progress, checkpoint=checkpoint)
+    return pd.DataFrame([_row(columns, one) for (columns, _), one in zip(listed, measured, strict=True)])
+
+
+def _row(columns: Mapping[str, Any], measured: Any) -> dict[str, Any]:
+    found = measured if isinstance(measured, Mapping) else measured._asdict()
+    for name in found:
+        if name in columns:
+            raise ValueError(f"measure returned {name!r}: the plan has this column; take another name")
+    return {**columns, **found}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from teamsight.analysis.studies.standing import wide_note
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.study_tables import StudyTables
+    from teamsight.analysis.studies.results import StudyTables
 
 # Characters of the parameters that are fixed.
 _LONGEST = 90

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.seeding import SCENARIO, Pairing, derived_seed
-from teamsight.analysis.runs.task_runs import task_seed
+from teamsight.analysis.runs.run import Run, task_seed
+from teamsight.analysis.runs.seeds import SCENARIO, Pairing, derived_seed
 from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.grid import Block
 from teamsight.analysis.studies.definition.identity import setting_ids

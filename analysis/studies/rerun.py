@@ -11,10 +11,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from teamsight.analysis.studies.part_tables import OWN_COLUMNS
-from teamsight.analysis.studies.recording import Recorder
-from teamsight.analysis.studies.resolved import Resolved
 from teamsight.analysis.studies.same_code import changed
+from teamsight.analysis.studies.shard import OWN_COLUMNS, Recorder, Resolved
 from teamsight.analysis.studies.sweep import common_of
 from teamsight.core import checks, references
 

@@ -1,22 +1,444 @@
-"""`open_study`: the runs of a study as tables, also while some are missing."""
+"""The results of a study as tables of pandas, and what is summarised of them."""
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
+from scipy.special import ndtri
 
-from teamsight.analysis.studies import rows
+from teamsight.analysis.stats.paired import half_width
+from teamsight.analysis.studies.definition.identity import hex_of
 from teamsight.analysis.studies.describe import conditions, described, described_in_html, what_is_missing
-from teamsight.analysis.studies.study_tables import StudyTables
+from teamsight.analysis.studies.folder.parts import runs_in
+from teamsight.analysis.studies.shard import OWN_COLUMNS
+from teamsight.analysis.studies.standing import Present, standing, values_of
+from teamsight.core import checks
+from teamsight.core.extras import extra
+from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
+    import pyarrow as pa
     import xarray
     from matplotlib.figure import Figure
+
+    from teamsight.analysis.studies.folder.parts import RunSet
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+    from teamsight.analysis.studies.plan import Plan
+    from teamsight.analysis.studies.study import Study
+
+class Made(NamedTuple):
+    """Runs that are done or have failed, in the order of the plan.
+
+    Attributes
+    ----------
+    table : pyarrow.Table
+        Their rows; the measures of failed runs, and the errors of others, are null.
+    setting, replicate : ndarray of int64, shape (runs,)
+        The number of the setting in the plan, and of the run.
+    has_failed : ndarray of bool, shape (runs,)
+        Whether each has failed.
+    """
+
+    table: pa.Table
+    setting: NDArray[np.int64]
+    replicate: NDArray[np.int64]
+    has_failed: NDArray[np.bool_]
+
+    @property
+    def failed(self) -> int:
+        """How many have failed."""
+        return int(self.has_failed.sum())
+
+
+def measures_of(runs: pa.Table, parameters: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the columns that are measures."""
+    return tuple(name for name in runs.column_names if name not in OWN_COLUMNS and name not in parameters)
+
+
+def together(runs: pa.Table, failed: pa.Table, plan: Plan) -> Made:
+    """Return the runs that are done and those that have failed as one table; runs that are not planned are left out."""
+    import pyarrow as pa
+
+    tables = [table for table in (runs, failed) if table.num_columns]
+    if not tables:
+        nothing = np.empty(0, np.int64)
+        return Made(pa.table({}), nothing, nothing, np.empty(0, bool))
+    table = pa.concat_tables(tables, promote_options="permissive")
+    setting = plan.index_of(runs_in(table).ids)
+    replicate = table["replicate"].to_numpy().astype(np.int64)
+    # A run that is done may have failed before: of equal runs the first is kept.
+    has_failed = np.arange(len(setting)) >= (runs.num_rows if runs.num_columns else 0)
+    order = np.lexsort((has_failed, replicate, setting))
+    order = order[setting[order] >= 0]
+    same = np.zeros(len(order), bool)
+    same[1:] = (np.diff(setting[order]) == 0) & (np.diff(replicate[order]) == 0)
+    order = order[~same]
+    if not np.array_equal(order, np.arange(table.num_rows)):
+        table = table.take(order)
+    return Made(table, setting[order], replicate[order], has_failed[order])
+
+
+def run_ids(table: pa.Table) -> pd.Index[str]:
+    """Return the run id of each row as an index."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    if not table.num_columns:
+        return pd.Index([], dtype="str", name="run")
+    joined = pc.binary_join_element_wise(table["setting"], table["replicate"].cast(pa.string()), "-")
+    found: pd.Index[str] = pd.Index(joined.to_pandas(), name="run")
+    return found
+
+
+def frame_of(made: Made, parameters: Sequence[str], measures: Sequence[str]) -> pd.DataFrame:
+    """Return one row for each run: parameters, replicate, seed, steps, measures and error; see `StudyResults.frame`."""
+    table = made.table
+    names = [name for name in (*parameters, "replicate", "seed", "steps", *measures) if name in table.column_names]
+    frame = pd.DataFrame({name: table[name].to_pandas() for name in names})
+    errors = np.full(table.num_rows, None, object)
+    if made.failed:
+        errors[:] = table["error"].to_pylist()
+    frame["error"] = pd.Series(errors, dtype=object)
+    return frame.set_index(run_ids(table))
+
+
+def failures_of(made: Made, parameters: Sequence[str]) -> pd.DataFrame:
+    """Return one row for each failed run; see `StudyResults.failures`."""
+    import pyarrow.compute as pc
+
+    table = made.table
+    if not made.failed:
+        return pd.DataFrame(columns=[*parameters, "replicate", "seed", "steps", "error", "traceback"])
+    table = table.filter(pc.is_valid(table["error"]))
+    names = (*parameters, "replicate", "seed", "steps", "error", "traceback")
+    found: pd.DataFrame = table.select([name for name in names if name in table.column_names]).to_pandas()
+    return found.set_index(run_ids(table))
+
+
+def numeric_measures(table: pa.Table, measures: Sequence[str]) -> tuple[str, ...]:
+    """Return the measures that are numbers or truth values."""
+    import pyarrow as pa
+
+    def is_number(kind: pa.DataType) -> bool:
+        return bool(pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind))
+
+    return tuple(name for name in measures if is_number(table.schema.field(name).type))
+
+
+def is_flag(table: pa.Table, measure: str) -> bool:
+    """Whether a measure is a truth value."""
+    import pyarrow as pa
+
+    return bool(pa.types.is_boolean(table.schema.field(measure).type))
+
+
+def numbers(table: pa.Table, measure: str) -> NDArray[np.float64]:
+    """Return a measure of all runs; NaN for failed ones."""
+    import pyarrow as pa
+
+    found: NDArray[np.float64] = table[measure].cast(pa.float64()).to_numpy()
+    return found
+
+
+def real_columns(table: pa.Table) -> frozenset[str]:
+    """Return the names of the columns of real numbers."""
+    import pyarrow as pa
+
+    return frozenset(field.name for field in table.schema if pa.types.is_floating(field.type))
+
+
+def settings_of(plan: Plan, real: Collection[str] = ()) -> pd.DataFrame:
+    """Return one row for each setting: its axes; see `StudyResults.settings`.
+
+    Parameters
+    ----------
+    plan : Plan
+        All runs.
+    real : collection of str
+        Axes of real numbers, even if all of their values are whole.
+    """
+    columns = {}
+    for name in plan.swept:
+        values = pd.Series(scalars(plan.values(name)))
+        columns[name] = (values.astype(float) if name in real else values).take(plan.places(name)).array
+    index = pd.Index(list(map(hex_of, plan.ids.tolist())), name="setting", dtype="str")
+    return pd.DataFrame(columns, index=index)
+
+
+def scalars(values: Sequence[object]) -> list[object]:
+    """Return values that tables can hold: lists and tables become JSON."""
+    return [json.dumps(value) if isinstance(value, dict | list | tuple) else value for value in values]
+
+
+def groups_of(study: Study) -> tuple[tuple[str, ...], ...]:
+    """Return the axes of a study; those that advance together in one group, columns of points and samples alone."""
+    found: list[tuple[str, ...]] = []
+    for block in study.blocks:
+        found += [tuple(block.columns)] if is_of_axes(study, block.columns) else [(name,) for name in block.columns]
+    return tuple(found)
+
+
+def is_of_axes(study: Study, names: Iterable[str]) -> bool:
+    """Whether parameters are axes rather than columns of points or of a sample."""
+    return all(name in study.axes for name in names)
+
+
+def present_of(study: Study, made: Made) -> Present:
+    """Return the runs as `standing` counts them."""
+    measure = "" if study.until is None else study.until.measure
+    return Present(made.setting, made.replicate, made.has_failed, *values_of(made.table, measure))
+
+
+def recorded(table: pa.Table, plan: Plan) -> pd.DataFrame:
+    """Return what was recorded of each run in the order of the plan, by run id."""
+    if not table.num_columns:
+        return pd.DataFrame(index=run_ids(table))
+    setting = plan.index_of(runs_in(table).ids)
+    # Stable: the rows of a run stay in their order.
+    order = np.lexsort((table["replicate"].to_numpy(), setting))
+    order = order[setting[order] >= 0]
+    table = table.take(order)
+    found: pd.DataFrame = table.to_pandas()
+    return found.set_index(run_ids(table))
+
+
+#: Columns of a summary, after those that name the setting.
+STATISTICS = ("n", "mean", "low", "high", "maximum")
+
+
+def summarise(
+    values: NDArray[np.float64], cell: NDArray[np.int64], cells: int, level: float = 0.95, *, are_flags: bool = False
+) -> pd.DataFrame:
+    """Return the statistics of the values in each cell.
+
+    Parameters
+    ----------
+    values : ndarray of float64, shape (n,)
+        One value for each run; NaN is left out.
+    cell : ndarray of int64, shape (n,)
+        The cell of each run, from 0.
+    cells : int
+        Number of cells.
+    level : float
+        Confidence of the interval of the mean.
+    are_flags : bool
+        Whether the values are True and False. Their mean is a rate, whose interval is Wilson's; that of numbers is
+        Student's.
+
+    Returns
+    -------
+    DataFrame
+        One row for each cell: n, the number of values; mean, low, high and maximum, NaN in a cell without values. The
+        interval of a single number is infinite, that of a rate within [0, 1]. Student's interval supposes that means
+        are about normally distributed: of few values near a bound, as of fractions near 1, it may end beyond the bound
+        and is too narrow if all of them are equal.
+    """
+    known = ~np.isnan(values)
+    values, cell = values[known], cell[known]
+    n = np.bincount(cell, minlength=cells)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.bincount(cell, values, cells) / n
+        # Around the mean of the cell: a sum of squares around 0 would lose all digits of a small spread.
+        squares = np.bincount(cell, (values - mean[cell]) ** 2, cells)
+        se = np.sqrt(squares / (n - 1) / n)
+    wide = half_width(se, n, level)
+    low, high = wilson(mean, n, level) if are_flags else (mean - wide, mean + wide)
+    maximum = np.full(cells, -np.inf)
+    np.maximum.at(maximum, cell, values)
+    maximum[n == 0] = np.nan
+    return pd.DataFrame({"n": n, "mean": mean, "low": low, "high": high, "maximum": maximum})
+
+
+def wilson(
+    rate: NDArray[np.float64], n: NDArray[np.int64], level: float = 0.95
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the ends of Wilson's confidence intervals of rates, (cells,); NaN where `n` is 0.
+
+    Parameters
+    ----------
+    rate : ndarray of float64, shape (cells,)
+        The share of True among the values.
+    n : ndarray of int64, shape (cells,)
+        The numbers of values.
+    level : float
+        Confidence.
+    """
+    z = ndtri(0.5 + level / 2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        middle = (rate + z * z / (2 * n)) / (1 + z * z / n)
+        wide = z / (1 + z * z / n) * np.sqrt(rate * (1 - rate) / n + (z / (2 * n)) ** 2)
+    # Rounding must not put the rate outside, as 0 or 1 at the end of its interval.
+    return np.minimum(np.clip(middle - wide, 0.0, 1.0), rate), np.maximum(np.clip(middle + wide, 0.0, 1.0), rate)
+
+
+class StudyTables:
+    """What a study has found so far, as tables; `StudyResults` explains the attributes.
+
+    Parameters
+    ----------
+    folder : StudyFolder
+        Where it is.
+    study : Study
+        What was asked.
+    runs, failed : pyarrow.Table
+        Rows of the runs that are done, and of those that have failed.
+    lost : RunSet, optional
+        Those of the runs that are done of which a part beside them is lost.
+    """
+
+    def __init__(
+        self, folder: StudyFolder, study: Study, runs: pa.Table, failed: pa.Table, lost: RunSet | None = None
+    ) -> None:
+        self._folder = folder
+        self.study: Study = study
+        self.folder: Path = folder.path
+        self.plan: Plan = study.plan()
+        self.axes: tuple[str, ...] = self.plan.swept
+        self.measures: tuple[str, ...] = measures_of(runs, self.plan.names)
+        self._made = together(runs, failed, self.plan)
+        there = present_of(study, self._made)
+        present = there if lost is None else there.without(lost, self.plan)
+        found = standing(study, self.plan, present)
+        self.planned: int = found.planned
+        self.done: int = found.done
+        self.failed: int = found.failed
+        self.missing: int = found.missing
+        self.lost: int = len(there.setting) - len(present.setting)
+        self.wide: int = int(found.is_wide.sum())
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether each planned run is done or has failed."""
+        return not self.missing
+
+    @property
+    def name(self) -> str:
+        """The name of the study, or else of its folder."""
+        return self.study.name or self.folder.resolve().name
+
+    @cached_property
+    def frame(self) -> pd.DataFrame:
+        """One row for each run that is done or has failed, in the order of the plan; the index is the run id.
+
+        Columns: the parameters, replicate, seed, steps, the measures, and error, which is None for runs that are done.
+        The measures of a failed run are NaN.
+        """
+        return frame_of(self._made, self.plan.names, self.measures)
+
+    @cached_property
+    def settings(self) -> pd.DataFrame:
+        """One row for each setting, with or without runs, in the order of the plan: its axes; the index is its id."""
+        return settings_of(self.plan, real_columns(self._made.table))
+
+    @property
+    def setting_numbers(self) -> NDArray[np.int64]:
+        """The row of `settings` of each row of `frame`, (runs,)."""
+        return self._made.setting
+
+    @property
+    def groups(self) -> tuple[tuple[str, ...], ...]:
+        """The axes; those that advance together in one group."""
+        return groups_of(self.study)
+
+    @property
+    def numeric(self) -> tuple[str, ...]:
+        """The measures that are numbers or truth values."""
+        return numeric_measures(self._made.table, self.measures)
+
+    def measured(self, measure: str | None = None) -> str:
+        """Return the name of a measure of numbers; the first by default.
+
+        Raises
+        ------
+        ValueError
+            If there is no such measure, or it is a text.
+        """
+        if not self.measures:
+            raise ValueError(f"{self.folder}: no run is done yet; run teamsight sweep, or wait")
+        if measure is None and self.numeric:
+            return self.numeric[0]
+        name = checks.choice("measure", measure or self.measures[0], self.measures)
+        if name not in self.numeric:
+            raise ValueError(f"measure={name}: is a text; give one of numbers: {', '.join(self.numeric) or 'none'}")
+        return name
+
+    def statistics(self, measure: str) -> pd.DataFrame:
+        """Return n, mean, low, high and maximum of a measure for each row of `settings`."""
+        values = numbers(self._made.table, measure)
+        return summarise(values, self._made.setting, self.plan.settings, are_flags=self.is_flag(measure))
+
+    def is_flag(self, measure: str) -> bool:
+        """Whether a measure is True or False for each run."""
+        return is_flag(self._made.table, measure)
+
+
+#: The dimension of settings that are listed or drawn one by one.
+SETTING = "setting"
+_KINDS = {"mean": ("", "mean"), "low": ("_low", "lower end of the 95 % interval of the mean"),
+          "high": ("_high", "upper end of the 95 % interval of the mean"), "maximum": ("_maximum", "largest value"),
+          "n": ("_n", "number of runs")}  # fmt: skip
+
+
+def to_xarray(results: StudyTables) -> xarray.Dataset:
+    """Return the statistics of all measures; see `StudyResults.to_xarray`.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If xarray is not installed.
+    """
+    module = extra("xarray", "to_xarray", "xarray")
+    dimensions, coordinates = _dimensions(results)
+    shape = tuple(dimensions.values())
+    variables: dict[str, Any] = {}
+    made = results.setting_numbers
+    for measure in results.numeric:
+        statistics = results.statistics(measure)
+        for statistic, (suffix, words) in _KINDS.items():
+            values = statistics[statistic].to_numpy().reshape(shape)
+            about = {"long_name": f"{measure.replace('_', ' ')}: {words}"}
+            variables[measure + suffix] = (tuple(dimensions), values, about)
+    failed = results.frame["error"].notna().to_numpy()
+    counts = np.bincount(made[failed], minlength=results.plan.settings).reshape(shape)
+    variables["failed"] = (tuple(dimensions), counts, {"long_name": "number of failed runs"})
+    found: xarray.Dataset = module.Dataset(variables, coordinates, _attributes(results))
+    return found
+
+
+def _dimensions(results: StudyTables) -> tuple[dict[str, int], dict[str, Any]]:
+    """Return the size of each dimension, and the coordinates along them."""
+    study = results.study
+    listed = [block for block in study.blocks if not is_of_axes(study, block.columns)]
+    dimensions: dict[str, int] = {}
+    coordinates: dict[str, Any] = {}
+    for block in study.blocks:
+        name = next(iter(block.columns))
+        if block in listed:
+            # Points crossed with a sample: two dimensions need two names.
+            name = SETTING if len(listed) == 1 else block.where
+        dimensions[name] = block.size
+        for axis in block.columns:
+            values = pd.Series(scalars(results.plan.values(axis)), dtype=results.settings[axis].dtype)
+            coordinates[axis] = (name, values.to_numpy())
+    return dimensions, coordinates
+
+
+def _attributes(results: StudyTables) -> dict[str, Any]:
+    # Texts and numbers only, which netCDF can hold.
+    return {
+        "study": json.dumps(results.study.as_dict()), "teamsight": __version__, "planned": results.planned,
+        "done": results.done, "failed": results.failed, "missing": results.missing,
+        "partial": what_is_missing(results),
+    }  # fmt: skip
 
 
 def open_study(folder: str | os.PathLike[str]) -> StudyResults:
@@ -37,7 +459,7 @@ def open_study(folder: str | os.PathLike[str]) -> StudyResults:
     ValueError
         If it is not the folder of a study, or a part of it is damaged.
     """
-    from teamsight.analysis.studies.folder.reading import read_parts
+    from teamsight.analysis.studies.folder.parts import read_parts
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
     found = StudyFolder(folder)
@@ -104,7 +526,6 @@ class StudyResults(StudyTables):
         95 % interval), m_maximum and m_n (the number of runs); without runs they are NaN. "failed" is the number of
         failed runs. Attributes name the study and what is missing.
         """
-        from teamsight.analysis.studies.to_xarray import to_xarray
 
         return to_xarray(self)
 
@@ -126,7 +547,7 @@ class StudyResults(StudyTables):
     @cached_property
     def failures(self) -> pd.DataFrame:
         """The failed runs: `frame` without measures, and with the traceback of each."""
-        return rows.failures_of(self._made, self.plan.names)
+        return failures_of(self._made, self.plan.names)
 
     @property
     def source(self) -> str:
@@ -198,7 +619,7 @@ class StudyResults(StudyTables):
     def _recorded(self, kind: str) -> pd.DataFrame:
         if not getattr(self.study.record, kind):
             raise ValueError(f"{kind}: were not recorded; set {kind} under [record] in a new study")
-        found = rows.recorded(self._folder.read(kind), self.plan)
+        found = recorded(self._folder.read(kind), self.plan)
         if lost := self._folder.lost().size:
             warnings.warn(
                 f"{kind}: rows of {lost:,} of {self.planned:,} runs may lack, since parts of what they recorded are "

@@ -11,7 +11,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Self
 
 from teamsight.analysis.runs.limits import Steps
-from teamsight.analysis.runs.seeding import Pairing
+from teamsight.analysis.runs.seeds import Pairing
 from teamsight.analysis.studies.definition.check import check_plan
 from teamsight.analysis.studies.definition.grid import Block, blocks_of
 from teamsight.analysis.studies.definition.recording import Record, Until
@@ -92,7 +92,7 @@ class Study(Component):
         What is recorded of each run.
     until : Until or mapping, optional
         Add replicates to each setting until its interval is narrow enough with two of 30, 38, 48, 60, … replicates in
-        succession. See `teamsight.analysis.studies.adaptive`.
+        succession. See `teamsight.analysis.studies.standing`.
     name : str, optional
         A name for titles.
     path : path, optional

@@ -5,29 +5,547 @@ from __future__ import annotations
 import contextlib
 import os
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+import warnings
+from collections import deque
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from teamsight.analysis.runs.workers import check_workers
-from teamsight.analysis.studies.adaptive import fewest
+import numpy as np
+from numpy.typing import NDArray
+
+from teamsight.analysis.runs.executor import advancing
+from teamsight.analysis.runs.processes import WorkerPool, check_workers, workers_for
+from teamsight.analysis.studies.definition.identity import hex_of
 from teamsight.analysis.studies.definition.model import in_full
-from teamsight.analysis.studies.lazy_pool import LazyPool, workers_for
-from teamsight.analysis.studies.resolved import modules_of
-from teamsight.analysis.studies.rounds import Rounds
-from teamsight.analysis.studies.same_code import DECIDING, source_digests
-from teamsight.analysis.studies.shard import Common
-from teamsight.analysis.studies.sharding import expected_seconds
-from teamsight.analysis.studies.standing import not_finite_note, wide_note
-from teamsight.analysis.studies.warm_up import one_of_each_kind, warm_up
+from teamsight.analysis.studies.definition.recording import check_measured
+from teamsight.analysis.studies.folder.parts import joined
+from teamsight.analysis.studies.same_code import DECIDING, check_same_code, source_digests
+from teamsight.analysis.studies.shard import (
+    DETAIL,
+    Common,
+    Resolved,
+    Shard,
+    ShardResult,
+    ShardRun,
+    died,
+    failure_of,
+    is_at_odds,
+    make_shard,
+    modules_of,
+)
+from teamsight.analysis.studies.standing import Standing, fewest, not_finite_note, present_in, standing, wide_note
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
-    from teamsight.analysis.runs.executor import Executor
-    from teamsight.analysis.studies.folder.run_set import RunSet
+    from teamsight.analysis.runs.executor import Executor, Outcome
+    from teamsight.analysis.studies.folder.parts import RunSet
+    from teamsight.analysis.studies.folder.progress import Heartbeat
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+    from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.results import StudyResults
     from teamsight.analysis.studies.study import Study
+
+# Settings whose runs are listed at a time.
+_BLOCK = 1024
+# Replicates that all settings get before any gets more, and how much more each time.
+_FIRST, _GROWTH = 2, 4
+
+
+class Selection:
+    """Runs of a plan: one bit for each setting, in the order in which settings are run, and replicate.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan.
+    needed : ndarray, shape (S,), int64
+        Number of replicates of each setting.
+    shard : (int, int), optional
+        Only shard i of n, from 1. A study whose settings need different numbers of replicates is divided by settings.
+    by_setting : bool
+        Divide by settings.
+    """
+
+    def __init__(
+        self, plan: Plan, needed: NDArray[np.int64], shard: tuple[int, int] | None = None, *, by_setting: bool = False
+    ) -> None:
+        self._plan, self._needed, self._shard, self._by_setting = plan, needed, shard, by_setting
+        self._position = np.empty(plan.settings, np.int64)
+        self._position[plan.order] = np.arange(plan.settings)
+        most = int(needed.max(initial=0))
+        self._is_selected: NDArray[np.bool_] = np.greater.outer(needed[plan.order], np.arange(most))
+        if shard is not None:
+            replicates = np.arange(most)
+            for first in range(min(shard[1], plan.settings)):
+                self._is_selected[first :: shard[1]] &= self._is_own(np.array(first), replicates)
+
+    def _is_own(self, row: NDArray[np.int64], replicate: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether runs are in the shard: each has some replicates of each setting, so that all take about as long."""
+        if self._shard is None:
+            return np.ones(len(replicate), bool)
+        part, parts = self._shard
+        found: NDArray[np.bool_] = (row + replicate * (not self._by_setting)) % parts == part - 1
+        return np.broadcast_to(found, replicate.shape)
+
+    def keep(self, runs: RunSet) -> None:
+        """Keep only these runs."""
+        before = self._is_selected
+        self._is_selected = before.copy()
+        self.remove(runs)
+        # What was removed is what is kept.
+        self._is_selected = before & ~self._is_selected
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return int(np.count_nonzero(self._is_selected))
+
+    @property
+    def settings(self) -> NDArray[np.bool_]:
+        """Whether any run of each setting is selected, in the order of the plan."""
+        has_any: NDArray[np.bool_] = np.logical_or.reduce(self._is_selected, axis=1)
+        return has_any[self._position]
+
+    def remove(self, runs: RunSet) -> int:
+        """Remove runs; return how many were selected."""
+        index = self._plan.index_of(runs.ids)
+        within = (index >= 0) & (runs.replicates >= 0) & (runs.replicates < self._is_selected.shape[1])
+        rows, columns = self._position[index[within]], runs.replicates[within]
+        count = int(np.count_nonzero(self._is_selected[rows, columns]))
+        self._is_selected[rows, columns] = False
+        return count
+
+    def beyond(self, runs: RunSet) -> int:
+        """Return how many of these runs have a higher number than their setting needs now; they are kept."""
+        index = self._plan.index_of(runs.ids)
+        index, replicates = index[index >= 0], runs.replicates[index >= 0]
+        is_own = self._is_own(self._position[index], replicates)
+        return int(np.count_nonzero(is_own & (replicates >= self._needed[index])))
+
+    def __iter__(self) -> Iterator[tuple[int, int]]:
+        """Yield setting and replicate of each run, so that alike ones follow each other.
+
+        First come a few replicates of all settings, so that what is there after an interruption shows all of them.
+        """
+        begin, end = 0, _FIRST
+        while begin < self._is_selected.shape[1]:
+            for first in range(0, len(self._is_selected), _BLOCK):
+                rows, replicates = np.nonzero(self._is_selected[first : first + _BLOCK, begin:end])
+                yield from zip(self._plan.order[first + rows].tolist(), (begin + replicates).tolist(), strict=True)
+            begin, end = end, end * _GROWTH
+
+
+# Work of a shard [s], and of the first ones, as long as the rate is not known.
+_SECONDS, _FIRST_SECONDS = 1.0, 0.25
+# The least work of a shard at the end, where shards are smaller so that all workers end together [s].
+_LEAST_SECONDS = 0.1
+# Shards into which what is left is divided for each worker.
+_SHARDS_PER_WORKER = 4
+# Cost per second of CMOMMT, as `Run.cost` counts it, until it is measured. Other models begin with single runs.
+_RATES = {"cmommt": 800_000.0}
+# Runs of a shard: each is a row in memory.
+_MOST_RUNS = 5_000
+# Into how many pieces a shard is divided in which workers died.
+_PIECES = 8
+# Share of the last shard in a rate that rises.
+_WEIGHT = 0.5
+# The most runs per second where all have failed.
+_MOST_FAILING = 100.0
+# Settings whose cost is looked at, to estimate how long a study takes.
+_MOST_EXAMINED = 100
+
+
+def expected_seconds(plan: Plan, replicates: int) -> float | None:
+    """Return about how long one worker takes for all runs of a study [s]; None for a model that is not known.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the study.
+    replicates : int
+        Replicates of each setting.
+    """
+    rate = _RATES.get(plan.study.model)
+    if rate is None:
+        return None
+    count = min(plan.settings, _MOST_EXAMINED)
+    examined = [plan.settings * number // count for number in range(count)]
+    return sum(map(plan.cost, examined)) / count * plan.settings * replicates / rate
+
+
+class Sized(NamedTuple):
+    """A shard and its expected work, in the unit of `Run.cost`."""
+
+    shard: Shard
+    cost: float
+
+
+class Sharding:
+    """An iterator over shards, whose size follows the measured rate.
+
+    Parameters
+    ----------
+    plan : Plan
+        The plan of the study.
+    common : Common
+        What all runs share.
+    missing : Selection
+        The runs, in the order in which they are made.
+    workers : int
+        Number of shards that are made at the same time.
+    rate : float, optional
+        Cost per second of one worker, as far as it is known.
+
+    Attributes
+    ----------
+    rate : float or None
+        Cost per second of one worker as it was measured last.
+    """
+
+    def __init__(self, plan: Plan, common: Common, missing: Selection, workers: int, rate: float | None = None) -> None:
+        self.rate = rate
+        self._plan, self._common, self._workers = plan, common, workers
+        self._left = missing.size
+        self._runs = iter(missing)
+        self._again: deque[Sized] = deque()
+        # Of one setting after the other, since neighbouring runs often share it.
+        self._setting, self._id, self._parameters, self._cost = -1, "", dict[str, object](), 1.0
+
+    def __iter__(self) -> Iterator[Sized]:
+        while not self.is_empty:
+            yield self._again.popleft() if self._again else self._following()
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether each shard was taken."""
+        return not self._again and not self._left
+
+    def measured(self, sized: Sized, seconds: float, done: int) -> None:
+        """Take note of how long a shard took [s], and of how many of its runs did not fail."""
+        runs = len(sized.shard.runs)
+        rate = sized.cost / max(seconds, 1e-6)
+        # Runs that fail at once do not show how long others take.
+        rate = rate * done / runs if done else min(rate, sized.cost / runs * _MOST_FAILING)
+        # Shards that take too long cost more than short ones: what they have made is lost in an interruption.
+        if self.rate is None or rate < self.rate:
+            self.rate = rate
+        else:
+            self.rate += _WEIGHT * (rate - self.rate)
+
+    def know(self, common: Common) -> None:
+        """Give further shards what all runs share."""
+        self._common = common
+
+    def repeat(self, sized: Sized) -> None:
+        """Make a shard again, with what all runs share now."""
+        self._again.append(Sized(Shard(self._common, sized.shard.runs), sized.cost))
+
+    def divide(self, sized: Sized) -> None:
+        """Make a shard again in pieces."""
+        (common, runs), cost = sized
+        size = -(-len(runs) // _PIECES)
+        for first in range(0, len(runs), size):
+            piece = runs[first : first + size]
+            self._again.append(Sized(Shard(common, piece), cost * len(piece) / len(runs)))
+
+    def _following(self) -> Sized:
+        """Return the next shard of runs that were not taken yet."""
+        runs: list[ShardRun] = []
+        cost, room, most = 0.0, 0.0, _MOST_RUNS
+        if self.rate is None and self._workers > 1:
+            # Runs may take much longer than expected, with a slow measure: each worker shall have some.
+            most = min(most, -(-self._left // (_SHARDS_PER_WORKER * self._workers)))
+        while self._left and len(runs) < most and (not runs or cost < room):
+            setting, replicate = next(self._runs)
+            if setting != self._setting:
+                self._turn_to(setting)
+            if not runs:
+                room = self._room()
+            runs.append(ShardRun(self._id, replicate, self._plan.seed(setting, replicate), self._parameters))
+            cost += self._cost
+            self._left -= 1
+        return Sized(Shard(self._common, tuple(runs)), cost)
+
+    def _turn_to(self, setting: int) -> None:
+        plan = self._plan
+        self._setting, self._id = setting, hex_of(plan.ids[setting])
+        self._parameters = plan.parameters(setting)
+        # A component that cannot be made is an error of the run, not of the sweep.
+        with contextlib.suppress(Exception):
+            self._cost = plan.cost(setting)
+
+    def _room(self) -> float:
+        """Return the cost of the next shard, which begins with a run of the present setting."""
+        rate = self.rate or _RATES.get(self._common.model)
+        if rate is None:
+            return 0.0
+        seconds = _SECONDS if self.rate else _FIRST_SECONDS
+        if self._workers > 1:
+            share = self._left * self._cost / rate / (_SHARDS_PER_WORKER * self._workers)
+            seconds = min(seconds, max(share, _LEAST_SECONDS))
+        return seconds * rate
+
+
+# Settings that are examined, and kinds of runs that are made.
+_MOST_WARMED, _MOST_KINDS = 256, 32
+
+
+def one_of_each_kind(plan: Plan, common: Common) -> Shard:
+    """Return a run for each combination of values that are no numbers, since numbers do not change what is compiled."""
+    # Alike settings follow each other, so these meet all kinds that have many settings.
+    places = np.linspace(0, plan.settings - 1, min(plan.settings, _MOST_WARMED)).astype(int)
+    kinds: dict[str, ShardRun] = {}
+    for setting in plan.order[places].tolist():
+        parameters = plan.parameters(setting)
+        kind = repr({name: parameters.get(name) for name, type_ in common.types.items() if type_ in ("text", "flag")})
+        if len(kinds) < _MOST_KINDS and kind not in kinds:
+            kinds[kind] = ShardRun(hex_of(plan.ids[setting]), 0, plan.seed(setting, 0), parameters)
+    return Shard(common, tuple(kinds.values()))
+
+
+def warm_up(shard: Shard) -> None:
+    """Make one step of each run; errors are left to the runs themselves.
+
+    Raises
+    ------
+    SourceError
+        If this process has another version of the code.
+    """
+    from teamsight.agents.reused_worlds import ReusedWorlds
+    from teamsight.analysis.runs.simulate import announcing
+
+    common = shard.common
+    check_same_code(common)
+    with contextlib.closing(ReusedWorlds()) as worlds, announcing(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        with _left_to_the_runs():
+            resolved = Resolved(common.model, common.record.measure, common.path)
+            for run in shard.runs:
+                with _left_to_the_runs():
+                    worlds.begin(resolved.model, resolved.parameters(run.parameters), run.seed).run(1)
+
+
+@contextlib.contextmanager
+def _left_to_the_runs() -> Iterator[None]:
+    """Pass over what the runs themselves keep as their failure, such as the `SystemExit` of a model."""
+    try:
+        yield
+    except BaseException as error:
+        failure_of(error)  # raises an interrupt of this process again
+
+
+# Failed runs whose errors are kept for the summary.
+_MOST_ERRORS = 5
+
+
+@dataclass
+class Counts:
+    """Numbers of runs: planned so far, done, failed, and made by this sweep."""
+
+    planned: int = 0
+    done: int = 0
+    failed: int = 0
+    made: int = 0
+
+
+class Rounds:
+    """Makes the missing runs of a study.
+
+    Parameters
+    ----------
+    study, plan, common : Study, Plan, Common
+        What is to be run.
+    folder : StudyFolder
+        Where parts are written; locked.
+    engine : Executor
+        What makes shards.
+    heartbeat : Heartbeat
+        Takes note of how far the sweep is.
+    progress, emit : callable
+        Called with runs done, runs in all, and seconds left; and with messages.
+    shard : (int, int), optional
+        Make shard i of n only.
+    retry_failed : bool
+        Make failed runs again.
+    stops : bool
+        Stop after a run that fails.
+    only : RunSet, optional
+        Make only missing runs among these.
+
+    Attributes
+    ----------
+    counts : Counts
+        How far it is.
+    errors : list of (str, str)
+        The id and the error of the first runs that failed.
+    wide : int
+        Settings that have reached the limit of an adaptive study with a wider interval than wanted.
+    """
+
+    def __init__(
+        self, study: Study, plan: Plan, common: Common, folder: StudyFolder, engine: Executor, *, heartbeat: Heartbeat,
+        progress: Callable[[int, int, float | None], object], emit: Callable[[str], object],
+        shard: tuple[int, int] | None, retry_failed: bool, stops: bool, only: RunSet | None = None,
+    ) -> None:  # fmt: skip
+        self.counts, self.errors, self.wide = Counts(), list[tuple[str, str]](), 0
+        self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
+        self._heartbeat, self._progress, self._emit, self._shard = heartbeat, progress, emit, shard
+        self._retry_failed, self._stops, self._only = retry_failed, stops, only
+        self._rate: float | None = None
+        self._in_flight: dict[int, Sized] = {}
+        # Runs that are made but not yet here, by the names of their shards.
+        self._made_of: dict[Hashable, int] = {}
+        self._unsaid: Exception | None = None
+
+    def run(self) -> None:
+        """Make rounds until nothing is missing, or a run fails that shall stop the sweep."""
+        found = self._standing()
+        while True:
+            # Other shards see to the settings that are theirs.
+            missing, own = self._missing(found.needed)
+            self.wide = int((found.is_wide & own).sum())
+            self._report()
+            if not missing.size:
+                return
+            self._make(missing)
+            if self._study.until is None or self._only is not None or (self._stops and self.errors):
+                return
+            found = self._standing()
+
+    def _missing(self, needed: NDArray[np.int64]) -> tuple[Selection, NDArray[np.bool_]]:
+        """Return the runs that are neither done nor failed, and which settings are in the shard; count the others."""
+        if self._only is not None:
+            # Runs that were lost may be later than the first gap, up to which an adaptive study knows what it needs.
+            needed, index = needed.copy(), self._plan.index_of(self._only.ids)
+            np.maximum.at(needed, index[index >= 0], self._only.replicates[index >= 0] + 1)
+        selected = Selection(self._plan, needed, self._shard, by_setting=self._study.until is not None)
+        done, failed, own = self._folder.done(), self._folder.failed(), selected.settings
+        if self._retry_failed and not self.counts.made:
+            # In later rounds, failed runs have been made again.
+            failed = joined([])
+        beyond = selected.beyond(done), selected.beyond(failed)
+        self.counts.planned = selected.size + sum(beyond)
+        self.counts.done = beyond[0] + selected.remove(done)
+        self.counts.failed = beyond[1] + selected.remove(failed)
+        if self._only is not None:
+            selected.keep(self._only)
+        return selected, own
+
+    def _make(self, missing: Selection) -> None:
+        if self._engine.size > 1 and self._rate is None:
+            self._warm_up()
+        sharding = Sharding(self._plan, self._common, missing, self._engine.size, self._rate)
+        while not sharding.is_empty:
+            self._in_flight.clear()
+            self._made_of.clear()
+            with (
+                advancing(self._advance),
+                contextlib.closing(self._engine.outcomes(make_shard, self._jobs(sharding))) as outcomes,
+            ):
+                for outcome in outcomes:
+                    self._take(outcome, sharding)
+                    if self._stops and self.errors:
+                        return
+        self._rate = sharding.rate
+
+    def _warm_up(self) -> None:
+        """Compile in one worker, before others would compile the same."""
+        with contextlib.closing(self._engine.outcomes(warm_up, [one_of_each_kind(self._plan, self._common)])) as found:
+            for outcome in found:
+                if outcome.status in ("failed", "unsent"):
+                    raise _fatal(outcome, "the first runs")
+
+    def _jobs(self, sharding: Sharding) -> Iterator[Shard]:
+        for index, sized in enumerate(sharding):
+            self._in_flight[index] = sized
+            yield sized.shard
+
+    def _advance(self, shard: Hashable, made: int) -> None:
+        self._made_of[shard] = made
+        # Within a job of this process, an error of the caller's function would be one of the job.
+        if self._unsaid is None:
+            try:
+                self._report()
+            except Exception as error:
+                self._unsaid = error
+
+    def _take(self, outcome: Outcome, sharding: Sharding) -> None:
+        """Write what a worker has made."""
+        sized = self._in_flight.pop(outcome.index)
+        self._made_of.pop(sized.shard.name, None)
+        if outcome.status == "died":
+            if len(sized.shard.runs) > 1:
+                sharding.divide(sized)
+                return
+            self._write(sized.shard, died(sized.shard, _death(outcome.value)))
+        elif outcome.status == "done":
+            result: ShardResult = outcome.value
+            sharding.measured(sized, result.seconds, result.done)
+            if not self._agrees(result, sharding):
+                sharding.repeat(sized)
+                return
+            self._write(sized.shard, result)
+        else:
+            raise _fatal(outcome, sized.shard.describe())
+        if self._unsaid is not None:
+            raise self._unsaid
+        self._report()
+
+    def _agrees(self, result: ShardResult, sharding: Sharding) -> bool:
+        """Whether measures are of the types of the parts that are there; the first part decides about new ones."""
+        known = self._common.kinds
+        if any(kind is not None and known.get(name) is None for name, kind in result.kinds.items()):
+            # Another shard of a job array may have been first.
+            known = self._folder.settle(result.kinds)
+            self._common = self._common._replace(kinds=dict(known))
+            sharding.know(self._common)
+        return not is_at_odds(known, result.kinds)
+
+    def _write(self, shard: Shard, result: ShardResult) -> None:
+        self._folder.write(result.parts, [run.id for run in shard.runs])
+        if result.done and self._study.until is not None:
+            kinds = {**result.kinds, **self._common.kinds}
+            check_measured(self._study.until, {name: kinds[name] for name in kinds if not name.startswith(DETAIL)})
+        self.counts.done += result.done
+        self.counts.failed += len(result.failed)
+        self.counts.made += len(shard.runs)
+        if result.failed and not self.errors:
+            # At once, since it may be the first of many.
+            run, error = result.failed[0]
+            self._emit(f"run {run} failed: {error}")
+        self.errors.extend(result.failed[: _MOST_ERRORS - len(self.errors)])
+
+    def _report(self) -> None:
+        counts = self.counts
+        held = sum(len(sized.shard.runs) for sized in self._in_flight.values())
+        made = sum(self._made_of.values())
+        self._heartbeat.update(
+            counts.done, counts.planned, failed=counts.failed, running=held, made=counts.made, unwritten=made
+        )
+        self._progress(counts.done + counts.failed + made, counts.planned, self._heartbeat.seconds_left)
+
+    def _standing(self) -> Standing:
+        """Return how far the study is by what was measured so far."""
+        return standing(self._study, self._plan, present_in(self._folder, self._study, self._plan))
+
+
+def _death(value: object) -> str:
+    """Return the error of a run that no worker survived."""
+    if not isinstance(value, int):
+        return str(value)
+    cure = "; if memory ran out, use fewer workers" if value < 0 else ""
+    return f"the worker ended with exit code {value}, three times{cure}"
+
+
+def _fatal(outcome: Outcome, what: str) -> Exception:
+    """Return the error for a shard that cannot be made."""
+    from teamsight.analysis.runs.executor import JobError
+
+    text = outcome.value[0] if outcome.status == "failed" else f"{outcome.value} (in {what})"
+    return JobError(" ".join(str(text).split()))
+
 
 #: Called with the number of runs that are done or have failed, their number in all, and the seconds left or None.
 Progress = Callable[[int, int, float | None], object]
@@ -132,7 +650,7 @@ def sweep(
         common = common._replace(kinds=dict(manifest.holds))
         for damaged in folder.tidy() if shard is None else ():
             emit(f"damaged part set aside: {damaged.kind}/{damaged.name} ({damaged.reason}); its runs are made again")
-        engine = executor or stack.enter_context(LazyPool(workers, emit))
+        engine = executor or stack.enter_context(WorkerPool(workers, emit))
         heartbeat = stack.enter_context(
             folder.recorded(engine=_name(engine), workers=engine.size, code=common.code, shard=shard)
         )
@@ -212,6 +730,6 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
 def _name(engine: Executor) -> str:
     """Return what the record of sweeps calls an engine."""
     kind = type(engine).__name__
-    if kind in ("LazyPool", "WorkerPool"):
+    if kind == "WorkerPool":
         return "local" if engine.size > 1 else "in-process"
     return kind.removesuffix("Executor").lower()

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from teamsight.agents.teammates import of_team
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.planned_runs import Planned
-from teamsight.analysis.runs.run import LabelledRun, Run
+from teamsight.analysis.runs.run import LabelledRun, Run, TaskMeasure, task_run, task_seed
 from teamsight.analysis.runs.seeds import canonical, root
-from teamsight.analysis.runs.task_runs import TaskMeasure, task_run, task_seed
+from teamsight.analysis.runs.simulate import Planned
 from teamsight.analysis.unreliable.subject import CMOMMT, SCENARIOS, SKILLED, TEAMS, Subject, TaskSubject, subject_of
 from teamsight.core.component import Allowed, Component, Positive
 from teamsight.tasks.named import task_of

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from teamsight.analysis.runs import results
+from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.planned_runs import run_rows
-from teamsight.analysis.runs.simulate import Watch
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.simulate import Watch, run_rows
 from teamsight.analysis.unreliable.figure import draw
 from teamsight.analysis.unreliable.page import page
 from teamsight.analysis.unreliable.plan import SWEEPS, Plan
@@ -39,7 +38,7 @@ def check_results(plan: Plan, folder: Path, *, force: bool = False) -> None:
     """
     names = (RUNS, POINTS, PAGE, *_PICTURES)
     about = {"unreliable": plan.conditions()}
-    results.check_results(folder, names, about, checkpoint=checkpoint_in(folder), force=force)
+    files.check_results(folder, names, about, checkpoint=checkpoint_in(folder), force=force)
 
 
 def make_results(
@@ -82,8 +81,8 @@ def make_results(
     )
     found = points(table, plan)
     pictures = {name: draw(found, sweep, plan) for name, sweep in _PICTURES.items()}
-    contents: dict[str, results.Content] = {RUNS: table, POINTS: found, **pictures, PAGE: page(table, found, plan)}
-    results.write_results(folder, contents, {"unreliable": plan.conditions()}, force=force)
+    contents: dict[str, files.Content] = {RUNS: table, POINTS: found, **pictures, PAGE: page(table, found, plan)}
+    files.write_results(folder, contents, {"unreliable": plan.conditions()}, force=force)
     checkpoint.forget()
     return table, found
 

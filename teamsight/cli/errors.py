@@ -16,7 +16,7 @@ def lines(error: Exception) -> list[str]:
 
     An error that does not come from the input is a bug in teamsight; its line asks to report it.
     """
-    from teamsight.analysis.runs.workers import JobError
+    from teamsight.analysis.runs.executor import JobError
 
     if isinstance(error, InputError):
         return [one_line(message) for message in error.messages]

@@ -101,8 +101,7 @@ def curve(settings: CurveSettings) -> None:
     """
     from teamsight.analysis.learning.task_curve_figure import curve_points, draw
     from teamsight.analysis.learning.task_curves import awareness_gain, learning_curve
-    from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.analysis.runs.results import Content, check_results, write_results
+    from teamsight.analysis.runs.files import Content, check_results, prepare_folder, write_results
     from teamsight.cli.show import say, working
 
     task, folder = settings.task_given(), prepare_folder(settings.out)

@@ -161,7 +161,7 @@ def evaluate(settings: EvaluateSettings) -> None:
 def _evaluate_task(settings: EvaluateSettings, memory: LazyMemory, task: Task, about: dict[str, Any]) -> None:
     """Evaluate in the worlds of another task."""
     from teamsight.analysis.runs import files
-    from teamsight.analysis.runs.results import check_results, write_results
+    from teamsight.analysis.runs.files import check_results, write_results
     from teamsight.cli.show import say
 
     reward = settings.reward or (default_reward_of(settings) if settings.learner == "sheppard" else "interaction")

@@ -131,7 +131,7 @@ class Options(Component):
 
 
 def _workers(name: str, value: Any) -> int:
-    from teamsight.analysis.runs.workers import check_workers
+    from teamsight.analysis.runs.processes import check_workers
 
     return check_workers(value)
 

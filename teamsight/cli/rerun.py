@@ -63,7 +63,7 @@ def rerun(settings: RerunSettings) -> int:
 
 
 def _show_failure(planned: PlannedRun, error: Exception, settings: RerunSettings) -> int:
-    from teamsight.analysis.studies.failure import failure_of
+    from teamsight.analysis.studies.shard import failure_of
     from teamsight.cli.show import say
 
     traceback.print_exception(error)

@@ -25,7 +25,7 @@ from teamsight.cli.streams import LossyStream, give_up, named
 
 if TYPE_CHECKING:
     from teamsight.analysis.paper.claims import Ledger
-    from teamsight.analysis.runs.workers import WorkerPool
+    from teamsight.analysis.runs.processes import WorkerPool
 
 # Agents × steps of less work than workers save: they import everything anew, which takes each more than a second.
 _SHORT = 1e8
@@ -71,11 +71,10 @@ def working(workers: int | None, agent_steps: float = math.inf) -> Iterator[tupl
     agent_steps : float
         Agents × steps × runs of the command.
     """
-    from teamsight.analysis.runs.simulate import IMPORTS
-    from teamsight.analysis.runs.workers import WorkerPool, cores
+    from teamsight.analysis.runs.processes import WorkerPool, cores
 
     number = workers or (cores() if agent_steps > _SHORT else 1)
-    with Watch() as watch, WorkerPool(number, IMPORTS, watch.emit) as pool:
+    with Watch() as watch, WorkerPool(number, watch.emit) as pool:
         yield watch, pool
 
 

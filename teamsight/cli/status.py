@@ -12,9 +12,8 @@ from teamsight.cli.options import Options
 from teamsight.core.component import Flag
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.folder.manifest import Manifest
     from teamsight.analysis.studies.folder.status import Running, Status
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
+    from teamsight.analysis.studies.folder.study_folder import Manifest, StudyFolder
 
 _FEW = 5
 

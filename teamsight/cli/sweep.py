@@ -196,8 +196,8 @@ def _engine(settings: SweepSettings) -> Iterator[Executor | None]:
     if settings.engine == "local":
         yield None
         return
-    from teamsight.analysis.runs.dask_executor import DaskExecutor
-    from teamsight.analysis.runs.workers import cores
+    from teamsight.analysis.runs.dask import DaskExecutor
+    from teamsight.analysis.runs.processes import cores
 
     tls = {name: str(path) for name, path in settings.values(("tls_ca", "tls_cert", "tls_key")).items()}
     with DaskExecutor(settings.scheduler, settings.workers or cores(), **tls) as executor:

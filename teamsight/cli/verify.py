@@ -93,9 +93,9 @@ def _affected(found: Verification) -> list[str]:
 
 def _repeat(settings: VerifySettings, found: Verification) -> None:
     """Make the runs of the damaged parts again, as far as it is known which they are."""
-    from teamsight.analysis.runs.workers import cores
-    from teamsight.analysis.studies.folder.repair import runs_to_repeat
+    from teamsight.analysis.runs.processes import cores
     from teamsight.analysis.studies.folder.study_folder import StudyFolder
+    from teamsight.analysis.studies.folder.verify import runs_to_repeat
     from teamsight.analysis.studies.sweep import sweep
     from teamsight.cli.show import Watch, plural, say
 

@@ -24,9 +24,10 @@ from teamsight.analysis.delta import choose_delta
 from teamsight.analysis.learning.learners import LEARNERS, awareness_for, learn
 from teamsight.analysis.learning.worlds import explore_worlds
 from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.executor import JobError
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import OUTCOMES, Run
 from teamsight.analysis.runs.simulate import run_all
-from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.analysis.teams import team_graph
 from teamsight.policies import RandomWalk
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.runs.workers import JobError
+from teamsight.analysis.runs.executor import JobError
 from teamsight.cli import main
 from teamsight.cli.errors import lines, one_line
 

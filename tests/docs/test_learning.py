@@ -13,7 +13,7 @@ from teamsight.analysis.learning.curve_points import BEST, awareness_gains, cros
 from teamsight.analysis.learning.curves import Curves, make_curves
 from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"

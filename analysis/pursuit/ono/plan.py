@@ -9,10 +9,10 @@ from typing import Annotated, Any
 from teamsight.analysis.pursuit.ono.conditions import CONDITIONS
 from teamsight.analysis.pursuit.ono.measure import PARTS, Surrounding
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.planned_runs import Planned
+from teamsight.analysis.runs.files import as_json
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import root, run_seed
-from teamsight.analysis.runs.settings import as_json
+from teamsight.analysis.runs.simulate import Planned
 from teamsight.core.component import Allowed, Component, Positive
 
 

@@ -19,8 +19,7 @@ from teamsight.analysis.studies.definition.model import (
 )
 from teamsight.analysis.studies.definition.recording import check_measured
 from teamsight.analysis.studies.definition.values import text_of
-from teamsight.analysis.studies.failure import failure_of
-from teamsight.analysis.studies.measured import declared_columns
+from teamsight.analysis.studies.shard import declared_columns, failure_of
 from teamsight.core import checks, references
 from teamsight.tasks.model import TREATMENT, TaskModel
 

@@ -19,7 +19,7 @@ TASK_PREFIX = "task:"
 #: The measures of teamsight by name, as references; "summary" is that of `run_many`.
 MEASURES = {
     "summary": "teamsight.analysis.runs.run_many:summary",
-    "evenness": "teamsight.analysis.runs.evenness:evenness",
+    "evenness": "teamsight.analysis.runs.run_many:evenness",
 }
 
 # Two names for the seed, which the study gives.
@@ -101,7 +101,7 @@ def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int],
         If there is none of this name, or it cannot be called.
     """
     if measure == "summary" and (task := task_named(in_full(model))) is not None:
-        from teamsight.analysis.runs.task_runs import TaskMeasure
+        from teamsight.analysis.runs.run import TaskMeasure
 
         return TaskMeasure(task)
     return _callable("record.measure", MEASURES.get(measure, measure), tuple(MEASURES), "a function (world, steps)")

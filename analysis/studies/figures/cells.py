@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.figures.dimension import Dimension, dimension_of
-from teamsight.analysis.studies.summary import summarise
+from teamsight.analysis.studies.results import summarise
 from teamsight.core import checks
 
 # Values that an error lists.

@@ -11,11 +11,11 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.figures.cells import is_same
-from teamsight.analysis.studies.rows import scalars
+from teamsight.analysis.studies.results import scalars
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.study_tables import StudyTables
+    from teamsight.analysis.studies.results import StudyTables
 
 #: The name of the model among the parameters in which two studies may differ.
 MODEL = "model"

@@ -17,7 +17,7 @@ from teamsight.analysis.studies.figures.quantity import Quantity
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-    from teamsight.analysis.studies.study_tables import StudyTables
+    from teamsight.analysis.studies.results import StudyTables
 
 
 def draw(

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from teamsight.analysis.studies.folder import file_lock
-from teamsight.analysis.studies.folder.layout import ARRAY, LOCK, SHARD_LOCK, shard_file
+from teamsight.analysis.studies.folder.parts import ARRAY, LOCK, SHARD_LOCK, shard_file
 from teamsight.core import checks, files
 
 # A reader of the status holds the lock for an instant, which must not refuse a sweep.

@@ -1,4 +1,4 @@
-"""Progress: the heartbeat of a running sweep, and how fast it is."""
+"""The progress of a study, as its folder shows it: heartbeats, and begin and end of every sweep."""
 
 from __future__ import annotations
 
@@ -6,13 +6,89 @@ import contextlib
 import json
 import math
 import os
+import platform
+import secrets
 import socket
+import subprocess
 import time
 from collections import deque
+from collections.abc import Iterator, Mapping
+from datetime import UTC, datetime
+from functools import cache
+from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
 
-from teamsight.core import files
+from teamsight.analysis.studies.folder.parts import ARRAY, PROGRESS, SWEEPS, shard_file
+from teamsight.core import files, version
+
+# The folder of teamsight's code: of the repository, or of the installed package.
+_CODE = Path(__file__).resolve().parents[3]
+# Packages that decide results, and those that write them.
+_PACKAGES = ("numpy", "numba", "llvmlite", "mesa", "simpy", "scipy", "pandas", "pyarrow")
+_PATIENCE = 10.0
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Return the versions of Python, teamsight and the packages that decide results."""
+    found = {"python": platform.python_version(), "teamsight": version.__version__}
+    for name in _PACKAGES:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            found[name] = metadata.version(name)
+    return found
+
+
+def machine() -> dict[str, str | int]:
+    """Return host, operating system, processor and number of cores."""
+    system = platform.system(), platform.release()
+    return {
+        "host": socket.gethostname(), "system": " ".join(system), "processor": platform.machine(),
+        "cores": os.cpu_count() or 1,
+    }  # fmt: skip
+
+
+def commits(study_folder: Path | None) -> dict[str, dict[str, str | bool]]:
+    """Return the git commits of teamsight and of the folder of the study file, and whether teamsight's has changes.
+
+    Parameters
+    ----------
+    study_folder : Path or None
+        Where the modules of the study are.
+    """
+    found = {"teamsight": _commit(_CODE)}
+    if found["teamsight"]:
+        found["teamsight"]["has_changes"] = bool(_git(_CODE, "status", "--porcelain", "--untracked-files=no"))
+    if study_folder is not None:
+        # Not its changes: to compare files, git runs the filters that the configuration of that folder names. The
+        # digests of the study's modules say more.
+        found["study"] = _commit(study_folder)
+    return {name: commit for name, commit in found.items() if commit}
+
+
+def _commit(folder: Path) -> dict[str, str | bool]:
+    """Return the commit that is checked out in a folder; empty if it is not under version control."""
+    head = _git(folder, "rev-parse", "HEAD")
+    if not head or _git(folder, "check-ignore", "--quiet", ".") is not None:
+        # An installed package below a repository, as in its .venv, is none of its files.
+        return {}
+    return {"commit": head.strip()}
+
+
+def _git(folder: Path, *arguments: str) -> str | None:
+    """Return what git prints; None if it fails or is not there.
+
+    The folder of a study may come from anywhere: no program that its configuration names is run.
+    """
+    with contextlib.suppress(OSError, subprocess.SubprocessError, UnicodeDecodeError):
+        done = subprocess.run(
+            ["git", "-C", str(folder), "-c", "core.fsmonitor=false", "-c", f"core.hooksPath={os.devnull}", *arguments],
+            capture_output=True, text=True, timeout=_PATIENCE, check=True, stdin=subprocess.DEVNULL,
+            env={**os.environ, "GIT_OPTIONAL_LOCKS": "0", "GIT_NO_LAZY_FETCH": "1"},
+        )  # fmt: skip
+        return done.stdout
+    return None
+
 
 # Seconds between two heartbeats, and over which the rate is a mean.
 _PERIOD, _WINDOW = 1.0, 60.0
@@ -158,3 +234,63 @@ def read_progress(path: Path) -> Progress | None:
         if all(isinstance(number, int) for number in numbers) and (rate is None or 0 < float(rate) < math.inf):
             return found
     return None
+
+
+Record = Mapping[str, object]
+
+
+@contextlib.contextmanager
+def recorded(
+    folder: Path, engine: str, workers: int, code: str, shard: tuple[int, int] | None
+) -> Iterator[Heartbeat]:
+    """Record begin and end of a sweep; see `StudyFolder.recorded`."""
+    name = "" if shard is None else f"{shard[0]}/{shard[1]}"
+    path = folder / PROGRESS if shard is None else folder / ARRAY / shard_file(shard, "json")
+    heartbeat = Heartbeat(path, engine, workers, name)
+    number, began, outcome = secrets.token_hex(4), time.monotonic(), "ended"
+    about = {"host": socket.gethostname(), "pid": os.getpid(), "engine": engine, "workers": workers, "shard": name}
+    _append(folder, "begin", number, {**about, "code": code, "versions": versions()})
+    try:
+        yield heartbeat
+    except KeyboardInterrupt:
+        outcome = "interrupted"
+        raise
+    except BaseException as error:
+        outcome = f"stopped by {type(error).__name__}"
+        raise
+    finally:
+        seconds = round(time.monotonic() - began, 3)
+        heartbeat.end()
+        # The error that ends a sweep on a full disk must not be hidden by this one.
+        with contextlib.suppress(files.UnwritableError):
+            found = {"outcome": outcome, "seconds": seconds, "made": heartbeat.made, "failed": heartbeat.failed}
+            _append(folder, "end", number, found)
+
+
+def read_sweeps(folder: Path) -> list[Record]:
+    """Return the records in the order in which they were written; lines that were cut off are left out."""
+    found: list[Record] = []
+    with contextlib.suppress(FileNotFoundError), files.open_regular(folder / SWEEPS) as file:
+        for line in file:
+            with contextlib.suppress(ValueError, RecursionError):
+                record = json.loads(line)
+                if isinstance(record, dict):
+                    found.append(record)
+    return found
+
+
+def _append(folder: Path, event: str, number: str, about: Record) -> None:
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    record = json.dumps({"event": event, "sweep": number, "time": now, **about}).encode() + b"\n"
+    files.append(folder / SWEEPS, (b"" if _ends_whole(folder / SWEEPS) else b"\n") + record)
+
+
+def _ends_whole(path: Path) -> bool:
+    """Return whether a file ends with a line break, or is empty or absent."""
+    try:
+        with files.open_regular(path) as file:
+            size = file.seek(0, os.SEEK_END)
+            file.seek(max(0, size - 1))
+            return file.read() in (b"", b"\n")
+    except OSError:
+        return True

@@ -13,7 +13,7 @@ from teamsight.analysis.calibration.model import OPEN_CLAIMS, PARAMETERS
 from teamsight.analysis.calibration.search import Simulator, assess
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.experiment import QUICK
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 
 DOCS = Path(__file__).parents[3] / "docs"
 

@@ -12,8 +12,8 @@ from teamsight.analysis.calibration.search import Candidate, Phase, Simulator, a
 from teamsight.analysis.paper.claims import CLAIMS, Verdict
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.runs.experiment import Grid, Request
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.workers import WorkerPool
 
 SMALL = Grid((2, 30), (1.0, 2.0))
 PHASE = Phase("try", SMALL, (-7, -8), {"neighbours-random": CLAIMS["neighbours-random"]}, runs=1, steps=3)

@@ -16,8 +16,8 @@ from teamsight.analysis.collecting.plan import CODINGS, SCHEMES, Plan
 from teamsight.analysis.collecting.reproduce import reproduce
 from teamsight.analysis.reproduction import Request
 from teamsight.analysis.reproductions import REPRODUCTIONS
-from teamsight.analysis.runs.planned_runs import run_rows
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.policies.basis import CLEAR_ROWS
 from teamsight.policies.basis.basis_behaviours import share_correct

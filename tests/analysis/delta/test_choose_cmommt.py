@@ -12,8 +12,8 @@ from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAware
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.delta import choose, degrees, from_trajectories
 from teamsight.analysis.delta.cost import cost_table
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed
-from teamsight.analysis.runs.workers import WorkerPool
 
 EXPLORER = {"robots": 20, "radius": 3.0, "policy": "random-walk"}
 

@@ -12,7 +12,7 @@ from teamsight.analysis.evolution import cma, compare
 from teamsight.analysis.evolution.cma import Evolution, checkpoint_in, evolve
 from teamsight.analysis.runs import checkpoint
 from teamsight.analysis.runs.experiment import Grid
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 
 SMALL = Evolution(population=4)
 

@@ -138,7 +138,7 @@ class Slowed(GATHER.world):  # type: ignore[misc, name-defined]
 
 
 def test_results_do_not_depend_on_workers_and_are_resumed(tmp_path: Path) -> None:
-    from teamsight.analysis.runs.workers import WorkerPool
+    from teamsight.analysis.runs.processes import WorkerPool
 
     plan = Plan([LEARN], (3,), 6, steps=20)
     with WorkerPool(2) as pool:

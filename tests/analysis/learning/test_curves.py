@@ -17,7 +17,7 @@ from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM, Sc
 from teamsight.analysis.learning.explore import explore
 from teamsight.analysis.learning.learners import learn
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import FollowFree
 from teamsight.policies.rewards import keep_reward
 

@@ -28,7 +28,7 @@ from teamsight.analysis.learning.diagnosis_measures import (
     shown_share,
     single_targets,
 )
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import LazyQ
 from teamsight.policies.lazy.lazy_q import shipped
 from teamsight.policies.memory import LazyMemory

@@ -14,7 +14,7 @@ from teamsight.analysis.learning import explore as module
 from teamsight.analysis.learning.explore import TRANSITIONS, Exploration, explore
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies.memory import LazyMemory
 
 SMALL = Exploration(robots=3, targets=4, radius=2.0, steps=10, runs=7, seed=3)

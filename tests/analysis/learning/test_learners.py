@@ -36,7 +36,8 @@ from teamsight.analysis.learning.learners import (
     learn,
 )
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
-from teamsight.analysis.runs.workers import JobError, WorkerPool
+from teamsight.analysis.runs.executor import JobError
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import RandomWalk, check_policy
 from teamsight.policies.memory import LazyMemory
 from teamsight.tasks.pursuit.world import Pursuit

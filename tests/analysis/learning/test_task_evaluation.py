@@ -12,7 +12,7 @@ from teamsight.analysis.learning.learners import Objective
 from teamsight.analysis.learning.registry import REWARDS
 from teamsight.analysis.learning.task_evaluation import Teams, evaluate_in_task, task_contenders, task_summary
 from teamsight.analysis.learning.task_exploration import TaskExploration
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.tasks import TASKS
 

@@ -18,14 +18,14 @@ from teamsight.analysis.paper.experiments import EXPERIMENTS, chosen
 from teamsight.analysis.paper.figures import FIGURES
 from teamsight.analysis.paper.reproduce import Plan, reproduce
 from teamsight.analysis.runs.experiment import QUICK, Request
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 
 ROOT = Path(__file__).parents[3]
 REPRODUCE_2 = """
 import sys
 from pathlib import Path
 from teamsight.analysis.paper.reproduce import Plan, reproduce
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 
 with WorkerPool(1) as pool:
     reproduce(Plan({"defaults": {}}, ("2",), ledger=False), Path(sys.argv[1]), pool)

@@ -17,8 +17,8 @@ from teamsight.analysis.pushing.reproduce import plan_of, reproduce
 from teamsight.analysis.pushing.trials import until_moved
 from teamsight.analysis.reproduction import Request
 from teamsight.analysis.reproductions import REPRODUCTIONS
-from teamsight.analysis.runs.planned_runs import run_rows
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.tasks import TASKS
 

@@ -8,7 +8,7 @@ import threading
 import time
 from pathlib import Path
 
-from teamsight.analysis.runs.attempt import advance, emit
+from teamsight.analysis.runs.executor import advance, emit
 from teamsight.core.kernel.cache import cache_folder
 
 

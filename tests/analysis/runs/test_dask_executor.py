@@ -14,8 +14,8 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from teamsight.analysis.runs import dask_executor as module
-from teamsight.analysis.runs.dask_executor import DaskExecutor
+from teamsight.analysis.runs import dask as module
+from teamsight.analysis.runs.dask import DaskExecutor
 from teamsight.analysis.runs.executor import ExecutorError, Outcome
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.simulate import run_all
@@ -222,7 +222,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, {tests!r})
 import jobs
-from teamsight.analysis.runs.dask_executor import DaskExecutor
+from teamsight.analysis.runs.dask import DaskExecutor
 if __name__ == "__main__":
     try:
         with DaskExecutor(workers=1) as executor:

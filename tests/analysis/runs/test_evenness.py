@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from teamsight import CMOMMT, Study, run_many
-from teamsight.analysis.runs.evenness import evenness
+from teamsight.analysis.runs.run_many import evenness
 from teamsight.cli.main import main
 
 SETTINGS = {"robots": [3, 6], "targets": 5, "radius": 2.0, "policy": ["random-walk", "a-cmommt"]}

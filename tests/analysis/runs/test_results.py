@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.planned_runs import Planned, run_rows
-from teamsight.analysis.runs.results import check_results, write_results
+from teamsight.analysis.runs.files import check_results, write_results
 from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.simulate import Planned, run_rows
 
 
 class Ticks(NamedTuple):

@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, World, run_many
+from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.seeds import model_seed, run_seed
-from teamsight.analysis.runs.workers import JobError
 from teamsight.policies import RandomWalk
 
 

@@ -11,10 +11,11 @@ from teamsight import CMOMMT
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.paper.experiments import chosen
 from teamsight.analysis.runs import simulate
+from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request, make_tables
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Outcome, Run
 from teamsight.analysis.runs.simulate import run_all
-from teamsight.analysis.runs.workers import JobError, WorkerPool
 from teamsight.core.kernel import entry as kernel_entry
 
 GRID = Grid((2, 6), (1.0, 3.0))
@@ -26,7 +27,7 @@ def requests(*names: str) -> list[Request]:
 
 
 def made(workers: int, *names: str) -> dict[str, pd.DataFrame]:
-    with WorkerPool(workers, simulate.IMPORTS) as pool:
+    with WorkerPool(workers) as pool:
         return make_tables(requests(*names), pool, root=5, runs=3, steps=30)[0]
 
 

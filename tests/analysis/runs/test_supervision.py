@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from teamsight.analysis.runs.executor import ExecutorError, Outcome
-from teamsight.analysis.runs.workers import JobError, WorkerPool
+from teamsight.analysis.runs.executor import ExecutorError, JobError, Outcome
+from teamsight.analysis.runs.processes import WorkerPool
 
 sys.path.insert(0, str(Path(__file__).parent))
 import jobs

@@ -10,8 +10,8 @@ import pytest
 from toy_tasks import GATHER, LEARN, SOON
 
 from teamsight import TASKS, Study, run_many
+from teamsight.analysis.runs.run import TaskMeasure, task_seed
 from teamsight.analysis.runs.seeds import model_seed
-from teamsight.analysis.runs.task_runs import TaskMeasure, task_seed
 
 
 def test_cmommt_as_a_task_gives_the_bits_of_the_model() -> None:

@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from teamsight.analysis.runs import workers as workers_module
-from teamsight.analysis.runs.attempt import advancing
-from teamsight.analysis.runs.workers import JobError, WorkerPool, check_workers
+from teamsight.analysis.runs import processes as workers_module
+from teamsight.analysis.runs.executor import JobError, advancing
+from teamsight.analysis.runs.processes import WorkerPool, check_workers
 from teamsight.core.kernel.cache import cache_folder
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -73,7 +73,7 @@ _LONG = """
 import sys
 sys.path.insert(0, {tests!r})
 import jobs
-from teamsight.analysis.runs.workers import WorkerPool
+from teamsight.analysis.runs.processes import WorkerPool
 if __name__ == "__main__":
     try:
         with WorkerPool(2, on_message=lambda text: print(text, flush=True)) as pool:
@@ -129,7 +129,7 @@ def test_workers_do_not_hear_ctrl_c_while_they_start(tmp_path: Path) -> None:
     # In a process of its own, since the first start of a process is unlike the others.
     script = tmp_path / "masks.py"
     script.write_text(
-        "import signal\nfrom pathlib import Path\nfrom teamsight.analysis.runs.workers import WorkerPool\n"
+        "import signal\nfrom pathlib import Path\nfrom teamsight.analysis.runs.processes import WorkerPool\n"
         "if __name__ == '__main__':\n"
         "    with WorkerPool(2) as pool:\n"
         "        for worker in pool._workers:\n"

@@ -9,8 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from teamsight.analysis.runs.attempt import attempt
-from teamsight.analysis.runs.executor import Outcome
+from teamsight.analysis.runs.executor import Outcome, attempt
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.shard import Shard
 from teamsight.analysis.studies.study import Record, Study

@@ -12,11 +12,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from teamsight.analysis.studies.folder.run_set import RunSet, joined
+from teamsight.analysis.studies.folder.parts import RunSet, joined
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.plan import Plan
-from teamsight.analysis.studies.results import StudyResults, open_study
-from teamsight.analysis.studies.rows import run_ids
+from teamsight.analysis.studies.results import StudyResults, open_study, run_ids
 from teamsight.analysis.studies.study import Study
 
 # Runs of a shard.

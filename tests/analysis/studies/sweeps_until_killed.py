@@ -20,7 +20,7 @@ import pyarrow.parquet  # noqa: F401  before the forks
 
 import teamsight.agents.reused_worlds  # noqa: F401  before the forks
 from teamsight import CMOMMT
-from teamsight.analysis.studies import sharding
+from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.study import Record, Study, Until
 from teamsight.analysis.studies.sweep import sweep
@@ -107,7 +107,7 @@ def continue_and_check(what: str, place: Path, whole: dict[str, pd.DataFrame]) -
 
 
 def main(folder: Path, kills: int) -> None:
-    sharding._MOST_RUNS = RUNS
+    sweeping._MOST_RUNS = RUNS
     # Compiled kernels are loaded once, before the forks.
     CMOMMT(robots=2, targets=2, policy="a-cmommt", rng=1).run(1)
     kept = folder / "whole.pickle"

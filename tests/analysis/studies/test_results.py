@@ -11,9 +11,9 @@ import pyarrow as pa
 import pytest
 from made_up_results import filled, results, row_of
 
-from teamsight.analysis.studies.adaptive import replicates_needed
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.results import open_study
+from teamsight.analysis.studies.standing import replicates_needed
 from teamsight.analysis.studies.study import Study
 from tests.analysis.studies.folders import odd
 

@@ -19,11 +19,10 @@ import pytest
 
 from teamsight import CMOMMT, Failures, run_many
 from teamsight.analysis.studies import same_code
-from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.same_code import SourceError
 from teamsight.analysis.studies.shard import Shard, ShardResult, ShardRun, died, make_shard
 from teamsight.analysis.studies.study import Record, Study
-from teamsight.analysis.studies.sweep import common_of
+from teamsight.analysis.studies.sweep import Selection, common_of
 
 HERE = Path(__file__).parent
 GRID: dict[str, Any] = {"robots": [2, 5], "radius": [2.0, 3.5]}

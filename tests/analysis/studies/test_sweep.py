@@ -13,14 +13,15 @@ import pandas as pd
 import pytest
 
 from teamsight import run_many
-from teamsight.analysis.runs import checkpoint, simulate
-from teamsight.analysis.runs.workers import JobError, cores
-from teamsight.analysis.studies import lazy_pool, same_code, sharding
+from teamsight.analysis.runs import checkpoint, processes, simulate
+from teamsight.analysis.runs.executor import JobError
+from teamsight.analysis.runs.processes import cores
+from teamsight.analysis.studies import same_code
 from teamsight.analysis.studies import shard as shard_module
+from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.study import Record, Study
-from teamsight.analysis.studies.sweep import sweep
+from teamsight.analysis.studies.sweep import Selection, sweep
 from tests.analysis.studies.folders import FIXED, GRID, Engine, odd, parts, rows, same_rows, small
 
 ROOT = Path(__file__).parents[3]
@@ -33,7 +34,7 @@ def _path_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def tiny_shards(monkeypatch: pytest.MonkeyPatch, runs: int = 1) -> None:
     """Make shards of so many runs."""
-    monkeypatch.setattr(sharding, "_MOST_RUNS", runs)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", runs)
 
 
 @pytest.mark.short
@@ -136,7 +137,7 @@ def test_more_replicates_and_settings_add_parts_and_change_none(tmp_path: Path) 
 @pytest.mark.short
 def test_a_complete_study_starts_no_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sweep(small(), tmp_path / "out")
-    monkeypatch.setattr("teamsight.analysis.studies.lazy_pool.WorkerPool", None)
+    monkeypatch.setattr("teamsight.analysis.runs.processes.WorkerPool", None)
     assert sweep(small(), tmp_path / "out", workers=2).made == 0
 
 
@@ -280,9 +281,9 @@ def test_bad_arguments(tmp_path: Path) -> None:
 
 @pytest.mark.short
 def test_a_short_study_is_made_in_one_process_unless_workers_are_given(tmp_path: Path) -> None:
-    assert lazy_pool.workers_for(sharding.expected_seconds(small().plan(), 3)) == 1
-    assert lazy_pool.workers_for(sharding.expected_seconds(small().plan(), 10**6)) == cores()
-    assert lazy_pool.workers_for(sharding.expected_seconds(odd("Own").plan(), 1)) == cores()
+    assert processes.workers_for(sweep.expected_seconds(small().plan(), 3)) == 1
+    assert processes.workers_for(sweep.expected_seconds(small().plan(), 10**6)) == cores()
+    assert processes.workers_for(sweep.expected_seconds(odd("Own").plan(), 1)) == cores()
     sweep(small(), tmp_path / "out", workers=None)
     assert '"engine": "in-process"' in (tmp_path / "out" / "sweeps.jsonl").read_text()
 
@@ -290,13 +291,13 @@ def test_a_short_study_is_made_in_one_process_unless_workers_are_given(tmp_path:
 def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_take_about_a_second() -> None:
     plan = odd("Own", axes={"robots": [2]}, replicates=1000).plan()
     common: Any = type("Common", (), {"model": "odd_models:Own"})
-    shards = iter(sharder := sharding.Sharding(plan, common, Selection(plan, np.array([1000])), 1))
+    shards = iter(sharder := sweeping.Sharding(plan, common, Selection(plan, np.array([1000])), 1))
     first = next(shards)
     assert len(first.shard.runs) == 1
     sharder.measured(first, 0.02, 1)
     assert len(next(shards).shard.runs) in (50, 51)
     # With several workers, the last ones are smaller.
-    few = sharding.Sharding(plan, common, Selection(plan, np.array([100])), 2, rate=first.cost / 0.02)
+    few = sweeping.Sharding(plan, common, Selection(plan, np.array([100])), 2, rate=first.cost / 0.02)
     sizes = [len(sized.shard.runs) for sized in few]
     assert sizes[0] in (12, 13)
     assert sizes[-1] <= 5
@@ -306,7 +307,7 @@ def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_tak
 def test_runs_that_fail_at_once_do_not_make_shards_that_take_long() -> None:
     plan = odd("Own", axes={"robots": [2]}, replicates=5000).plan()
     common: Any = type("Common", (), {"model": "odd_models:Own"})
-    shards = iter(sharder := sharding.Sharding(plan, common, Selection(plan, np.array([5000])), 1))
+    shards = iter(sharder := sweeping.Sharding(plan, common, Selection(plan, np.array([5000])), 1))
     sharder.measured(next(shards), 1e-4, 0)
     second = next(shards)
     assert len(second.shard.runs) in (100, 101)

@@ -11,13 +11,13 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from teamsight.analysis.studies import sharding
-from teamsight.analysis.studies.folder.run_set import RunSet
+from teamsight.analysis.studies import sweep as sweeping
+from teamsight.analysis.studies.folder.parts import RunSet
 from teamsight.analysis.studies.folder.status import status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.part_tables import _parquet
 from teamsight.analysis.studies.rerun import planned_run
 from teamsight.analysis.studies.results import open_study
+from teamsight.analysis.studies.shard import _parquet
 from teamsight.analysis.studies.study import Until
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.studies.folders import Engine, odd, rows, same_rows, small
@@ -37,7 +37,7 @@ def test_adaptive_studies_are_the_same_however_they_are_made(
     counts = rows(tmp_path / "whole").groupby("setting").size()
     assert counts.min() >= 4
     assert 4 < counts.max() <= 60
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 3)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", 3)
     if shard:
         for part in (1, 2, 1):
             sweep(study, tmp_path / "out", shard=(part, 2))
@@ -101,7 +101,7 @@ def test_settings_that_reach_the_limit_with_wide_intervals_are_named(
 def test_what_is_there_after_an_interruption_shows_all_settings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 1)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", 1)
     with pytest.raises(KeyboardInterrupt):
         sweep(small(replicates=20), tmp_path, progress=_interrupting_at(8))
     assert rows(tmp_path).groupby("setting")["replicate"].apply(list).tolist() == [[0, 1]] * 4
@@ -139,7 +139,7 @@ def test_a_measure_that_is_misspelt_is_noticed_after_the_first_shard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The annotation of this measure does not name its columns; the folder can be used after the correction."""
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 2)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", 2)
     with pytest.raises(ValueError, match="until.measure='nope': is not measured"):
         sweep(odd("cmommt", "plain", fixed={"targets": 2}, until=Until(9.0, "nope")), tmp_path)
     assert len(rows(tmp_path)) <= 2

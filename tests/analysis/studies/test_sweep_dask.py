@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.runs.dask_executor import DaskExecutor
-from teamsight.analysis.studies import sharding
+from teamsight.analysis.runs.dask import DaskExecutor
+from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.study import Record
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.runs.time_limit import time_limit as time_limit
@@ -23,7 +23,7 @@ import dask_cluster
 
 @pytest.mark.rare
 def test_a_sweep_on_a_cluster_of_which_a_worker_is_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 3)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", 3)
     study = small(replicates=10, record=Record(steps=True))
     killed: list[int] = []
     with dask_cluster.cluster(tmp_path) as cluster, DaskExecutor(cluster.scheduler) as executor:

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from teamsight.analysis.studies import sharding
+from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.folder import parts as part_files
 from teamsight.analysis.studies.folder.status import status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -22,7 +22,7 @@ from tests.analysis.studies.folders import odd, parts
 
 @pytest.mark.parametrize("kind", ["steps", "trajectories", "events"])
 def test_a_lost_part_of_any_kind_is_made_again(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 2)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", 2)
     study = odd("cmommt", "logging", replicates=4, record=Record("odd_models:logging", True, 2, True))
     sweep(study, tmp_path)
     before = parts(tmp_path)

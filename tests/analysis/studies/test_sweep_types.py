@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from teamsight.analysis.studies import sharding
+from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.studies.folders import Engine, odd, rows
@@ -16,7 +16,7 @@ from tests.analysis.studies.folders import Engine, odd, rows
 
 def test_runs_with_another_type_than_parts_that_are_there_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # In one sweep, in a later one, in a shard of an array that has not seen the other's, and without the manifest.
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 1)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", 1)
     many = odd("cmommt", "other_types", replicates=12)
     first = sweep(dataclasses.replace(many, replicates=6), tmp_path / "out")
     later = sweep(many, tmp_path / "out", executor=Engine())

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.studies import sharding
+from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.runs.time_limit import time_limit as time_limit
 from tests.analysis.studies.folders import odd, rows, same_rows
@@ -22,7 +22,7 @@ def _path_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_killed_worker_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One worker is killed from outside, and two runs end their process once."""
-    monkeypatch.setattr(sharding, "_MOST_RUNS", 4)
+    monkeypatch.setattr(sweeping, "_MOST_RUNS", 4)
     marks = tmp_path / "marks"
     marks.mkdir()
     study = odd("dying_once", axes={"robots": [2, 4, 5, 6, 7, 8, 9, 3]}, replicates=2, fixed={"folder": str(marks)})

@@ -14,7 +14,7 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.components import Failures
 from teamsight.agents.teammates import of_team
-from teamsight.analysis.runs.planned_runs import run_rows
+from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats import exceedance
 from teamsight.analysis.unreliable import results
 from teamsight.analysis.unreliable.page import page, sentences

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from naive import relatives as naive
 
 from teamsight import CMOMMT, Box, Robot, Target, World, check_policy, run_many
-from teamsight.analysis.runs.evenness import evenness
+from teamsight.analysis.runs.run_many import evenness
 from teamsight.policies import ACmommt, BCmommt, PCmommt, Policy
 from teamsight.policies.check import sample_percept
 from teamsight.policies.handmade.b_cmommt import EXPLORES, FOLLOWS, HELPS, modes, most_requests

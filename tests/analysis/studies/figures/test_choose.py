@@ -9,7 +9,7 @@ import pytest
 
 from teamsight.analysis.studies.figures.cells import Cells, cells_of, matching
 from teamsight.analysis.studies.figures.choose import choose, panels_of
-from teamsight.analysis.studies.rows import groups_of, settings_of
+from teamsight.analysis.studies.results import groups_of, settings_of
 from teamsight.analysis.studies.study import Study
 
 pytestmark = pytest.mark.short

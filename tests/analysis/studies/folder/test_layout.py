@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.studies.folder.layout import make_folder
+from teamsight.analysis.studies.folder.parts import make_folder
 from teamsight.core import files
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.analysis.studies.folder.origin import commits
+from teamsight.analysis.studies.folder.progress import commits
 
 pytestmark = [
     pytest.mark.short,

@@ -15,7 +15,7 @@ import pytest
 from made_parts import CODE, failed_part, fill, names, part, prepared, shards, study
 
 from teamsight.analysis.studies.folder import progress
-from teamsight.analysis.studies.folder.layout import PROGRESS
+from teamsight.analysis.studies.folder.parts import PROGRESS
 from teamsight.analysis.studies.folder.progress import Heartbeat, read_progress
 from teamsight.analysis.studies.folder.status import Status, status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder

@@ -11,8 +11,7 @@ import pyarrow as pa
 import pytest
 from made_parts import CODE, content, failed_part, fill, names, part, prepared, runs_of, shards, study, table
 
-from teamsight.analysis.studies.folder.manifest import Manifest
-from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.folder.study_folder import Manifest, StudyFolder
 from teamsight.core.files import UnwritableError
 
 pytestmark = pytest.mark.short
@@ -88,7 +87,7 @@ def test_parts_with_columns_in_another_order_are_read_as_one_table(tmp_path: Pat
 
 
 def test_no_id_is_lost_on_the_way_through_texts() -> None:
-    from teamsight.analysis.studies.folder.run_set import runs_in
+    from teamsight.analysis.studies.folder.parts import runs_in
 
     ids = np.array([0, 1, 2**64 - 1, 0x0123456789ABCDEF, 2**63], np.uint64)
     rows = pa.table({"setting": [f"{one:016x}" for one in ids.tolist()], "replicate": np.arange(5, dtype=np.int32)})
