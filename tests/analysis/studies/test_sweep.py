@@ -281,9 +281,9 @@ def test_bad_arguments(tmp_path: Path) -> None:
 
 @pytest.mark.short
 def test_a_short_study_is_made_in_one_process_unless_workers_are_given(tmp_path: Path) -> None:
-    assert processes.workers_for(sweep.expected_seconds(small().plan(), 3)) == 1
-    assert processes.workers_for(sweep.expected_seconds(small().plan(), 10**6)) == cores()
-    assert processes.workers_for(sweep.expected_seconds(odd("Own").plan(), 1)) == cores()
+    assert processes.workers_for(sweeping.expected_seconds(small().plan(), 3)) == 1
+    assert processes.workers_for(sweeping.expected_seconds(small().plan(), 10**6)) == cores()
+    assert processes.workers_for(sweeping.expected_seconds(odd("Own").plan(), 1)) == cores()
     sweep(small(), tmp_path / "out", workers=None)
     assert '"engine": "in-process"' in (tmp_path / "out" / "sweeps.jsonl").read_text()
 
