@@ -7,7 +7,7 @@ import statistics
 from measure import Row, cpu_seconds
 
 from teamsight.policies import LatticeWalk, ModularQ, PreyQ
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 STEPS = 50_000
 #: Agent-steps a second: the goal.

@@ -20,7 +20,7 @@ from teamsight.analysis.runs.run import task_seed
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies.online.prey_q import PreyQ
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 TASK = TASKS["pursuit"]
 ROOT = root("pursuit: constants")

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teamsight.policies.basis.basis_behaviours import CLEAR_ROWS, CORRECT, share_correct
-from teamsight.tasks.collecting.task import delivered, slept_at_home
-from teamsight.tasks.collecting.world import PuckCollecting
+from teamsight.tasks.collecting import PuckCollecting, delivered, slept_at_home
 
 if TYPE_CHECKING:
     from teamsight.agents.world import World

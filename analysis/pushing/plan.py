@@ -16,8 +16,7 @@ from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.simulate import Planned
 from teamsight.core.component import Allowed, Component, Count
 from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
-from teamsight.tasks.pushing.task import TASK
-from teamsight.tasks.pushing.world import FIXED_PRIORITY
+from teamsight.tasks.pushing import FIXED_PRIORITY, PUSH
 
 # The team sizes and the replicates from which the network learns, and those with which it is tested.
 _EXAMPLE_ROBOTS = (3, 6, 12)
@@ -59,7 +58,7 @@ class Plan(Component):
             "network": {"policy": network_of(self.seed), "awareness": "pairwise"},
             "δ = 1": {**fixed, "awareness": NearestAwareness(1)},
             "no awareness": {**fixed, "awareness": "none"},
-            "explore": dict(TASK.explore or {}),
+            "explore": dict(PUSH.explore or {}),
         }
 
     def planned(self) -> Iterator[Planned]:
@@ -68,9 +67,9 @@ class Plan(Component):
         for robots in self.robots:
             cell = {"robots": robots}
             for replicate in range(self.runs):
-                seed = task_seed(TASK, self.seed, replicate, cell)
+                seed = task_seed(PUSH, self.seed, replicate, cell)
                 for name, team in teams.items():
-                    run = task_run(TASK, TASK.parameters(team, cell), seed, self.steps, until_moved)
+                    run = task_run(PUSH, PUSH.parameters(team, cell), seed, self.steps, until_moved)
                     yield {"team": name, "robots": robots, "replicate": replicate, "seed": seed}, run
 
 

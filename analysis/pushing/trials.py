@@ -10,7 +10,7 @@ import numpy as np
 from teamsight.analysis.runs.run import task_seed
 from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
 from teamsight.policies.braitenberg.vehicle import BEHAVIOUR, LAST_CUES
-from teamsight.tasks.pushing.task import TASK, completion_time
+from teamsight.tasks.pushing import PUSH, completion_time
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -66,7 +66,7 @@ def examples_of(root: int, replicates: Iterable[int], robots: Iterable[int]) -> 
     found = []
     for size in robots:
         for replicate in replicates:
-            world: Any = TASK.build(rng=task_seed(TASK, root, replicate, {"robots": size}), robots=size)
+            world: Any = PUSH.build(rng=task_seed(PUSH, root, replicate, {"robots": size}), robots=size)
             for _ in range(_STEPS):
                 world.step()
                 kept = world.robots.policy_state.ints[:, 0]

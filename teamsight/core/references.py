@@ -35,6 +35,19 @@ MOVED: dict[str, str] = {
     "teamsight.world.polygon:Polygon": "teamsight.world.shapes:Polygon",
     "teamsight.world.circle:Circle": "teamsight.world.shapes:Circle",
     "teamsight.policies.lazy.pessimistic_lazy_q:PessimisticLazyQ": "teamsight.policies.lazy.lazy_q:PessimisticLazyQ",
+    "teamsight.tasks.collecting.pucks:Collecting": "teamsight.tasks.collecting:Collecting",
+    "teamsight.tasks.collecting.world:PuckCollecting": "teamsight.tasks.collecting:PuckCollecting",
+    "teamsight.tasks.foraging.carrying:Carrying": "teamsight.tasks.foraging:Carrying",
+    "teamsight.tasks.foraging.consuming:Consuming": "teamsight.tasks.foraging:Consuming",
+    "teamsight.tasks.foraging.grazing:Grazing": "teamsight.tasks.foraging:Grazing",
+    "teamsight.tasks.foraging.worlds:Consume": "teamsight.tasks.foraging:Consume",
+    "teamsight.tasks.foraging.worlds:Forage": "teamsight.tasks.foraging:Forage",
+    "teamsight.tasks.foraging.worlds:Graze": "teamsight.tasks.foraging:Graze",
+    "teamsight.tasks.pursuit.capture:Capture": "teamsight.tasks.pursuit:Capture",
+    "teamsight.tasks.pursuit.surround:Surround": "teamsight.tasks.pursuit:Surround",
+    "teamsight.tasks.pursuit.world:Pursuit": "teamsight.tasks.pursuit:Pursuit",
+    "teamsight.tasks.pushing.box_law:Pushing": "teamsight.tasks.pushing:Pushing",
+    "teamsight.tasks.pushing.world:BoxPushing": "teamsight.tasks.pushing:BoxPushing",
 }
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500

@@ -17,8 +17,8 @@ from teamsight.agents.awareness import NoAwareness, RingAwareness
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.policies import PreyQ
 from teamsight.tasks import TASKS
-from teamsight.tasks.foraging.worlds import Forage
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.foraging import Forage
+from teamsight.tasks.pursuit import Pursuit
 from teamsight.world.arena import Box
 
 # Steps for which a team learns here, instead of some hundred thousand.

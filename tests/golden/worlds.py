@@ -42,8 +42,8 @@ from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.rewards import team_reward
 from teamsight.tasks import TASKS
-from teamsight.tasks.foraging.worlds import Forage
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.foraging import Forage
+from teamsight.tasks.pursuit import Pursuit
 
 # Steps for which a team learns, instead of some hundred thousand.
 _LEARNING = 200

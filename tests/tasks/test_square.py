@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from teamsight import Box, Circle, Disc, Robot, Target, Torus, World, check_interaction
-from teamsight.tasks.collecting.pucks import Collecting
-from teamsight.tasks.pushing.box_law import Pushing
+from teamsight.tasks.collecting import Collecting
+from teamsight.tasks.pushing import Pushing
 
 ROLES = {"Pushing": ("robots", "box"), "Collecting": ("robots", "pucks", "home")}
 

@@ -43,7 +43,7 @@ class Plan(Component):
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it: condition, replicate, seed and steps."""
-        from teamsight.tasks.pursuit.world import Pursuit
+        from teamsight.tasks.pursuit import Pursuit
 
         for name in self.names:
             condition = CONDITIONS[name]

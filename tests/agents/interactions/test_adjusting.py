@@ -14,7 +14,7 @@ from interactions import Capture, fingerprint, hunt
 from teamsight import Interaction, Robot, Torus, World
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.core.kernel import kernel
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 from teamsight.world import InteractionState
 
 pytestmark = pytest.mark.short

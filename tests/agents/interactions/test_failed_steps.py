@@ -13,8 +13,8 @@ from interactions import fingerprint, hunt
 from teamsight import Cycle, Interaction, Sensor, World
 from teamsight.core.kernel import kernel
 from teamsight.policies import PreyQ
-from teamsight.tasks.foraging.worlds import Forage
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.foraging import Forage
+from teamsight.tasks.pursuit import Pursuit
 from teamsight.world import InteractionState
 
 FAILS_AT = 30

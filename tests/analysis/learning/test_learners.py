@@ -40,7 +40,7 @@ from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import RandomWalk, check_policy
 from teamsight.policies.memory import LazyMemory
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 SMALL = Scenario(robots=3, targets=5, radius=2.0, runs=3, steps=20, seed=1)
 

@@ -21,7 +21,7 @@ from teamsight.analysis.pursuit.ono.rates import expected_steps, late_steps, ran
 from teamsight.analysis.reproduction import Request
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.policies import LatticeWalk
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 WALK = LatticeWalk(5)
 STEPS = 4000

@@ -21,7 +21,7 @@ from teamsight.analysis.pursuit.plan import Plan
 from teamsight.analysis.pursuit.trials import BLOCK, next_trials, trials_of
 from teamsight.analysis.reproduction import Request
 from teamsight.analysis.runs.simulate import run_rows
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 SMALL = Plan(runs=2, share=0.02, tests=20, seed=5, names=("1/1 random", "1/1 depth 2", "1/2 one table"))
 

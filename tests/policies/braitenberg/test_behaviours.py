@@ -16,7 +16,7 @@ from teamsight.policies.braitenberg import FixedPriority
 from teamsight.policies.braitenberg.vehicle import BEHAVIOUR, BEHAVIOURS, CUES, FOLLOW, RECOVERIES, SLOW
 from teamsight.policies.braitenberg.vehicle import LAST_CUES as AT_CUES
 from teamsight.policies.check import check_policy
-from teamsight.tasks.pushing.world import BoxPushing
+from teamsight.tasks.pushing import BoxPushing
 from tests.interactions import fingerprint
 from tests.naive import braitenberg as twin
 

@@ -17,7 +17,7 @@ from teamsight.policies.braitenberg.adaptive_network import most_votes, train_tr
 from teamsight.policies.braitenberg.vehicle import BEHAVIOUR, BEHAVIOURS, CUES, by_priority
 from teamsight.policies.braitenberg.vehicle import LAST_CUES as AT_CUES
 from teamsight.policies.check import check_policy
-from teamsight.tasks.pushing.world import BoxPushing
+from teamsight.tasks.pushing import BoxPushing
 from tests.interactions import fingerprint
 from tests.naive.braitenberg import elected
 

@@ -12,7 +12,7 @@ from teamsight import TASKS, check_policy, check_task
 from teamsight.agents.awareness import NearestAwareness
 from teamsight.policies import Policy, SurroundPrey
 from teamsight.policies.percept_of_one import percept_of_one
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 SIDES = ((0, 1), (1, 0), (0, -1), (-1, 0))
 Cell = tuple[int, int]

@@ -13,7 +13,7 @@ from teamsight.policies import Policy, PreyQ, check_policy
 from teamsight.policies.interface import PolicyState
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.policies.percept_of_one import percept_of_one
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 WORLD: dict[str, Any] = {"side": 5, "depth": 1, "rule": "pair", "awareness": "pairwise"}
 

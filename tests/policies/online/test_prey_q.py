@@ -10,7 +10,7 @@ from naive import online as naive
 
 from teamsight.policies import LatticeWalk, Policy, PreyQ, check_policy
 from teamsight.policies.percept_of_one import percept_of_one
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit
 
 
 class Watched(Policy):

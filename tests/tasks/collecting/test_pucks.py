@@ -13,9 +13,7 @@ from naive import collecting as naive
 from teamsight import TASKS, Box, check_interaction, check_task
 from teamsight.policies.basis import BasisBehaviours
 from teamsight.policies.basis.basis_behaviours import share_correct
-from teamsight.tasks.collecting.pucks import Collecting
-from teamsight.tasks.collecting.task import LEARNING, learned
-from teamsight.tasks.collecting.world import PuckCollecting
+from teamsight.tasks.collecting import LEARNING, Collecting, PuckCollecting, learned
 from tests.interactions import fingerprint
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")

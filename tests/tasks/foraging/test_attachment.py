@@ -9,9 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from teamsight import Arrivals, Box, Robot, Target, Times, World
-from teamsight.tasks.foraging.carrying import Carrying
-from teamsight.tasks.foraging.consuming import Consuming
-from teamsight.tasks.foraging.worlds import Attractor, Consume, Forage, Home
+from teamsight.tasks.foraging import Attractor, Carrying, Consume, Consuming, Forage, Home
 from tests.interactions import fingerprint
 
 

@@ -7,10 +7,7 @@ from typing import Any
 import pytest
 
 from teamsight import TASKS, Box, Disc, Robot, Target, Torus, World, check_interaction
-from teamsight.tasks.foraging.carrying import Carrying
-from teamsight.tasks.foraging.consuming import Consuming
-from teamsight.tasks.foraging.grazing import Grazing
-from teamsight.tasks.foraging.worlds import Home
+from teamsight.tasks.foraging import Carrying, Consuming, Grazing, Home
 
 BAD = [
     (Grazing, {"side": 1e6}, ValueError, "side=1e.06: has more than 4000 cells of 1; take a smaller side, or larger"),

@@ -13,10 +13,7 @@ from naive import foraging as naive
 from teamsight import TASKS, Box, Robot, World
 from teamsight.core.angles import direction
 from teamsight.core.kernel import plain
-from teamsight.tasks.foraging.carrying import Carrying
-from teamsight.tasks.foraging.consuming import Consuming
-from teamsight.tasks.foraging.grazing import Grazing
-from teamsight.tasks.foraging.worlds import Attractor, Home
+from teamsight.tasks.foraging import Attractor, Carrying, Consuming, Grazing, Home
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 SIDE = 12.0

@@ -12,11 +12,19 @@ from hypothesis import strategies as st
 
 from teamsight import Box, Robot, Target, World, check_task
 from teamsight.tasks import TASKS
-from teamsight.tasks.foraging.carrying import Carrying
-from teamsight.tasks.foraging.consuming import Consuming
-from teamsight.tasks.foraging.grazing import Grazing
-from teamsight.tasks.foraging.layout import area, scattered
-from teamsight.tasks.foraging.worlds import Attractor, Consume, Forage, Graze, Home, completion
+from teamsight.tasks.foraging import (
+    Attractor,
+    Carrying,
+    Consume,
+    Consuming,
+    Forage,
+    Graze,
+    Grazing,
+    Home,
+    area,
+    completion,
+    scattered,
+)
 from teamsight.world.checked_interaction import check_interaction
 from tests.interactions import fingerprint
 

@@ -11,8 +11,7 @@ import pytest
 from naive import pursuit as naive
 
 from teamsight import check_interaction
-from teamsight.tasks.pursuit.capture import Capture
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Capture, Pursuit
 
 GAMES: list[dict[str, Any]] = [
     {"hunters": 1, "prey": 1, "side": 4, "torus": False, "rule": "alone"},

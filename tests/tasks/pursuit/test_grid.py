@@ -7,8 +7,7 @@ from typing import Any
 import pytest
 
 from teamsight import Box, Circle, Robot, Target, Torus, World, check_interaction
-from teamsight.tasks.pursuit.capture import Capture
-from teamsight.tasks.pursuit.surround import Surround
+from teamsight.tasks.pursuit import Capture, Surround
 
 BAD = [
     (Capture(10, 8), Box(10, 10), r"Capture: is made for Box\(10, 8\), .*the width and the height of the arena"),

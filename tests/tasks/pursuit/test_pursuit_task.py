@@ -13,8 +13,7 @@ from teamsight.agents.awareness import Awareness, NearestAwareness, NoAwareness,
 from teamsight.analysis.learning.task_curves import learning_curve
 from teamsight.policies import PreyQ
 from teamsight.policies.online.modular_q import ModularQ
-from teamsight.tasks.pursuit.task import learned, trial_steps
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit, learned, trial_steps
 
 SMALL = {"side": 6, "depth": 2}
 

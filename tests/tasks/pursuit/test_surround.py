@@ -7,8 +7,7 @@ import pytest
 
 from teamsight import check_interaction
 from teamsight.policies import LatticeWalk
-from teamsight.tasks.pursuit.surround import Surround
-from teamsight.tasks.pursuit.world import Pursuit
+from teamsight.tasks.pursuit import Pursuit, Surround
 
 SIDE = 3
 

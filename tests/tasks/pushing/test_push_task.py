@@ -13,8 +13,7 @@ from teamsight.policies.braitenberg import FixedPriority
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks import TASKS
 from teamsight.tasks.model import TaskModel
-from teamsight.tasks.pushing.task import completion_time
-from teamsight.tasks.pushing.world import BoxPushing
+from teamsight.tasks.pushing import BoxPushing, completion_time
 
 
 def test_it_keeps_its_contract() -> None:

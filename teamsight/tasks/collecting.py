@@ -1,15 +1,29 @@
-"""Collecting: robots that grasp pucks, drop them at home, and sleep where the night finds them."""
+"""Collecting pucks as a task: its interaction, its world and its measures."""
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
 
+from teamsight.agents.attributes import AwarenessLike, PolicyLike
+from teamsight.agents.awareness import Awareness, PairwiseAwareness
+from teamsight.agents.body import Body, Robot
+from teamsight.agents.group import Group
+from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.settings import MOST_AGENTS
+from teamsight.agents.world import World
+from teamsight.core import checks
 from teamsight.core.component import Allowed, Count, Flag, Index, Positive
 from teamsight.core.kernel import inlined, kernel
+from teamsight.policies.basis.basis_behaviours import BasisBehaviours, share_correct
+from teamsight.tasks.objective import Objective
 from teamsight.tasks.square import check_square
+from teamsight.tasks.task import Task
+from teamsight.world.arena import Box
 from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
@@ -214,3 +228,163 @@ class Collecting(Interaction):
     def start(self, sizes: Any) -> InteractionState:
         """Return the number of steps since the first morning."""
         return InteractionState(np.zeros((0, 0)), np.zeros((1, 1), np.int64))
+
+
+class Puck(Body):
+    """Something that robots collect. They do not see it: they find it by running onto it."""
+
+
+class HomeRegion(Body):
+    """The middle of the region where robots deliver and rest."""
+
+
+class PuckCollecting(World):
+    """Robots that find pucks by chance, carry them home, and should be at home by night.
+
+    Parameters
+    ----------
+    robots, pucks : int
+        Their numbers; by default 4 and 20.
+    side : float
+        The side of the square area [length]; by default 30.
+    home_radius : float
+        The radius of the home region, in the middle [length]; by default 3.
+    reach : float
+        Distance within which a robot grasps a puck [length]; by default 0.4.
+    speed : float
+        The largest distance that a robot moves in a step [length]; by default 0.3.
+    awareness_range : float
+        Distance within which teammates are perceived [length]; by default 6.
+    period, night : int
+        Steps of a day with its night, and those of the night; by default 400 and 100.
+    renewed : bool
+        Whether another puck appears for each that is delivered; by default it does.
+    policy : str or Policy
+        The policy of the robots; by default "random-walk".
+    awareness : str or Awareness
+        What they perceive of teammates; by default "pairwise".
+    rng, seed : int, optional
+        Two names for the seed.
+
+    Attributes
+    ----------
+    robots, pucks : Group
+        The two groups.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value is of the wrong type or outside its limits.
+
+    Notes
+    -----
+    *Source:* Mataric (1994, 1997): four robots, pucks, a home region, a night. *Departs:* see `Collecting`. Arena,
+    ranges, speeds and the length of the night are not known to us; ours are free choices.
+    """
+
+    def __init__(
+        self,
+        robots: int = 4,
+        pucks: int = 20,
+        side: float = 30.0,
+        *,
+        home_radius: float = 3.0,
+        reach: float = 0.4,
+        speed: float = 0.3,
+        awareness_range: float = 6.0,
+        period: int = 400,
+        night: int = 100,
+        renewed: bool = True,
+        policy: PolicyLike = "random-walk",
+        awareness: AwarenessLike = "pairwise",
+        rng: int | None = None,
+        seed: int | None = None,
+    ) -> None:
+        checks.count("robots", robots, most=MOST_AGENTS)
+        checks.count("pucks", pucks, most=MOST_AGENTS)
+        collecting = Collecting(side, home_radius, reach, period, night, renewed)
+        super().__init__(Box(side, side), rng=rng, seed=seed)
+        # Home and pucks come first, so that numbers of robots do not change their noise.
+        home = self.add(HomeRegion, 1, policy="stationary", position=(0.0, 0.0), speed=0.0, name="home")
+        self._pucks = self.add(Puck, pucks, policy="stationary", speed=0.0, name="pucks")
+        self._robots = self.add(
+            Robot, robots, policy=policy, awareness=awareness, speed=speed, awareness_range=awareness_range
+        )
+        self.senses(self._robots, home, as_="home", sensor=Sensor(range=2.0 * side), counts=False)
+        self.interact(collecting, robots=self._robots, pucks=self._pucks, home=home)
+
+    @property
+    def robots(self) -> Group[Robot]:
+        """The robots."""
+        return self._robots
+
+    @property
+    def pucks(self) -> Group[Puck]:
+        """The pucks."""
+        return self._pucks
+
+
+#: Steps for which a team learns before it counts as skilled.
+LEARNING = 100_000
+
+
+def delivered(world: World) -> float:
+    """Return the number of pucks that were delivered."""
+    return float(world.recording.history["delivered"].sum())
+
+
+def slept_at_home(world: World) -> float:
+    """Return the share of nights after which a robot woke at home, of those after which it woke at all; 0 for none."""
+    history = world.recording.history
+    home, away = float(history["woken_home"].sum()), float(history["woken_away"].sum())
+    return home / (home + away) if home + away else 0.0
+
+
+def rows_correct(world: World) -> float:
+    """Return the share of clear rows whose behaviour is right; 0 for a team without a table of behaviours."""
+    robots: Any = world.robots  # type: ignore[attr-defined]
+    if not isinstance(robots.policy, BasisBehaviours):
+        return 0.0
+    return share_correct(robots.policy.values(robots.policy_state))
+
+
+def learned(
+    scenario: Mapping[str, Any], awareness: Awareness | None, rng: int, steps: int = LEARNING
+) -> dict[str, Any]:
+    """Let a team learn from events and progress, and return its parameters: its degree, and the policy it learned.
+
+    Parameters
+    ----------
+    scenario : mapping
+        All parameters of the scenario.
+    awareness : Awareness or None
+        What the robots perceive of teammates; None for pairwise awareness.
+    rng : int
+        The seed.
+    steps : int
+        Steps for which they learn.
+    """
+    degree = PairwiseAwareness() if awareness is None else awareness
+    policy = BasisBehaviours()
+    with contextlib.closing(PuckCollecting(**scenario, policy=policy, awareness=degree, rng=rng)) as world:
+        world.run(steps, progress=False)
+        return {"policy": policy.frozen(policy.values(world.robots.policy_state)), "awareness": degree}
+
+
+COLLECT = Task(
+    name="collect",
+    title="Collect pucks, and rest at home by night",
+    world=PuckCollecting,
+    scenario={
+        "robots": 4, "pucks": 20, "side": 30.0, "home_radius": 3.0, "reach": 0.4, "speed": 0.3, "awareness_range": 6.0,
+        "period": 400, "night": 100, "renewed": True,
+    },
+    objective=Objective("delivered", "more"),
+    metrics={"delivered": delivered, "slept_at_home": slept_at_home, "rows_correct": rows_correct},
+    explore={"policy": "random-walk", "awareness": "none"},
+    skilled=learned,
+    team="robots",
+    steps=1200,
+    gathers=True,
+    about="Robots find pucks, carry them home, and gather there by night. Source: Mataric (1994, 1997).",
+)  # fmt: skip

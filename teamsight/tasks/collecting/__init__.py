@@ -1,1 +1,0 @@
-"""Collecting: robots that find pucks by chance, carry them home and rest there by night."""

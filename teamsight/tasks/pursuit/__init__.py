@@ -1,1 +1,0 @@
-"""Pursuit: hunters on a grid capture prey, after Tan (1993)."""
