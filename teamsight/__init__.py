@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from teamsight.core.component import Allowed, Component
     from teamsight.policies.check import check_policy
     from teamsight.tasks.check import check_task
-    from teamsight.tasks.objective import Objective
     from teamsight.tasks.registry import TASKS
-    from teamsight.tasks.task import Task
+    from teamsight.tasks.task import Objective, Task
     from teamsight.world.arena import Box, Disc, Torus
     from teamsight.world.check import check_arena
     from teamsight.world.checked_interaction import check_interaction
@@ -79,7 +78,7 @@ _HOMES = {
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
     "check_task": "teamsight.tasks.check",
-    "Objective": "teamsight.tasks.objective",
+    "Objective": "teamsight.tasks.task",
     "TASKS": "teamsight.tasks.registry",
     "Task": "teamsight.tasks.task",
     "open_study": "teamsight.analysis.studies.results",

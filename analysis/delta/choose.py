@@ -19,8 +19,7 @@ from teamsight.analysis.runs.simulate import Progress
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.tasks.task import Task
-    from teamsight.tasks.treatments import Treatment
+    from teamsight.tasks.task import Task, Treatment
 
 _PERCEIVED = (
     "Neighbours count when a robot decides: between two decisions it may have more, which it does not perceive."

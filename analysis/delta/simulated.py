@@ -16,8 +16,7 @@ from teamsight.analysis.runs.seeds import model_seed, run_seed
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.tasks.task import Task
-    from teamsight.tasks.treatments import Treatment
+    from teamsight.tasks.task import Task, Treatment
 
 # T where nothing else says it (§4).
 _STEPS = 600

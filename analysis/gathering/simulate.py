@@ -16,8 +16,7 @@ from teamsight.analysis.runs.run import NEIGHBOURS, Run, TaskMeasure, is_cmommt,
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.teams import active_team_graph
-from teamsight.tasks.task import Task
-from teamsight.tasks.treatments import Named
+from teamsight.tasks.task import Named, Task
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds

@@ -40,7 +40,7 @@ Format = Annotated[str, Allowed(choices=registry("teamsight.analysis.plot.style"
 PolicyName = Annotated[str, Allowed(choices=POLICIES)]
 DegreeName = Annotated[str, Allowed(choices=AWARENESS)]
 PresetName = Annotated[str, Allowed(choices=PRESETS)]
-Treatment = Annotated[str, Allowed(choices=registry("teamsight.tasks.treatments", "TREATMENTS"))]
+Treatment = Annotated[str, Allowed(choices=registry("teamsight.tasks.task", "TREATMENTS"))]
 Matches = Annotated[int | None, Allowed(least=1, shown="that of the learner")]
 # δ on a command line: finer than a degree of arc is of no use, and each sector costs memory for every transition.
 Delta = Annotated[int, Allowed(least=1, most=limits.MOST_SECTORS)]

@@ -9,12 +9,11 @@ from teamsight.core.lazy_names import lazy_names
 if TYPE_CHECKING:
     from teamsight.tasks.check import check_task
     from teamsight.tasks.named import task_of
-    from teamsight.tasks.objective import Objective
     from teamsight.tasks.registry import TASKS
-    from teamsight.tasks.task import Task
+    from teamsight.tasks.task import Objective, Task
 
 _HOMES = {
-    "Objective": "teamsight.tasks.objective",
+    "Objective": "teamsight.tasks.task",
     "TASKS": "teamsight.tasks.registry",
     "Task": "teamsight.tasks.task",
     "check_task": "teamsight.tasks.check",

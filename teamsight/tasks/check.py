@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from teamsight.core import checks
 from teamsight.core.references import failure
 from teamsight.tasks.named import task_of
-from teamsight.tasks.objective import Better, Objective
-from teamsight.tasks.task import Task
-from teamsight.tasks.treatments import TREATMENTS, Treatment
+from teamsight.tasks.task import TREATMENTS, Better, Objective, Task, Treatment
 
 if TYPE_CHECKING:
     from teamsight.agents.world import World

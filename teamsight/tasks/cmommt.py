@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS, REWRITTEN
 from teamsight.agents.world import World
-from teamsight.tasks.objective import Objective
-from teamsight.tasks.task import Task
+from teamsight.tasks.task import Objective, Task
 
 _SCENARIO = [name for name in DEFAULTS if name in {"robots", "targets", *REWRITTEN}]
 

@@ -20,9 +20,8 @@ from teamsight.core import checks
 from teamsight.core.component import Allowed, Count, Flag, Index, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.policies.basis.basis_behaviours import BasisBehaviours, share_correct
-from teamsight.tasks.objective import Objective
 from teamsight.tasks.square import check_square
-from teamsight.tasks.task import Task
+from teamsight.tasks.task import Objective, Task
 from teamsight.world.arena import Box
 from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState

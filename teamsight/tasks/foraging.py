@@ -19,8 +19,7 @@ from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.policies.schemas import ForageSchemas, GrazeSchemas
 from teamsight.policies.schemas.automaton import COMMUNICATION, Schemas
-from teamsight.tasks.objective import Objective
-from teamsight.tasks.task import Task
+from teamsight.tasks.task import Objective, Task
 from teamsight.world.arena import Box
 from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from teamsight.core import checks
-from teamsight.tasks.task import Task
-from teamsight.tasks.treatments import AWARENESS, Named, Treatment
+from teamsight.tasks.task import AWARENESS, Named, Task, Treatment
 
 if TYPE_CHECKING:
     from teamsight.agents.world import World

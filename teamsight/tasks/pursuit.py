@@ -22,8 +22,7 @@ from teamsight.core.kernel import inlined
 from teamsight.policies import SurroundPrey
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.policies.online.prey_q import PreyQ
-from teamsight.tasks.objective import Objective
-from teamsight.tasks.task import Task
+from teamsight.tasks.task import Objective, Task
 from teamsight.world.arena import Box, Torus
 from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction, InteractionState

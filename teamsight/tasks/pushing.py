@@ -20,9 +20,8 @@ from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.policies.braitenberg.vehicle import FixedPriority
 from teamsight.policies.registry import POLICIES
-from teamsight.tasks.objective import Objective
 from teamsight.tasks.square import check_square
-from teamsight.tasks.task import Task
+from teamsight.tasks.task import Objective, Task
 from teamsight.world.arena import Box as Walls
 from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction

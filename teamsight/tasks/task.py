@@ -1,20 +1,156 @@
-"""A task: a class of worlds, its scenario, objective, metrics, and two teams: one that explores, one with skill."""
+"""`Task`: what a team is to achieve in which world, how it is measured, and how it explores and acts with skill."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, get_args
 
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Component, Count, Flag
-from teamsight.tasks import treatments
-from teamsight.tasks.objective import Objective
-from teamsight.tasks.treatments import Treatment
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness import Awareness
     from teamsight.agents.world import World
+
+#: Whether more or less of a metric is better.
+Better = Literal["more", "less"]
+
+
+class Objective(NamedTuple):
+    """What a team is to achieve.
+
+    Attributes
+    ----------
+    metric : str
+        The name of a metric of the task.
+    better : "more" or "less"
+        Whether more or less of it is better.
+
+    Notes
+    -----
+    A duration, of which less is better, is infinite if what was to happen did not happen during the run. Analyses then
+    count the length of the run (a *censored* run), so that its mean is the restricted mean duration, and give the share
+    of such runs.
+    """
+
+    metric: str
+    better: Better = "more"
+
+    @property
+    def sign(self) -> float:
+        """1 if more is better, −1 if less is."""
+        return 1.0 if self.better == "more" else -1.0
+
+    def counted(self, value: float, steps: int) -> float:
+        """Return the value that enters means: that of a censored run of this length is `steps`."""
+        return float(steps) if self.is_censored(value) else value
+
+    def is_censored(self, value: float) -> bool:
+        """Return whether what was to happen did not happen during the run."""
+        return self.better == "less" and value == math.inf
+
+    def checked(self, name: str, value: object) -> float:
+        """Return what a metric returned as a float.
+
+        Raises
+        ------
+        TypeError
+            If it is no number.
+        ValueError
+            If it is NaN, or infinite without being a duration.
+        """
+        what = f"the metric {name!r} of the task returned {checks.shown(value)}"
+        try:
+            found = checks.number(name, value) if value != math.inf else math.inf
+        except (TypeError, ValueError):
+            cure = "return a finite number, or math.inf for a duration that did not end during the run"
+            raise type(_error(value))(f"{what}: is no number; {cure}") from None
+        if found == math.inf and name == self.metric and self.better == "more":
+            raise ValueError(f"{what}: more of it is better, so it must be finite; return a finite number")
+        return found
+
+
+def _error(value: object) -> Exception:
+    """Return an error of the kind that fits what is no finite number."""
+    return ValueError() if isinstance(value, float) else TypeError()
+
+
+#: The teams that a task names.
+Named = Literal["explore", "skilled"]
+TREATMENTS: tuple[Named, ...] = get_args(Named)
+#: Which team acts: one that the task names, or one with these parameters of the world.
+Treatment = Named | Mapping[str, Any]
+#: The parameter of worlds that is their degree of awareness.
+AWARENESS = "awareness"
+
+
+def parameters_of(
+    task: str,
+    teams: Mapping[str, Any],
+    treatment: Treatment,
+    scenario: Mapping[str, Any],
+    awareness: Awareness | str | None,
+    rng: int,
+) -> dict[str, Any]:
+    """Return the parameters of a team that are not in the scenario.
+
+    Parameters
+    ----------
+    task : str
+        The name of the task.
+    teams : mapping
+        What it says of each team that it names.
+    treatment : "explore", "skilled" or mapping
+        Which team.
+    scenario : mapping
+        The whole scenario, for a team that has to learn.
+    awareness : Awareness, str or None
+        The degree of awareness in place of the team's own.
+    rng : int
+        The root seed of the learning.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the task has no such team, or a parameter is one of the scenario.
+    """
+    given = _given(task, teams, treatment)
+    if callable(given):
+        from teamsight.agents.resolve import awareness_of
+
+        degree = None if awareness is None else awareness_of(awareness)
+        found = given(scenario, degree, rng)
+        if not isinstance(found, Mapping):
+            raise TypeError(
+                f"skilled of the task {task} returned {checks.shown(found)}: must be a mapping of parameters of "
+                "the world, such as {'policy': …}"
+            )
+    else:
+        found = given
+    team = dict(found) if awareness is None else {**found, AWARENESS: awareness}
+    for name in team:
+        if name in scenario:
+            raise ValueError(
+                f"{name}: is a parameter of the scenario of {task}, not of a team; leave it out of the treatment"
+            )
+    return team
+
+
+def _given(task: str, teams: Mapping[str, Any], treatment: Treatment) -> Any:
+    """Return what a task says of a team."""
+    if isinstance(treatment, Mapping):
+        return treatment
+    given = teams[checks.choice("treatment", treatment, TREATMENTS)]
+    if given is None:
+        what = "exploration treatment" if treatment == "explore" else "skilled team"
+        example = "explore={'policy': 'random-walk'}" if treatment == "explore" else "skilled={'policy': 'a-cmommt'}"
+        raise ValueError(f"the task {task} has no {what}; give it one, as in Task(…, {example})")
+    if not (isinstance(given, Mapping) or (callable(given) and treatment == "skilled")):
+        raise TypeError(f"{treatment}={checks.shown(given)}: must be a mapping of parameters of the world")
+    return given
+
 
 #: Returns a measure of a finished world.
 Metric = Callable[["World"], float]
@@ -127,7 +263,7 @@ class Task(Component):
             If a name is no parameter of the scenario, or the task has no such team.
         """
         full = self.full_scenario(scenario)
-        team = treatments.parameters_of(self.name, self.teams, treatment, full, awareness, rng)
+        team = parameters_of(self.name, self.teams, treatment, full, awareness, rng)
         return {**full, **team}
 
     def full_scenario(self, scenario: Mapping[str, Any] | None = None) -> dict[str, Any]:
