@@ -14,15 +14,14 @@ if __name__ != "teamsight.policies":
 if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
-    from teamsight.policies.basis.basis_behaviours import BasisBehaviours
+    from teamsight.policies.basis import BasisBehaviours
     from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
     from teamsight.policies.braitenberg.vehicle import FixedPriority
     from teamsight.policies.channels import column_of
     from teamsight.policies.check import check_policy
     from teamsight.policies.compiled import CompiledPolicy
-    from teamsight.policies.eager.linear import LinearQ
-    from teamsight.policies.eager.tabular import TabularQ
-    from teamsight.policies.evolved.policy import Evolved
+    from teamsight.policies.eager import LinearQ, TabularQ
+    from teamsight.policies.evolved import Evolved
     from teamsight.policies.handmade.a_cmommt import ACmommt
     from teamsight.policies.handmade.b_cmommt import BCmommt
     from teamsight.policies.handmade.centroid import Centroid
@@ -49,7 +48,7 @@ _HOMES = {
     "Action": "teamsight.policies.interface",
     "AdaptiveNetwork": "teamsight.policies.braitenberg.adaptive_network",
     "BCmommt": "teamsight.policies.handmade.b_cmommt",
-    "BasisBehaviours": "teamsight.policies.basis.basis_behaviours",
+    "BasisBehaviours": "teamsight.policies.basis",
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
@@ -57,9 +56,9 @@ _HOMES = {
     "FollowFree": "teamsight.policies.handmade.follow_free",
     "Floats": "teamsight.policies.interface",
     "LazyQ": "teamsight.policies.lazy.lazy_q",
-    "Evolved": "teamsight.policies.evolved.policy",
+    "Evolved": "teamsight.policies.evolved",
     "LazyRegression": "teamsight.policies.lazy.lazy_regression",
-    "LinearQ": "teamsight.policies.eager.linear",
+    "LinearQ": "teamsight.policies.eager",
     "LatticeWalk": "teamsight.policies.online.lattice_walk",
     "ModularQ": "teamsight.policies.online.modular_q",
     "OnlineQ": "teamsight.policies.online.online_q",
@@ -78,7 +77,7 @@ _HOMES = {
     "NeighbourList": "teamsight.core.neighbour_list",
     "Stationary": "teamsight.policies.handmade.stationary",
     "SurroundPrey": "teamsight.policies.handmade.surround_prey",
-    "TabularQ": "teamsight.policies.eager.tabular",
+    "TabularQ": "teamsight.policies.eager",
     "check_policy": "teamsight.policies.check",
     "column_of": "teamsight.policies.channels",
     "go": "teamsight.policies.actions",

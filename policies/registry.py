@@ -21,7 +21,7 @@ POLICIES: Registry[Callable[..., Policy]] = Registry(
         "b-cmommt": "teamsight.policies.handmade.b_cmommt:BCmommt",
         "centroid": "teamsight.policies.handmade.centroid:Centroid",
         "evasive": "teamsight.policies.handmade.evasive:Evasive",
-        "evolved": "teamsight.policies.evolved.policy:Evolved",
+        "evolved": "teamsight.policies.evolved:Evolved",
         "lattice-walk": "teamsight.policies.online.lattice_walk:LatticeWalk",
         "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
         "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.policies.basis.basis_behaviours import CLEAR_ROWS, CORRECT, share_correct
+from teamsight.policies.basis import CLEAR_ROWS, CORRECT, share_correct
 from teamsight.tasks.collecting import PuckCollecting, delivered, slept_at_home
 
 if TYPE_CHECKING:
     from teamsight.agents.world import World
-    from teamsight.policies.basis.basis_behaviours import BasisBehaviours
+    from teamsight.policies.basis import BasisBehaviours
     from teamsight.policies.interface import Floats
 
 #: The clear rows with an intruder.

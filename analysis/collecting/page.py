@@ -11,7 +11,7 @@ from teamsight.analysis.collecting.claims import RECALLED, values, verdicts
 from teamsight.analysis.collecting.plan import SCHEMES, Plan
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.stats.paired import interval_of
-from teamsight.policies.basis.basis_behaviours import BEHAVIOURS, CLEAR_ROWS, CORRECT
+from teamsight.policies.basis import BEHAVIOURS, CLEAR_ROWS, CORRECT
 
 _NOT_A_REPRODUCTION = (
     "This is no reproduction of numbers: Mataric's arena, ranges, night, weights and the sizes of her reinforcement "

@@ -12,7 +12,7 @@ from teamsight.analysis.runs.files import as_json
 from teamsight.analysis.runs.run import Run, task_run, task_seed
 from teamsight.analysis.runs.seeds import root
 from teamsight.core.component import Allowed, Component, Count
-from teamsight.policies.basis.basis_behaviours import BasisBehaviours
+from teamsight.policies.basis import BasisBehaviours
 from teamsight.tasks.registry import TASKS
 
 #: δ of counts and sectors.

@@ -22,7 +22,7 @@ from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import run_all
 from teamsight.core.extras import extra
-from teamsight.policies.evolved.layout import beginning, spreads
+from teamsight.policies.evolved import beginning, spreads
 
 Floats = npt.NDArray[np.float64]
 

@@ -20,9 +20,7 @@ from teamsight.analysis.evolution.page import page, picture
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress, Watch
-from teamsight.policies.evolved import Evolved
-from teamsight.policies.evolved.layout import SILENCED, silenced
-from teamsight.policies.evolved.policy import made, to_json
+from teamsight.policies.evolved import SILENCED, Evolved, made, silenced, to_json
 
 CONSTANTS, TRAINING = "constants.json", "training.json"
 # Columns of a validated generation.

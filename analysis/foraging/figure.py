@@ -8,7 +8,7 @@ import pandas as pd
 from teamsight.analysis.foraging.plan import NAMES, Plan
 from teamsight.analysis.plot.style import DEGREE, canvas, head, plain, to_picture
 from teamsight.analysis.stats.paired import interval_of
-from teamsight.policies.schemas.automaton import COMMUNICATION
+from teamsight.policies.schemas import COMMUNICATION
 
 _TITLE = "What communication is worth in three tasks"
 _COLOURS = dict(zip(COMMUNICATION, (DEGREE["none"], DEGREE["pairwise"], DEGREE["shared"]), strict=True))

@@ -11,7 +11,7 @@ from teamsight.analysis.foraging.plan import NAMES, Plan
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.verdict_table import verdict_table
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, percent_text
-from teamsight.policies.schemas.automaton import COMMUNICATION
+from teamsight.policies.schemas import COMMUNICATION
 
 _NOT_A_REPRODUCTION = (
     "This is no reproduction of the numbers: gains of the schemas, ranges and the law by which mass slows carriers "

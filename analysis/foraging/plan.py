@@ -12,7 +12,7 @@ from teamsight.analysis.runs.run import task_run, task_seed
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.runs.simulate import Planned
 from teamsight.core.component import Allowed, Component, Count
-from teamsight.policies.schemas.automaton import COMMUNICATION
+from teamsight.policies.schemas import COMMUNICATION
 from teamsight.tasks.registry import TASKS
 from teamsight.tasks.task import Task
 

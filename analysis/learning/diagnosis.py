@@ -30,7 +30,7 @@ from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.stats.paired import cell_means
 from teamsight.core.component import Allowed, Component, Count, Index, Probability
-from teamsight.policies.eager.tabular import TooManyStatesError
+from teamsight.policies.eager import TooManyStatesError
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.lazy_q import LazyQ
 from teamsight.policies.memory import LazyMemory

@@ -18,8 +18,8 @@ LEARNERS: Mapping[str, type[Learner]] = Registry(
         "lazy": "teamsight.policies.lazy.lazy_q:LazyQ",
         "pessimistic": "teamsight.policies.lazy.lazy_q:PessimisticLazyQ",
         "sheppard": "teamsight.policies.lazy.sheppard_lazy_q:SheppardLazyQ",
-        "tabular": "teamsight.policies.eager.tabular:TabularQ",
-        "linear": "teamsight.policies.eager.linear:LinearQ",
+        "tabular": "teamsight.policies.eager:TabularQ",
+        "linear": "teamsight.policies.eager:LinearQ",
     }
 )
 #: Rewards by name. They differ in whose targets count, and in whether gained targets count as well as lost ones; the

@@ -239,7 +239,7 @@ def learning(settings: EvaluateSettings, memory: LazyMemory, objective: Objectiv
     """Show the progress of the learning in this context, and its warnings at the end; name what is too large."""
     from teamsight.analysis.learning.learners import search_seconds
     from teamsight.cli.show import Watch
-    from teamsight.policies.eager.tabular import TooManyStatesError
+    from teamsight.policies.eager import TooManyStatesError
 
     expected = search_seconds(settings.learner, memory, objective)
     try:

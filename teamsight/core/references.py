@@ -48,6 +48,12 @@ MOVED: dict[str, str] = {
     "teamsight.tasks.pursuit.world:Pursuit": "teamsight.tasks.pursuit:Pursuit",
     "teamsight.tasks.pushing.box_law:Pushing": "teamsight.tasks.pushing:Pushing",
     "teamsight.tasks.pushing.world:BoxPushing": "teamsight.tasks.pushing:BoxPushing",
+    "teamsight.policies.basis.basis_behaviours:BasisBehaviours": "teamsight.policies.basis:BasisBehaviours",
+    "teamsight.policies.eager.linear:LinearQ": "teamsight.policies.eager:LinearQ",
+    "teamsight.policies.eager.tabular:TabularQ": "teamsight.policies.eager:TabularQ",
+    "teamsight.policies.evolved.policy:Evolved": "teamsight.policies.evolved:Evolved",
+    "teamsight.policies.schemas.forage:ForageSchemas": "teamsight.policies.schemas:ForageSchemas",
+    "teamsight.policies.schemas.graze:GrazeSchemas": "teamsight.policies.schemas:GrazeSchemas",
 }
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 _LONGEST = 500

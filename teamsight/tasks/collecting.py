@@ -19,7 +19,7 @@ from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Count, Flag, Index, Positive
 from teamsight.core.kernel import inlined, kernel
-from teamsight.policies.basis.basis_behaviours import BasisBehaviours, share_correct
+from teamsight.policies.basis import BasisBehaviours, share_correct
 from teamsight.tasks.square import check_square
 from teamsight.tasks.task import Objective, Task
 from teamsight.world.arena import Box

@@ -17,8 +17,7 @@ from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
-from teamsight.policies.schemas import ForageSchemas, GrazeSchemas
-from teamsight.policies.schemas.automaton import COMMUNICATION, Schemas
+from teamsight.policies.schemas import COMMUNICATION, ForageSchemas, GrazeSchemas, Schemas
 from teamsight.tasks.task import Objective, Task
 from teamsight.world.arena import Box
 from teamsight.world.contract import Arena

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from naive import paper as naive
-from teamsight.policies.evolved.layout import parts
+from teamsight.policies.evolved import parts
 
 TRACKING = SimpleNamespace(target_tracks=16, predictive=1.6, decay=6.0, relayed_decay=6.0)
 

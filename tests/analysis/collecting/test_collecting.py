@@ -19,8 +19,7 @@ from teamsight.analysis.reproductions import REPRODUCTIONS
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
-from teamsight.policies.basis import CLEAR_ROWS
-from teamsight.policies.basis.basis_behaviours import share_correct
+from teamsight.policies.basis import CLEAR_ROWS, share_correct
 
 SMALL = Plan(runs=2, times=(300, 600), judged=300, tests=2, steps=100, sizes=(3, 5))
 # Shares of rows right, of those with an intruder, and pucks, as Mataric's order would have it.

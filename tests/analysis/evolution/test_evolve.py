@@ -11,8 +11,7 @@ import pytest
 from teamsight.analysis.evolution import cma, compare, evolve, generalise
 from teamsight.analysis.evolution.cma import Evolution
 from teamsight.analysis.runs.experiment import Grid
-from teamsight.policies.evolved import Evolved
-from teamsight.policies.evolved.policy import made, to_json
+from teamsight.policies.evolved import Evolved, made, to_json
 
 
 @pytest.fixture(autouse=True)

@@ -13,8 +13,7 @@ from teamsight.analysis.evolution.compare import WORST, options_of
 from teamsight.analysis.evolution.page import page
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.experiment import Grid
-from teamsight.policies.evolved import Evolved
-from teamsight.policies.evolved.policy import made
+from teamsight.policies.evolved import Evolved, made
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 

@@ -101,7 +101,7 @@ def test_entries_of_other_code_do_not_outlive_the_job(tmp_path: Path, monkeypatc
 def test_the_code_that_decides_every_run_is_digested() -> None:
     names = {"/".join(file.parts[-2:]) for file in module.sources()}
     assert {"kernel/entry.py", "core/checks.py", "engine/loop.py", "world/motion.py", "handmade/a_cmommt.py"} <= names
-    assert {"runs/task_runs.py", "data/lazy-600.safetensors", "evolved/constants.json"} <= names
+    assert {"runs/run.py", "data/lazy-600.safetensors", "data/evolved.json"} <= names
     assert not any(name.startswith(("tests/", "cli/", "paper/", "plot/", "foraging/plan.py")) for name in names)
 
 

@@ -11,8 +11,18 @@ import pytest
 from naive import collecting as naive
 
 from teamsight.policies import Policy, check_policy
-from teamsight.policies.basis import CLEAR_ROWS, CORRECT, BasisBehaviours, share_correct
-from teamsight.policies.basis.basis_behaviours import BEHAVIOURS, DISPERSION, HOMING, RESTING, WANDERING, correct_table
+from teamsight.policies.basis import (
+    BEHAVIOURS,
+    CLEAR_ROWS,
+    CORRECT,
+    DISPERSION,
+    HOMING,
+    RESTING,
+    WANDERING,
+    BasisBehaviours,
+    correct_table,
+    share_correct,
+)
 from teamsight.tasks.collecting import PuckCollecting
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")

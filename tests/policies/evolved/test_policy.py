@@ -13,9 +13,7 @@ from chance import generator
 from naive.evolved import EvolvedRobot
 
 from teamsight import CMOMMT
-from teamsight.policies.evolved import Evolved
-from teamsight.policies.evolved.layout import SIZE, beginning, silenced
-from teamsight.policies.evolved.policy import shipped, to_json
+from teamsight.policies.evolved import SIZE, Evolved, beginning, shipped, silenced, to_json
 from teamsight.policies.interface import Policy
 from teamsight.policies.percept_of_one import percept_of_one
 

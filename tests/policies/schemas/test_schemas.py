@@ -12,9 +12,16 @@ from hypothesis import strategies as st
 
 from teamsight.core.kernel import plain
 from teamsight.policies.check import check_policy
-from teamsight.policies.schemas import ForageSchemas, GrazeSchemas
-from teamsight.policies.schemas.automaton import ACQUIRE, FOLLOW, WANDER, WORK
-from teamsight.policies.schemas.vectors import avoid_obstacles, repulsion
+from teamsight.policies.schemas import (
+    ACQUIRE,
+    FOLLOW,
+    WANDER,
+    WORK,
+    ForageSchemas,
+    GrazeSchemas,
+    avoid_obstacles,
+    repulsion,
+)
 from teamsight.tasks.foraging import Forage
 
 OBSTACLES = ((3.0, 1.0, 1.0), (-2.0, 0.5, 2.0))

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from naive import collecting as naive
 
 from teamsight import TASKS, Box, check_interaction, check_task
-from teamsight.policies.basis import BasisBehaviours
-from teamsight.policies.basis.basis_behaviours import share_correct
+from teamsight.policies.basis import BasisBehaviours, share_correct
 from teamsight.tasks.collecting import LEARNING, Collecting, PuckCollecting, learned
 from tests.interactions import fingerprint
 

@@ -1,4 +1,4 @@
-"""The evolved policy: its senses, its rule, and the file format of its constants."""
+"""The evolved policy: observe targets by forces whose laws were found by evolution."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,6 @@ import numpy.typing as npt
 from teamsight.core.angles import direction
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
-from teamsight.policies.evolved import layout as at
-from teamsight.policies.evolved.layout import BLOCKS, CONTEXT, OWN_OFFSET, OWN_SLOPE, SIZE, parts
 from teamsight.policies.handmade.target_tracks import (
     AGE,
     RELAYED,
@@ -31,6 +30,95 @@ from teamsight.policies.handmade.target_tracks import (
     update_target_tracks,
 )
 from teamsight.policies.interface import PolicyState
+
+#: Features of a robot's whole situation; see `teamsight.policies.evolved.policy`.
+CONTEXT = 7
+#: Further features of a target, and of a teammate.
+TARGET_FEATURES, TEAMMATE_FEATURES = 8, 2
+TARGET_NEURONS, TEAMMATE_NEURONS = 8, 5
+#: Knots of the force laws, a fifth of the range apart.
+TARGET_KNOTS, TEAMMATE_KNOTS = 8, 6
+#: Forces from memory: forward, away from the recent and the old trail, away from remembered teammates, to the middle.
+DRIVES = 5
+
+TARGET_INPUTS = CONTEXT + TARGET_FEATURES
+TEAMMATE_INPUTS = CONTEXT + TEAMMATE_FEATURES
+
+#: The shapes of the parts of the vector by name, in order; a neuron is its bias followed by its weights.
+BLOCKS = {
+    "scalars": (6,),
+    "target_law": (TARGET_KNOTS,),
+    "teammate_law": (TEAMMATE_KNOTS,),
+    "drives": (DRIVES, 1 + CONTEXT),
+    "target_hidden": (TARGET_NEURONS, 1 + TARGET_INPUTS),
+    "target_out": (2, 1 + TARGET_NEURONS),
+    "teammate_hidden": (TEAMMATE_NEURONS, 1 + TEAMMATE_INPUTS),
+    "teammate_out": (1, 1 + TEAMMATE_NEURONS),
+}
+TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY = range(6)
+# Where the other parts begin.
+TARGET_LAW, TEAMMATE_LAW, DRIVE, TARGET_HIDDEN, TARGET_OUT, TEAMMATE_HIDDEN, TEAMMATE_OUT, SIZE = accumulate(
+    math.prod(shape) for shape in BLOCKS.values()
+)
+
+
+def parts(constants: npt.ArrayLike) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the parts of a vector by name."""
+    ends = list(accumulate(math.prod(shape) for shape in BLOCKS.values()))
+    pieces = np.split(np.asarray(constants, float), ends[:-1])
+    return {name: piece.reshape(shape) for piece, (name, shape) in zip(pieces, BLOCKS.items(), strict=True)}
+
+
+_HIDDEN_SPREAD = 0.7
+
+
+def spreads() -> npt.NDArray[np.float64]:
+    """Return the relative initial standard deviation of each constant in the evolution."""
+    wide = np.ones(SIZE)
+    wide[TARGET_HIDDEN:TARGET_OUT] = wide[TEAMMATE_HIDDEN:TEAMMATE_OUT] = 2.0
+    return wide
+
+
+#: Parts of the policy whose output can be set to 0 to measure their effect.
+SILENCED = ("target network", "teammate network", "both networks", "memory of area and trail")
+
+
+def silenced(constants: npt.NDArray[np.float64], part: str) -> npt.NDArray[np.float64]:
+    """Return the constants with the outputs of a part set to 0."""
+    changed = constants.copy()
+    if part in ("target network", "both networks"):
+        changed[TARGET_OUT:TEAMMATE_HIDDEN] = 0.0
+    if part in ("teammate network", "both networks"):
+        changed[TEAMMATE_OUT:SIZE] = 0.0
+    if part == "memory of area and trail":
+        # All drives except the first, forward.
+        changed[DRIVE + 1 + CONTEXT : TARGET_HIDDEN] = 0.0
+    return changed
+
+
+def beginning(seed: int) -> npt.NDArray[np.float64]:
+    """Return the initial constants: A-CMOMMT's forces, moving straight when idle, and networks without effect.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the hidden neurons, whose output weights are all 0.
+
+    Returns
+    -------
+    ndarray, shape (SIZE,), float64
+    """
+    constants = np.zeros(SIZE)
+    constants[[TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY]] = 0.22, 1.0, 0.0, 20.0, 0.0, 0.3
+    constants[TARGET_LAW : TARGET_LAW + TARGET_KNOTS] = -0.8, 0.2, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0
+    constants[TEAMMATE_LAW : TEAMMATE_LAW + TEAMMATE_KNOTS] = -1.0, -1.0, -1.0, -0.5, 0.0, 0.0
+    # Forward, unless the robot has targets of its own.
+    constants[DRIVE], constants[DRIVE + 2] = 1.0, -1.5
+    rng = np.random.default_rng(seed)
+    for first, last in ((TARGET_HIDDEN, TARGET_OUT), (TEAMMATE_HIDDEN, TEAMMATE_OUT)):
+        constants[first:last] = rng.normal(0.0, _HIDDEN_SPREAD, last - first)
+    return constants
+
 
 TRACKS = 16
 STATE, FEATURES = TRACKS, TRACKS + 1
@@ -254,19 +342,19 @@ def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
     force_y = 0.0
     for slot in range(count):
         put_target(slot, floats, ints, per_reach)
-        pull = constants[at.TARGET_OUT]
-        along = constants[at.TARGET_OUT + 1 + at.TARGET_NEURONS]
-        for j in range(at.TARGET_NEURONS):
-            first = at.TARGET_HIDDEN + j * (1 + at.TARGET_INPUTS)
-            neuron = _neuron(constants, first, floats[FEATURES], at.TARGET_INPUTS)
-            pull += neuron * constants[at.TARGET_OUT + 1 + j]
-            along += neuron * constants[at.TARGET_OUT + 2 + at.TARGET_NEURONS + j]
-        pull += _law(constants, at.TARGET_LAW, at.TARGET_KNOTS, floats[slot, DISTANCE]) * floats[slot, OWN]
-        exists = math.exp(-ints[slot, AGE] * constants[at.DECAY] * constants[at.DECAY])
+        pull = constants[TARGET_OUT]
+        along = constants[TARGET_OUT + 1 + TARGET_NEURONS]
+        for j in range(TARGET_NEURONS):
+            first = TARGET_HIDDEN + j * (1 + TARGET_INPUTS)
+            neuron = _neuron(constants, first, floats[FEATURES], TARGET_INPUTS)
+            pull += neuron * constants[TARGET_OUT + 1 + j]
+            along += neuron * constants[TARGET_OUT + 2 + TARGET_NEURONS + j]
+        pull += _law(constants, TARGET_LAW, TARGET_KNOTS, floats[slot, DISTANCE]) * floats[slot, OWN]
+        exists = math.exp(-ints[slot, AGE] * constants[DECAY] * constants[DECAY])
         step_x = floats[slot, STEP_X] * per_reach
         step_y = floats[slot, STEP_Y] * per_reach
-        way_x = floats[slot, X] * per_reach + constants[at.LEAD] * step_x
-        way_y = floats[slot, Y] * per_reach + constants[at.LEAD] * step_y
+        way_x = floats[slot, X] * per_reach + constants[LEAD] * step_x
+        way_y = floats[slot, Y] * per_reach + constants[LEAD] * step_y
         pull /= max(math.sqrt(way_x * way_x + way_y * way_y), 1e-9)
         force_x += exists * (pull * way_x + 10.0 * along * step_x)
         force_y += exists * (pull * way_y + 10.0 * along * step_y)
@@ -285,12 +373,12 @@ def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
     force_y = 0.0
     for k in range(teammates.start[i], teammates.start[i + 1]):
         distance = teammates.distance[k] / percept.awareness_range[i]
-        features[at.CONTEXT] = 2.0 * distance - 1.0
-        features[at.CONTEXT + 1] = few(load(k, percept, floats, arrays.state.ints[i], count, per_reach))
-        force = constants[at.TEAMMATE_OUT] + _law(constants, at.TEAMMATE_LAW, at.TEAMMATE_KNOTS, distance)
-        for j in range(at.TEAMMATE_NEURONS):
-            first = at.TEAMMATE_HIDDEN + j * (1 + at.TEAMMATE_INPUTS)
-            force += _neuron(constants, first, features, at.TEAMMATE_INPUTS) * constants[at.TEAMMATE_OUT + 1 + j]
+        features[CONTEXT] = 2.0 * distance - 1.0
+        features[CONTEXT + 1] = few(load(k, percept, floats, arrays.state.ints[i], count, per_reach))
+        force = constants[TEAMMATE_OUT] + _law(constants, TEAMMATE_LAW, TEAMMATE_KNOTS, distance)
+        for j in range(TEAMMATE_NEURONS):
+            first = TEAMMATE_HIDDEN + j * (1 + TEAMMATE_INPUTS)
+            force += _neuron(constants, first, features, TEAMMATE_INPUTS) * constants[TEAMMATE_OUT + 1 + j]
         force /= max(teammates.distance[k], 1e-9)
         force_x += force * teammates.offset[k, 0]
         force_y += force * teammates.offset[k, 1]
@@ -304,11 +392,11 @@ def _drive(i: int, percept: Any, arrays: Any) -> tuple[float, float]:
     floats = arrays.state.floats[i]
     state = floats[STATE]
     context = floats[FEATURES]
-    forward = _sum(constants, at.DRIVE, context, at.CONTEXT)
-    fresh = _sum(constants, at.DRIVE + 1 + at.CONTEXT, context, at.CONTEXT)
-    old = 0.2 * _sum(constants, at.DRIVE + 2 * (1 + at.CONTEXT), context, at.CONTEXT)
-    met = 3.0 * _sum(constants, at.DRIVE + 3 * (1 + at.CONTEXT), context, at.CONTEXT)
-    middle = _sum(constants, at.DRIVE + 4 * (1 + at.CONTEXT), context, at.CONTEXT)
+    forward = _sum(constants, DRIVE, context, CONTEXT)
+    fresh = _sum(constants, DRIVE + 1 + CONTEXT, context, CONTEXT)
+    old = 0.2 * _sum(constants, DRIVE + 2 * (1 + CONTEXT), context, CONTEXT)
+    met = 3.0 * _sum(constants, DRIVE + 3 * (1 + CONTEXT), context, CONTEXT)
+    middle = _sum(constants, DRIVE + 4 * (1 + CONTEXT), context, CONTEXT)
     middle_x = 0.5 * (state[LEFT] + state[RIGHT])
     middle_y = 0.5 * (state[BOTTOM] + state[TOP])
     middle /= 1.0 + math.sqrt(middle_x * middle_x + middle_y * middle_y)
@@ -336,7 +424,7 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         drive_x, drive_y = _drive(i, percept, arrays)
         x += push_x + drive_x
         y += push_y + drive_y
-        if noise[1, i] < constants[at.TURN] * constants[at.TURN] * (1.0 - floats[FEATURES, MINE]):
+        if noise[1, i] < constants[TURN] * constants[TURN] * (1.0 - floats[FEATURES, MINE]):
             turn_x, turn_y = direction(noise[0, i])
             x += turn_x
             y += turn_y
@@ -344,12 +432,12 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         shrink = 1.0 / max(length, 1e-9)
         action.heading[i, 0] = x * shrink if length > 1e-9 else 0.0
         action.heading[i, 1] = y * shrink if length > 1e-9 else 0.0
-        action.distance[i] = min(length * abs(constants[at.GAIN]), 1.0) * percept.speed[i]
+        action.distance[i] = min(length * abs(constants[GAIN]), 1.0) * percept.speed[i]
 
 
 SCHEMA = 1
 
-_SHIPPED = Path(__file__).with_name("constants.json")
+_SHIPPED = Path(__file__).parent / "data" / "evolved.json"
 _CURE = "make it again with `teamsight evolve train`"
 _MADE = {"command": str, "trials": int, "robot_steps": int, "version": str}
 

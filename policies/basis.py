@@ -1,4 +1,4 @@
-"""Robots that choose among four behaviours by four conditions, and learn which suits which."""
+"""Basis behaviours: robots that choose among a few behaviours by a few conditions, and learn which suits which."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from teamsight.policies.channels import column_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, PolicyState
 from teamsight.policies.online.online_q import chosen_action, largest
-from teamsight.policies.schemas.vectors import avoid_teammates, home_offset
+from teamsight.policies.schemas import avoid_teammates, home_offset
 
 #: The behaviours in the order of the columns of a table.
 BEHAVIOURS = ("wandering", "dispersion", "resting", "homing")
