@@ -77,6 +77,7 @@ from teamsight.analysis.runs.processes import WorkerPool
 if __name__ == "__main__":
     try:
         with WorkerPool(2, on_message=lambda text: print(text, flush=True)) as pool:
+            pool._start(2)
             print(*(worker.process.pid for worker in pool._workers), flush=True)
             pool.map(jobs.{job}, range(4))
     except KeyboardInterrupt:
@@ -132,6 +133,7 @@ def test_workers_do_not_hear_ctrl_c_while_they_start(tmp_path: Path) -> None:
         "import signal\nfrom pathlib import Path\nfrom teamsight.analysis.runs.processes import WorkerPool\n"
         "if __name__ == '__main__':\n"
         "    with WorkerPool(2) as pool:\n"
+        "        pool._start(2)\n"
         "        for worker in pool._workers:\n"
         "            status = Path(f'/proc/{worker.process.pid}/status').read_text()\n"
         "            print(*(line for line in status.splitlines() if line.startswith('SigBlk')))\n"
@@ -226,8 +228,8 @@ def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pyt
         start_one(process)
 
     monkeypatch.setattr(spawn.Process, "start", start)
-    with pytest.raises(OSError, match="temporarily unavailable"):
-        WorkerPool(3)
+    with pytest.raises(OSError, match="temporarily unavailable"), WorkerPool(3) as pool:
+        pool.map(str, range(3))
     assert [process.exitcode for process in started] == [-signal.SIGKILL, -signal.SIGKILL]
 
 
@@ -246,8 +248,8 @@ def test_an_interrupt_while_workers_start_ends_them(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(spawn.Process, "start", start)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        with pytest.raises(KeyboardInterrupt):
-            WorkerPool(2)
+        with pytest.raises(KeyboardInterrupt), WorkerPool(2) as pool:
+            pool.map(str, range(2))
     finally:
         signal.signal(signal.SIGINT, before)
     assert len(started) == 2
