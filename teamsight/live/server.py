@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from teamsight.core import checks
+from teamsight.core.extras import extra
 from teamsight.core.references import failure
 from teamsight.live import protocol
 from teamsight.live.security import Access
@@ -26,15 +27,10 @@ if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request, Response
 
-_MISSING = "the live page needs a package that is not installed: pip install 'teamsight[live]'"
 #: Pages at once.
 MOST_CLIENTS = 32
 #: Frames that a page has been sent and has not acknowledged.
 MOST_UNDER_WAY = 2
-#: Messages that are wrong, after which a connection is closed.
-MOST_WRONG = 100
-# Seconds in which a page that sends nonsense can learn that it is closed.
-_LAST_WORD = 0.05
 # Kinds of messages on the board, in the order in which pages need them.
 _SHOWN = ("scene", "state", "events", "controls", "error", "frame")
 # Browsers send data that is no HTTP, close while they are answered, and so on; a user can do nothing about it.
@@ -83,8 +79,6 @@ class Client:
         Set it to let the client look at the board again.
     under_way : list of int
         The numbers of frames that the page has not acknowledged.
-    wrong : int
-        How many of its messages could not be read.
     """
 
     def __init__(self, board: dict[str, Any]) -> None:
@@ -92,7 +86,7 @@ class Client:
         # An error that is there already was made by somebody else, perhaps long ago.
         self._seen: dict[str, Any] = {"error": board.get("error")}
         self.under_way: list[int] = []
-        self.wrong, self.news = 0, asyncio.Event()
+        self.news = asyncio.Event()
         self.news.set()
 
     def acknowledge(self, number: int) -> None:
@@ -110,7 +104,7 @@ class Client:
 
     def _unseen(self, board: dict[str, Any]) -> Iterator[str | bytes]:
         for kind in _SHOWN:
-            shown = board.get(kind)
+            shown: Any = board.get(kind)
             is_frame = kind == "frame" and shown is not None
             if shown is self._seen.get(kind) or (
                 is_frame and (shown.scenes is not self._seen.get("scene") or len(self.under_way) >= MOST_UNDER_WAY)
@@ -150,11 +144,8 @@ class Server:
     """
 
     def __init__(self, session: Session, access: Access, port: int, title: str) -> None:
-        try:
-            import websockets.asyncio.server
-        except ModuleNotFoundError:
-            raise ModuleNotFoundError(_MISSING) from None
-        self._websockets = websockets
+        self._websockets = extra("websockets", "the live page", "live")
+        import websockets.asyncio.server  # noqa: F401
         self._session, self._access, self._title = session, access, title
         self.port = port
         self.clients: set[Client] = set()
@@ -286,11 +277,7 @@ class Server:
                 else:
                     self._session.ask(message)
             except (TypeError, ValueError) as error:
-                client.wrong += 1
                 await connection.send(protocol.text("error", message=str(error)))
-                if client.wrong > MOST_WRONG:
-                    await _drop(connection)
-                    return
 
     def _begin_save(self, connection: ServerConnection) -> None:
         """Let the recording be made; one at a time, since it takes time to pack.
@@ -321,11 +308,3 @@ def _plain(connection: ServerConnection, status: int, text: str) -> Response:
     for name, value in _SAFE.items():
         response.headers[name] = value
     return response
-
-
-async def _drop(connection: ServerConnection) -> None:
-    """Close a connection whose page may never read that."""
-    with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(_LAST_WORD):
-            await connection.close(1008, "too many wrong messages")
-    connection.transport.abort()

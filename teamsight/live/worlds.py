@@ -191,11 +191,12 @@ class LiveTrack:
         """
         base, _, option = name.partition(".")
         if option:
-            component: Any = self.value(base)
+            component = self.value(base)
             if not isinstance(component, Component) or option not in declared(type(component)):
                 shown = checks.shown(component)
                 raise ValueError(f"{name}: {base} is {shown} now, which has none; choose the other first")
-            value = replace(component, **{option: value})
+            again: Any = replace
+            value = again(component, **{option: value})
         return {**self.parameters, base: value}
 
     def run(self, steps: int) -> None:

@@ -21,7 +21,6 @@ from websockets.sync.client import ClientConnection, connect
 from teamsight import CMOMMT, Disc, World
 from teamsight.live import LivePage, session, watch
 from teamsight.live.protocol import KINDS, MOST_BYTES
-from teamsight.live.server import MOST_WRONG
 
 _PATIENCE = 1800.0  # seconds, against a hang
 
@@ -245,7 +244,7 @@ def test_a_page_that_saves_is_answered_meanwhile(live: Callable[..., LivePage], 
 def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> None:
     """The server stays up, goes on, and answers sense with sense."""
     page, chance = live(parameters={"robots": 2, "targets": 2}, running=True), random.Random(13)
-    sent = closed = 0
+    sent = 0
     while sent < 10_000:
         with opened(page) as socket:
             # Answers are read meanwhile, so that neither side waits for the other.
@@ -256,11 +255,11 @@ def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> Non
                     sent += 1
                     socket.send(nonsense(chance))
             except ConnectionClosed:
-                closed += 1
+                # Half a character is no text, so the connection is closed.
+                pass
             socket.close()
             reader.join(timeout=_PATIENCE)
             assert not reader.is_alive()
-    assert closed > 10_000 // (20 * MOST_WRONG)
     assert page.session.is_alive()
     # So many steps may wait for the first world that others are refused meanwhile.
     rest(page)
