@@ -166,11 +166,6 @@ class Place:
         return rows
 
     @property
-    def is_running(self) -> bool:
-        """Whether nothing has stopped the world."""
-        return bool(self._world.running)
-
-    @property
     def has_changed(self) -> bool:
         """Whether a world that the user has was changed or stepped since the last step of the environment."""
         world, engine = self._world, self._world._engine
@@ -419,7 +414,17 @@ class Batch:
                 result = STEP_ALL(self._record)
             self._in_python = np.flatnonzero(self._status > WAITS).tolist() if result < 0 else []
             for place in self._in_python:
-                self._go_on(place)
+                one = self.places[place]
+                sight = one.sight
+                try:
+                    one.go_on(int(self._status[place]), self._steering[place])
+                except Exception as error:
+                    if len(self.places) > 1:
+                        error.add_note(f"teamsight.env: in world {place}")
+                    raise
+                self._quiet_until[place] = one.quiet_until
+                if one.sight is not sight:
+                    self._record = None
         except BaseException:
             # Some worlds are a step ahead of others now, or between two steps.
             self.has_begun[:] = False
@@ -430,20 +435,6 @@ class Batch:
             for one in self.places:
                 one.sync()
         self.cycles += 1 if waits is None else ~waits
-
-    def _go_on(self, place: int) -> None:
-        """Complete a step that compiled code cannot make alone."""
-        one = self.places[place]
-        sight = one.sight
-        try:
-            one.go_on(int(self._status[place]), self._steering[place])
-        except Exception as error:
-            if len(self.places) > 1:
-                error.add_note(f"teamsight.env: in world {place}")
-            raise
-        self._quiet_until[place] = one.quiet_until
-        if one.sight is not sight:
-            self._record = None
 
     @property
     def rewards(self) -> Floats:
@@ -456,7 +447,7 @@ class Batch:
         # Only Python can stop a world, so the others need not be asked.
         stopped = np.zeros(len(self.places), bool)
         for place in self._in_python:
-            stopped[place] = not self.places[place].is_running
+            stopped[place] = not self.places[place]._world.running
         return stopped
 
     def begun(self, place: int, what: str) -> Place:

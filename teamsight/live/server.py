@@ -179,15 +179,15 @@ class Server:
             self._thread.join(timeout=10)
 
     def _named(self, error: Exception) -> Exception:
-        port, host = self.port, self._access.host
-        if isinstance(error, OverflowError) or not isinstance(error, OSError):
+        """Return an error of the socket with its cure."""
+        if not isinstance(error, OSError):
             return error
-        if error.errno == errno.EADDRINUSE:
-            cure = "give another port, or 0 for any that is free (--port 0)"
-            return ValueError(f"port={port}: is in use by another program; {cure}")
-        if error.errno in (errno.EACCES, errno.EPERM):
-            return ValueError(f"port={port}: may not be used by this user; give one from 1024 on, or --port 0 for any")
-        return ValueError(f"host={checks.shown(host)}: is no address of this computer ({error.strerror or error})")
+        if error.errno in (errno.EADDRINUSE, errno.EACCES, errno.EPERM):
+            is_used = error.errno == errno.EADDRINUSE
+            why = "is in use by another program" if is_used else "may not be used by this user"
+            return ValueError(f"port={self.port}: {why}; give another, or 0 for any that is free (--port 0)")
+        shown = checks.shown(self._access.host)
+        return ValueError(f"host={shown}: is no address of this computer ({error.strerror or error})")
 
     async def _serve(self) -> None:
         self._loop, self._stopped = asyncio.get_running_loop(), asyncio.Event()

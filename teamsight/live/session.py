@@ -18,6 +18,7 @@ from teamsight.live import protocol
 from teamsight.live.controls import Control
 from teamsight.live.protocol import Message
 from teamsight.live.worlds import StoppedError, Worlds, event_rows
+from teamsight.view.packing import from_raw
 from teamsight.view.page import page
 from teamsight.view.replay import RecordedTrack
 from teamsight.view.scene import Scene
@@ -146,9 +147,9 @@ class Session:
         # Steps that are left to the next frame.
         self._left = 0
         self._reported = self._reported_steps = 0.0
-        self._number = self._run = 0
-        # Another value shows pages that another server has answered.
-        self._server = secrets.token_hex(4)
+        self._number = 0
+        # Another value shows pages that other worlds run, maybe of another server.
+        self._run = secrets.token_hex(4)
         self._scenes: list[Scene] = []
         # The settings on the left when two worlds began, and those of the one before.
         self._before: tuple[dict[str, Any], dict[str, Any]] = {}, {}
@@ -186,10 +187,6 @@ class Session:
             self._viewers = pages
             self._news.notify()
 
-    def is_alive(self) -> bool:
-        """Return whether the thread of the worlds runs."""
-        return self._thread.is_alive()
-
     def busy(self) -> bool:
         """Return whether messages wait or are being carried out."""
         return bool(self._waiting) or self._is_acting
@@ -199,7 +196,7 @@ class Session:
 
         If the worlds are built anew meanwhile, the scenes that follow make the page drop them.
         """
-        run, newest = self._run_name, [track.newest(_MOST_HISTORY) for track in self.worlds.tracks]
+        run, newest = self._run, [track.newest(_MOST_HISTORY) for track in self.worlds.tracks]
         return [
             *self._scene_messages([scene for scene, _ in newest], run),
             *(protocol.history_message(i, blocks) for i, (_, blocks) in enumerate(newest) if blocks),
@@ -207,7 +204,8 @@ class Session:
 
     def recording(self) -> tuple[str, str]:
         """Return what is kept as a page that plays anywhere, after the name of its file; for other threads."""
-        tracks = [RecordedTrack(*track.recorded()) for track in self.worlds.tracks]
+        newest = [track.newest() for track in self.worlds.tracks]
+        tracks = [RecordedTrack(scene, [from_raw(one, scene) for one in blocks]) for scene, blocks in newest]
         if not tracks:
             raise ValueError("nothing is there yet; wait until the worlds are compiled")
         title = tracks[0].scene.title
@@ -391,7 +389,7 @@ class Session:
         self.worlds.replace(self.worlds.build(settings, seed), seed)
         self._left, self._note, self._reported_steps, self._is_failed = 0, note, 0, False
         self._pacer.forget()
-        self._run += 1
+        self._run = secrets.token_hex(4)
         self._scenes = []
         self._show_controls()
         self._show_frames()
@@ -413,13 +411,9 @@ class Session:
         scenes = [track.scene for track in tracks]
         if list(map(id, scenes)) != list(map(id, self._scenes)):
             self._scenes = scenes
-            self._show("scene", self._scene_messages(scenes, self._run_name))
+            self._show("scene", self._scene_messages(scenes, self._run))
         messages = tuple(protocol.frame_message(i, self._number, block) for i, block in enumerate(blocks))
         self._show("frame", Frames(self._number, self.board["scene"], messages))
-
-    @property
-    def _run_name(self) -> str:
-        return f"{self._server}-{self._run}"
 
     @staticmethod
     def _scene_messages(scenes: list[Scene], run: str) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ from teamsight.core import checks
 from teamsight.core.component import Component, declared
 from teamsight.core.references import failure
 from teamsight.live.controls import model_name, seed_name
-from teamsight.view.packing import from_raw, raw
+from teamsight.view.packing import raw
 from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene
 
 #: The newest frames that are kept of each world for a recording: their number, and bytes of memory.
@@ -164,11 +164,6 @@ class LiveTrack:
             sizes = accumulate(map(len, reversed(blocks)))
             blocks = blocks[len(blocks) - sum(size <= most for size in sizes) :]
         return scene, blocks
-
-    def recorded(self) -> tuple[Scene, list[Frame]]:
-        """Return the scene and the frames that are kept; other threads may call it."""
-        scene, blocks = self.newest()
-        return scene, [from_raw(block, scene) for block in blocks]
 
     def describe(self, every: int, title: str | None) -> None:
         """Change what the scene says: ticks from one frame to the next, and its title; None for its own."""

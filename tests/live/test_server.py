@@ -260,7 +260,7 @@ def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> Non
             socket.close()
             reader.join(timeout=_PATIENCE)
             assert not reader.is_alive()
-    assert page.session.is_alive()
+    assert page.session._thread.is_alive()
     # So many steps may wait for the first world that others are refused meanwhile.
     rest(page)
     with opened(page) as socket:
