@@ -161,7 +161,7 @@ class Session:
         with self._news:
             self._is_closing = True
             self._news.notify()
-        self._thread.join(timeout=5)
+        self._thread.join(timeout=1)
 
     def ask(self, message: Message) -> None:
         """Let the thread carry a message out soon, in place of one that waits to set the same.
