@@ -140,8 +140,8 @@ class Session:
         self.failure: BaseException | None = None
         self._pacer = Pacer(rate, worlds.every)
         self._news = threading.Condition()
-        self._waiting: dict[Hashable, Message] = {}
-        self._is_acting, self._is_closing, self._viewers = True, False, 0
+        self._waiting: dict[Hashable, Message] = {"reset": Message("reset", {})}
+        self._is_acting, self._is_closing, self._viewers = False, False, 0
         self._note, self._is_failed = "", False
         self._state: dict[str, Any] = {}
         # Steps that are left to the next frame.
@@ -214,19 +214,18 @@ class Session:
 
     def _work(self) -> None:
         with listening(self._say):
-            self._attempt(self._on_reset)
-            self.begun.set()
             while not self._is_closing:
-                for kind, fields in self._take():
-                    self._attempt(getattr(self, f"_on_{kind}"), **fields)
-                if self._is_moving and not self._patience():
-                    try:
+                try:
+                    for kind, fields in self._take():
+                        self._attempt(getattr(self, f"_on_{kind}"), **fields)
+                    if self._is_moving and not self._patience():
                         self._advance()
-                    except (Exception, SystemExit) as error:  # of a model, for whatever reason
-                        self.is_running, self._left = False, 0
-                        self._refuse(error)
-                if self.said:
-                    self._report()
+                    if self.said:
+                        self._report()
+                except (Exception, SystemExit) as error:  # of a model, for whatever reason
+                    self.is_running, self._left = False, 0
+                    self._tell(error)
+                self.begun.set()
 
     def _take(self) -> list[Message]:
         """Return the messages that wait, in order; wait for some as long as there is nothing else to do."""
@@ -253,17 +252,16 @@ class Session:
         try:
             act(**fields)
         except (Exception, SystemExit) as error:  # of a model that refuses its arguments, for whatever reason
-            self._refuse(error)
+            self._tell(error)
+            # The pages show the values that hold, not the one that was refused.
+            self._show_controls()
         self._report()
 
-    def _refuse(self, error: BaseException) -> None:
-        """Say why something does not happen; the pages show the values that hold, not the one that was refused."""
+    def _tell(self, error: BaseException) -> None:
         if not self.worlds.tracks:
             self.failure = error
         said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
         self._post("error", message=" ".join(said.split()))
-        self._show_controls()
-        self._report()
 
     def _say(self, number: str) -> None:
         """Say which kernel is being compiled, maybe within a step."""

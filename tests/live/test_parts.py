@@ -82,6 +82,7 @@ def test_of_messages_that_set_the_same_the_last_one_counts() -> None:
 
 def test_only_so_many_messages_wait() -> None:
     session = Idle()
+    assert [one.type for one in session._take()] == ["reset"]
     for _ in range(MOST_WAITING):
         session.ask(Message("step", {}))
     with pytest.raises(ValueError, match="step: 64 messages wait already"):
