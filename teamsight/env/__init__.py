@@ -10,34 +10,32 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from teamsight.core.extras import extra
 from teamsight.core.lazy_names import lazy_names
-from teamsight.env.extras import require
+from teamsight.tasks.registry import TASKS
 
 # Their environments would fail later, in the middle of a user's script.
-require("pettingzoo", "gymnasium")
-
-from teamsight.env.ids import register_tasks  # noqa: E402
+extra("pettingzoo", "teamsight.env", "env")
+gymnasium = extra("gymnasium", "teamsight.env", "env")
 
 if TYPE_CHECKING:
-    from teamsight.env.facts import Facts
     from teamsight.env.observations import Nearest
     from teamsight.env.parallel import TeamParallelEnv, env, parallel_env
-    from teamsight.env.rewards import REWARDS
-    from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env
+    from teamsight.env.rewards import REWARDS, Facts
     from teamsight.env.stable_baselines import stable_baselines_env
-    from teamsight.env.vector import TeamVectorEnv, vector_env
+    from teamsight.env.vector import SharedPolicyEnv, TeamVectorEnv, gymnasium_env, vector_env
     from teamsight.policies.actions import ActionGrid
 
 _HOMES = {
     "ActionGrid": "teamsight.policies.actions",
-    "Facts": "teamsight.env.facts",
+    "Facts": "teamsight.env.rewards",
     "Nearest": "teamsight.env.observations",
     "REWARDS": "teamsight.env.rewards",
-    "SharedPolicyEnv": "teamsight.env.shared_policy",
+    "SharedPolicyEnv": "teamsight.env.vector",
     "TeamParallelEnv": "teamsight.env.parallel",
     "TeamVectorEnv": "teamsight.env.vector",
     "env": "teamsight.env.parallel",
-    "gymnasium_env": "teamsight.env.shared_policy",
+    "gymnasium_env": "teamsight.env.vector",
     "parallel_env": "teamsight.env.parallel",
     "stable_baselines_env": "teamsight.env.stable_baselines",
     "vector_env": "teamsight.env.vector",
@@ -48,6 +46,12 @@ __all__ = [
     "gymnasium_env", "parallel_env", "stable_baselines_env", "vector_env",
 ]  # fmt: skip
 
-register_tasks()
+for _task in TASKS:
+    _id = f"teamsight/{'CMOMMT' if _task == 'cmommt' else _task.title()}-v0"
+    if _id not in gymnasium.registry:
+        gymnasium.register(
+            _id, entry_point="teamsight.env.vector:one_robot", vector_entry_point="teamsight.env.vector:many_robots",
+            kwargs={"model": _task},
+        )  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -20,7 +20,20 @@ Floats = npt.NDArray[np.float64]
 #: What users give as `action`.
 ActionLike: TypeAlias = str | ActionGrid
 
-_NAMES = ("continuous", "grid", "heading")
+# The shape of the action of one robot, what its parts mean, and what must be true of an action.
+_FORMS: dict[str, tuple[tuple[int, ...], str, str]] = {
+    "continuous": (
+        (2,), "rotation and distance of each robot",
+        "must be finite and between -1 and 1; clip it, as in np.clip(action, -1, 1)",
+    ),
+    "grid": (
+        (), "the number of an action of the grid for each robot", "must be one of the {} actions of the grid, 0 to {}",
+    ),
+    "heading": (
+        (3,), "heading x, heading y and distance of each robot",
+        "must be finite: a direction x, y (0, 0 keeps the heading) and a distance",
+    ),
+}  # fmt: skip
 #: The numbers of the forms, for kernels.
 CONTINUOUS, GRID, HEADING = range(3)
 #: ``names(world, robot)`` returns the name of an action in errors.
@@ -48,16 +61,12 @@ class ActionForm:
     """
 
     def __init__(self, action: ActionLike) -> None:
-        self.grid: ActionGrid | None = action if isinstance(action, ActionGrid) else None
-        if self.grid is None:
-            self.name = checks.choice("action", action, _NAMES)
-            if self.name == "grid":
-                self.grid = ActionGrid()
-        self.name = "grid" if self.grid is not None else self.name
+        self.name = "grid" if isinstance(action, ActionGrid) else checks.choice("action", action, _FORMS)
+        grid = action if isinstance(action, ActionGrid) else ActionGrid()
+        self.table = grid.actions if self.name == "grid" else np.zeros((0, 2))
         self.policy = Steered("heading" if self.name == "heading" else "rotation")
-        self.shape = {"continuous": (2,), "grid": (), "heading": (3,)}[self.name]
-        self.number = _NAMES.index(self.name)
-        self.table = self.grid.actions if self.grid is not None else np.zeros((0, 2))
+        self.shape, self._meaning, self._cure = _FORMS[self.name]
+        self.number = list(_FORMS).index(self.name)
 
     @property
     def none(self) -> npt.NDArray[Any]:
@@ -95,7 +104,7 @@ class ActionForm:
         array = as_array(given)
         if array.dtype.kind not in ("iu" if self.name == "grid" else "iuf"):
             what = "whole numbers" if self.name == "grid" else "numbers"
-            found = _kind(given, array)
+            found = f"of {array.dtype}" if isinstance(given, np.ndarray) else checks.shown(given)
             raise TypeError(f"{names(-1, -1)}: must be {what}, in an array of shape {shape}, and is {found}")
         if array.shape != shape:
             raise ValueError(f"{names(-1, -1)}: has the shape {array.shape}; it must be {shape}, {self._meaning}")
@@ -107,52 +116,8 @@ class ActionForm:
         action: Any = actions[world, robot].tolist()
         if self.name == "grid":
             action = int(action[0])
-        return ValueError(f"{names(world, robot)}={checks.shown(action)}: {self._cure}")
-
-    @property
-    def _meaning(self) -> str:
-        return {
-            "continuous": "rotation and distance of each robot",
-            "grid": "the number of an action of the grid for each robot",
-            "heading": "heading x, heading y and distance of each robot",
-        }[self.name]
-
-    @property
-    def _cure(self) -> str:
-        if self.name == "grid":
-            return f"must be one of the {len(self.table)} actions of the grid, 0 to {len(self.table) - 1}"
-        if self.name == "heading":
-            return "must be finite: a direction x, y (0, 0 keeps the heading) and a distance"
-        return "must be finite and between -1 and 1; clip it, as in np.clip(action, -1, 1)"
-
-
-def stacked(actions: Mapping[str, Any], example: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return the actions of all agents as one array, shape (1, agents, …).
-
-    Parameters
-    ----------
-    actions : mapping of str to array_like
-        The action of each agent, in the order of the array.
-    example : ndarray
-        A good action.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If one is not a number or an array of numbers, or has another shape than the example.
-    """
-    shape, listed = example.shape, list(actions.values())
-    if shape and all(type(one) is np.ndarray and one.shape == shape and one.dtype.kind == "f" for one in listed):
-        # The usual case, in a fifth of the time.
-        return np.concatenate(listed).reshape(1, -1, *shape)
-    for agent, action in actions.items():
-        array = as_array(action)
-        what, good = f"actions[{agent!r}]", example.tolist()
-        if array.dtype.kind not in "iuf":
-            raise TypeError(f"{what}={checks.shown(action)}: must be of shape {shape}, as in {good}")
-        if array.shape != shape:
-            raise ValueError(f"{what}: has the shape {array.shape}; it must be {shape}, as in {good}")
-    return np.asarray(listed)[np.newaxis]
+        cure = self._cure.format(len(self.table), len(self.table) - 1)
+        return ValueError(f"{names(world, robot)}={checks.shown(action)}: {cure}")
 
 
 def as_array(given: Any) -> npt.NDArray[Any]:
@@ -161,7 +126,3 @@ def as_array(given: Any) -> npt.NDArray[Any]:
         return np.asarray(given)
     except ValueError:
         return np.asarray(None)
-
-
-def _kind(given: Any, array: npt.NDArray[Any]) -> str:
-    return f"of {array.dtype}" if isinstance(given, np.ndarray) else checks.shown(given)

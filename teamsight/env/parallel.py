@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal, TypeAlias
 
 import gymnasium
@@ -13,12 +14,11 @@ from pettingzoo.utils.conversions import parallel_to_aec
 
 from teamsight.agents.world import World
 from teamsight.core import checks
-from teamsight.env.actions import stacked
-from teamsight.env.batch import Batch
-from teamsight.env.facts import OF_ROBOTS
+from teamsight.env.actions import as_array
+from teamsight.env.batch import PER_BODY, Batch
+from teamsight.env.rendering import FPS, NO_MODE, RENDER_MODES, Views
+from teamsight.env.rewards import OF_ROBOTS
 from teamsight.env.settings import Settings, settings_of, takes_settings
-from teamsight.env.states import StateView
-from teamsight.env.views import FPS, RENDER_MODES, Views
 
 Array: TypeAlias = npt.NDArray[Any]
 _SENSED, _NEIGHBOURS, _ACTIVE = map(OF_ROBOTS.index, ("sensed", "neighbours", "active"))
@@ -53,31 +53,25 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         if render_mode is not None:
             checks.choice("render_mode", render_mode, RENDER_MODES)
         self.render_mode, self.max_cycles = render_mode, settings.max_cycles
-        self._settings = settings
         self.metadata = {"name": settings.name, **type(self).metadata}
         self._batch = batch = Batch(settings, 1)
         self.possible_agents = [f"robot_{number}" for number in range(batch.robots)]
         self.agents: list[str] = []
-        self._known = frozenset(self.possible_agents)
         self.observation_spaces = {agent: batch.observation.space() for agent in self.possible_agents}
         self.action_spaces = {agent: settings.form.space() for agent in self.possible_agents}
-        self._none = settings.form.none
-        self._states, self._views = StateView(batch), Views(render_mode)
+        self._views = Views(render_mode)
 
     def __reduce__(self) -> tuple[type[TeamParallelEnv], tuple[Settings, str | None]]:
         # As PettingZoo's EzPickle: a copy is a new environment of these settings, which `reset` begins.
-        return type(self), (self._settings, self.render_mode)
+        return type(self), (self._batch.settings, self.render_mode)
 
     def observation_space(self, agent: str) -> gymnasium.spaces.Space[Any]:
         """Return the space of the observations of an agent, always the same object."""
-        return self.observation_spaces[self._checked(agent)]
+        return self.observation_spaces[checks.choice("agent", agent, self.possible_agents)]
 
     def action_space(self, agent: str) -> gymnasium.spaces.Space[Any]:
         """Return the space of the actions of an agent, always the same object."""
-        return self.action_spaces[self._checked(agent)]
-
-    def _checked(self, agent: str) -> str:
-        return checks.choice("agent", agent, self.possible_agents)
+        return self.action_spaces[checks.choice("agent", agent, self.possible_agents)]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[dict[str, Array], Infos]:
         """Begin an episode.
@@ -99,7 +93,6 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         """
         self._batch.reset([0], [seed])
         self.agents = self.possible_agents[:]
-        self._views.begin()
         return self._observations(), self._infos()
 
     def step(
@@ -135,13 +128,13 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
             changed then.
         """
         batch = self._batch
-        if not self.agents and actions == {} and batch.has_begun(0):
+        if not self.agents and actions == {} and batch.has_begun[0]:
             # Wrappers such as SuperSuit's black_death_v3 take a step more, to learn that no agent is left.
             return {}, {}, {}, {}, {}
         self._check_agents(actions)
-        given = stacked({agent: actions[agent] for agent in self.possible_agents}, self._none)
-        batch.step(given, None, self._name)
-        names, is_stopped, is_over = self.possible_agents, batch.is_stopped(0), bool(batch.cycles[0] >= self.max_cycles)
+        names = self.possible_agents
+        batch.step(_stacked({agent: actions[agent] for agent in names}, batch.settings.form.none), None, self._name)
+        is_stopped, is_over = bool(batch.are_stopped[0]), bool(batch.cycles[0] >= self.max_cycles)
         # Before the rewards, whose function may fail.
         if is_stopped or is_over:
             self.agents = []
@@ -158,9 +151,9 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
             raise RuntimeError(f"step(): {when}; call reset() first")
         if not isinstance(actions, dict):
             raise TypeError(f"actions={checks.shown(actions)}: must be a dict with an action for each agent")
-        if actions.keys() != self._known:
+        if actions.keys() != self.action_spaces.keys():
             missing = [agent for agent in self.agents if agent not in actions]
-            strange = [agent for agent in actions if agent not in self._known]
+            strange = [agent for agent in actions if agent not in self.action_spaces]
             wrong = f"has no action for {missing[0]!r}" if missing else f"has an action for {strange[0]!r}"
             raise ValueError(f"actions: {wrong}; give one to each of the {len(self.agents)} agents, and to no other")
 
@@ -186,11 +179,11 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
     @property
     def state_space(self) -> gymnasium.spaces.Box:
         """The space of `state`."""
-        return self._states.space
+        return gymnasium.spaces.Box(-1.0, 1.0, (self._batch.bodies * PER_BODY,), np.float32)
 
     def state(self) -> npt.NDArray[np.float32]:
-        """Return the state of the whole world, which no robot perceives; see `StateView`."""
-        return self._states.read(0).ravel()
+        """Return the state of the whole world, which no robot perceives; see `Place.state`."""
+        return self._batch.begun(0, "state()").state(self._batch.bodies).ravel()
 
     @property
     def world(self) -> World:
@@ -208,13 +201,44 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
         RuntimeError
             Before `reset`, without a `render_mode`, or if there is no display for "human".
         """
-        return self._views.draw(self._batch, 0)
+        if self.render_mode is None:
+            raise RuntimeError(NO_MODE)
+        return self._views.draw(self._batch.begun(0, "render()"))
 
     def close(self) -> None:
         """Release the world and the window. Idempotent."""
         self.agents = []
         self._views.close()
         self._batch.close()
+
+
+def _stacked(actions: Mapping[str, Any], example: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return the actions of all agents as one array, shape (1, agents, …).
+
+    Parameters
+    ----------
+    actions : mapping of str to array_like
+        The action of each agent, in the order of the array.
+    example : ndarray
+        A good action.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is not a number or an array of numbers, or has another shape than the example.
+    """
+    shape, listed = example.shape, list(actions.values())
+    if shape and all(type(one) is np.ndarray and one.shape == shape and one.dtype.kind == "f" for one in listed):
+        # The usual case, in a fifth of the time.
+        return np.concatenate(listed).reshape(1, -1, *shape)
+    for agent, action in actions.items():
+        array = as_array(action)
+        what, good = f"actions[{agent!r}]", example.tolist()
+        if array.dtype.kind not in "iuf":
+            raise TypeError(f"{what}={checks.shown(action)}: must be of shape {shape}, as in {good}")
+        if array.shape != shape:
+            raise ValueError(f"{what}: has the shape {array.shape}; it must be {shape}, as in {good}")
+    return np.asarray(listed)[np.newaxis]
 
 
 @takes_settings

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.env.extras import require
-from teamsight.env.shared_policy import SharedPolicyEnv, gymnasium_env
+from teamsight.env.vector import SharedPolicyEnv, gymnasium_env
 
 try:
     from stable_baselines3.common.vec_env import VecEnv
@@ -127,5 +126,8 @@ def stable_baselines_env(worlds: int, *, render_mode: str | None = None, **setti
     TypeError, ValueError
         As for `vector_env`.
     """
-    require("stable_baselines3", cure="pip install stable-baselines3")
+    if VecEnv is object:
+        raise ImportError(
+            "stable_baselines_env needs stable_baselines3, which is not installed: pip install stable-baselines3"
+        )
     return TeamVecEnv(gymnasium_env(worlds, autoreset="same-step", render_mode=render_mode, **settings))

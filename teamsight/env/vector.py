@@ -1,27 +1,59 @@
-"""The vectorised environment: many worlds in one compiled call, with arrays of all their robots."""
+"""Many worlds in one compiled call: with arrays of all their robots, or as Gymnasium's vector interface has it.
+
+In the latter a policy is shared by all robots: there is one sub-environment for each robot of each world.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple, NoReturn, TypeAlias
 
 import gymnasium
 import numpy as np
 import numpy.typing as npt
+from gymnasium.vector import VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.env.actions import as_array
 from teamsight.env.batch import Batch
+from teamsight.env.rendering import FPS, NO_MODE, Views
 from teamsight.env.settings import Settings, settings_of, takes_settings
-from teamsight.env.states import StateView
-from teamsight.env.vector_step import Flags, Observations, Step
-from teamsight.env.views import Views
+
+Floats: TypeAlias = npt.NDArray[np.float64]
+Flags: TypeAlias = npt.NDArray[np.bool_]
+Observations: TypeAlias = npt.NDArray[np.float32]
+Array: TypeAlias = npt.NDArray[Any]
 
 #: What happens after the end of an episode: the next begins in the same step, in the next step, or by `reset` only.
 AUTORESETS = ("same-step", "next-step", "disabled")
 _MOST_WORLDS = 1_000_000
+
+
+class Step(NamedTuple):
+    """What a step of `TeamVectorEnv` returns.
+
+    Attributes
+    ----------
+    observations : ndarray, shape (worlds, robots, width), float32
+        What the robots perceive after the step.
+    rewards : ndarray, shape (worlds, robots), float64
+        Their rewards.
+    terminated, truncated : ndarray, shape (worlds,), bool
+        Whether something has stopped a world; whether its episode has lasted for `max_cycles` steps.
+    info : dict of str to ndarray
+        Of each world the ``observed`` share of targets, ``mean_neighbours`` and ``max_neighbours``, shape (worlds,); of
+        each robot the targets ``sensed``, the ``neighbours`` and whether it is ``active``, shape (worlds, robots). With
+        "same-step", if episodes have ended: ``final_observations``, shape (worlds, robots, width), whose rows of other
+        worlds are as in `observations`; the rest of `info` is of the last step of the episode.
+    """
+
+    observations: Observations
+    rewards: Floats
+    terminated: Flags
+    truncated: Flags
+    info: dict[str, npt.NDArray[Any]]
 
 
 class TeamVectorEnv:
@@ -50,11 +82,10 @@ class TeamVectorEnv:
         The number of steps of an episode.
     """
 
-    def __init__(self, settings: Settings, worlds: int, autoreset: str = "same-step", *, copy: bool = True) -> None:
+    def __init__(self, settings: Settings, worlds: int, autoreset: str = "same-step", copy: bool = True) -> None:
         self.worlds = checks.count("worlds", worlds, most=_MOST_WORLDS)
         self.autoreset = checks.choice("autoreset", autoreset, AUTORESETS)
         self._copies = checks.flag("copy", copy)
-        self._settings = settings
         self._batch = batch = Batch(settings, self.worlds)
         self.robots, self.max_cycles = batch.robots, settings.max_cycles
         self.observation_space = batch.observation.space()
@@ -62,11 +93,11 @@ class TeamVectorEnv:
         # Of two dimensions, as the arrays have: worlds, then robots.
         self.batched_action_space = batch_space(batch_space(self.action_space, self.robots), self.worlds)
         self._has_ended = np.zeros(self.worlds, bool)
-        self._states, self._views = StateView(batch), Views("rgb_array")
+        self._views = Views("rgb_array")
 
-    def __reduce__(self) -> tuple[Callable[..., TeamVectorEnv], tuple[Settings, int, str, bool]]:
+    def __reduce__(self) -> tuple[type[TeamVectorEnv], tuple[Settings, int, str, bool]]:
         # As PettingZoo's EzPickle: a copy is new worlds of these settings, which `reset` begins.
-        return _again, (self._settings, self.worlds, self.autoreset, self._copies)
+        return type(self), (self._batch.settings, self.worlds, self.autoreset, self._copies)
 
     def reset(
         self, seed: int | Sequence[int] | None = None, *, worlds: npt.ArrayLike | None = None
@@ -144,9 +175,14 @@ class TeamVectorEnv:
         TypeError, ValueError
             If actions are not numbers, of another shape, NaN or outside their space. Nothing is changed then.
         """
-        waits = self._waiting()
+        waits = self._has_ended if self._has_ended.any() else None
+        if waits is not None and self.autoreset == "disabled":
+            raise RuntimeError(
+                f"step(): the episode of world {int(np.argmax(waits))} has ended; begin another, as by "
+                "reset(worlds=terminated | truncated), or use autoreset='same-step'"
+            )
         batch = self._batch
-        batch.step(actions, waits, _name)
+        batch.step(actions, waits, lambda world, robot: "actions" if robot < 0 else f"actions[{world}, {robot}]")
         if waits is not None:
             batch.reset(np.flatnonzero(waits).tolist(), [None] * int(waits.sum()))
         terminated, truncated = batch.are_stopped, batch.cycles >= self.max_cycles
@@ -161,18 +197,6 @@ class TeamVectorEnv:
         observations = batch.observations.copy() if self._copies else batch.observations
         return Step(observations, rewards, terminated, truncated, info)
 
-    def _waiting(self) -> Flags | None:
-        """Return the worlds that begin an episode in this step; None for none."""
-        if not self._has_ended.any():
-            return None
-        if self.autoreset == "disabled":
-            world = int(np.argmax(self._has_ended))
-            raise RuntimeError(
-                f"step(): the episode of world {world} has ended; begin another, as by reset(worlds=terminated | "
-                "truncated), or use autoreset='same-step'"
-            )
-        return self._has_ended
-
     def _info(self) -> dict[str, npt.NDArray[Any]]:
         facts = self._batch.facts
         return {
@@ -185,8 +209,9 @@ class TeamVectorEnv:
         }
 
     def state(self) -> npt.NDArray[np.float32]:
-        """Return the states of all worlds, shape (worlds, bodies, 5); see `StateView`."""
-        return np.stack([self._states.read(place) for place in range(self.worlds)])
+        """Return the states of all worlds, shape (worlds, bodies, 5); see `Place.state`."""
+        batch = self._batch
+        return np.stack([batch.begun(place, "state()").state(batch.bodies) for place in range(self.worlds)])
 
     def world(self, number: int) -> World:
         """Return a world, up to date; until it is reset, its steps are then made in Python, with the same result."""
@@ -195,9 +220,7 @@ class TeamVectorEnv:
     def render(self, number: int = 0) -> npt.NDArray[np.uint8]:
         """Return a picture of a world, shape (height, width, 3)."""
         place = checks.count("number", number, least=0, most=self.worlds - 1)
-        # Another world may have another arena.
-        self._views.begin()
-        pixels = self._views.draw(self._batch, place)
+        pixels = self._views.draw(self._batch.begun(place, "render()"))
         assert pixels is not None
         return pixels
 
@@ -207,14 +230,6 @@ class TeamVectorEnv:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.worlds:,} worlds of {self.robots} robots>"
-
-
-def _again(settings: Settings, worlds: int, autoreset: str, copy: bool) -> TeamVectorEnv:
-    return TeamVectorEnv(settings, worlds, autoreset, copy=copy)
-
-
-def _name(world: int, robot: int) -> str:
-    return "actions" if robot < 0 else f"actions[{world}, {robot}]"
 
 
 @takes_settings
@@ -243,4 +258,193 @@ def vector_env(worlds: int, *, autoreset: str = "same-step", copy: bool = True, 
     Each world has the same bits as `parallel_env` of its seed. Worlds in which an event is due, and those whose
     policies, arenas or recorders need Python, make that step in Python; all others are stepped in one call.
     """
-    return TeamVectorEnv(settings_of(settings), worlds, autoreset, copy=copy)
+    return TeamVectorEnv(settings_of(settings), worlds, autoreset, copy)
+
+
+class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]
+    """The robots of many worlds as sub-environments: number ``world × robots + robot``.
+
+    Parameters
+    ----------
+    team : TeamVectorEnv
+        The worlds.
+    render_mode : "rgb_array", optional
+        What `render` returns.
+
+    Attributes
+    ----------
+    num_envs : int
+        The number of robots in all worlds.
+    single_observation_space, single_action_space : gymnasium.Space
+        The spaces of one robot.
+    observation_space, action_space : gymnasium.Space
+        Those of all.
+    team : TeamVectorEnv
+        The worlds.
+    """
+
+    def __init__(self, team: TeamVectorEnv, render_mode: str | None = None) -> None:
+        if render_mode is not None:
+            checks.choice("render_mode", render_mode, ("rgb_array",))
+        self.render_mode = render_mode
+        self.team, self.num_envs = team, team.worlds * team.robots
+        self.single_observation_space, self.single_action_space = team.observation_space, team.action_space
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.metadata = {"render_modes": ["rgb_array"], "render_fps": FPS}
+        # Gymnasium knows the modes from version 1.1 on.
+        modes: Any = getattr(gymnasium.vector, "AutoresetMode", None)
+        if modes is not None:
+            self.metadata["autoreset_mode"] = modes[team.autoreset.upper().replace("-", "_")]
+
+    def __reduce__(self) -> tuple[Callable[..., SharedPolicyEnv], tuple[Any, ...], dict[str, Any]]:
+        # A copy has worlds of its own, a shallow one too.
+        _, given = self.team.__reduce__()
+        return _shared, given, {"render_mode": self.render_mode, "spec": self.spec}
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[npt.NDArray[np.float32], dict[str, Any]]:
+        """Begin an episode.
+
+        Parameters
+        ----------
+        seed : int, optional
+            The seed of the first world; see `TeamVectorEnv.reset`.
+        options : dict, optional
+            With "reset_mask", shape (num_envs,), bool: only the worlds of these robots begin an episode.
+
+        Returns
+        -------
+        observations : ndarray, shape (num_envs, width), float32
+            What the robots perceive.
+        infos : dict of str to ndarray
+            See `step`.
+
+        Raises
+        ------
+        ValueError
+            If the mask selects a part of the robots of a world, or has another shape.
+        """
+        worlds = None
+        if options and "reset_mask" in options:
+            mask = np.asarray(options["reset_mask"])
+            if mask.dtype != bool or mask.shape != (self.num_envs,):
+                raise ValueError(f"reset_mask: must be of shape ({self.num_envs},) and bool, one flag for each robot")
+            chosen = mask.reshape(self.team.worlds, self.team.robots)
+            worlds = chosen.any(axis=1)
+            if not np.array_equal(worlds, chosen.all(axis=1)):
+                raise ValueError("reset_mask: selects a part of the robots of a world; its robots begin together")
+        super().reset(seed=seed)
+        observations, info = self.team.reset(seed, worlds=worlds)
+        return observations.reshape(self.num_envs, -1), self._infos(info)
+
+    def step(
+        self, actions: npt.ArrayLike
+    ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float64], Array, Array, dict[str, Any]]:
+        """Make a step.
+
+        Parameters
+        ----------
+        actions : array_like, shape (num_envs, 2), (num_envs,) or (num_envs, 3)
+            The actions of the robots; see `parallel_env`.
+
+        Returns
+        -------
+        observations : ndarray, shape (num_envs, width), float32
+            What the robots perceive after the step.
+        rewards : ndarray, shape (num_envs,), float64
+            Their rewards.
+        terminations, truncations : ndarray, shape (num_envs,), bool
+            The robots of a world end together.
+        infos : dict of str to ndarray
+            Those of `Step`, shape (num_envs,) each; with "same-step", when episodes end, also
+            ``final_obs``, and ``_final_obs``, the mask of the robots that have one.
+
+        Raises
+        ------
+        RuntimeError, TypeError, ValueError
+            As for `TeamVectorEnv.step`.
+        """
+        given = as_array(actions)
+        if given.shape[:1] != (self.num_envs,):
+            shape = (self.num_envs, *(self.single_action_space.shape or ()))
+            raise ValueError(f"actions: have the shape {given.shape}; it must be {shape}, one for each robot")
+        made = self.team.step(given.reshape(self.team.worlds, self.team.robots, *given.shape[1:]))
+        infos = self._infos(made.info)
+        terminated, truncated = (np.repeat(one, self.team.robots) for one in (made.terminated, made.truncated))
+        if "final_observations" in made.info:
+            # As Gymnasium has it: objects, None for a robot whose episode goes on.
+            infos["_final_obs"] = has_ended = terminated | truncated
+            infos["final_obs"] = final = np.full(self.num_envs, None, dtype=object)
+            rows = made.info["final_observations"].reshape(self.num_envs, -1)
+            for robot in np.flatnonzero(has_ended).tolist():
+                final[robot] = rows[robot]
+        return made.observations.reshape(self.num_envs, -1), made.rewards.ravel(), terminated, truncated, infos
+
+    def _infos(self, info: dict[str, Array]) -> dict[str, Any]:
+        infos: dict[str, Any] = {}
+        for name, values in info.items():
+            if name != "final_observations":
+                infos[name] = values.ravel() if values.ndim == 2 else np.repeat(values, self.team.robots)
+                # Gymnasium marks who has a value.
+                infos[f"_{name}"] = np.ones(self.num_envs, bool)
+        return infos
+
+    def render(self) -> tuple[npt.NDArray[np.uint8], ...]:
+        """Return a picture for each robot, shape (height, width, 3): that of its world.
+
+        Raises
+        ------
+        RuntimeError
+            Before `reset`, or without a `render_mode`.
+        """
+        if self.render_mode is None:
+            raise RuntimeError(NO_MODE)
+        pictures = map(self.team.render, range(self.team.worlds))
+        return tuple(picture for picture in pictures for _ in range(self.team.robots))
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Release the worlds."""
+        self.team.close()
+
+
+def _shared(*given: Any) -> SharedPolicyEnv:
+    return SharedPolicyEnv(TeamVectorEnv(*given))
+
+
+def gymnasium_env(
+    worlds: int, *, autoreset: str = "next-step", render_mode: str | None = None, **settings: Any
+) -> SharedPolicyEnv:
+    """Return many worlds as a vector environment of Gymnasium, with one sub-environment for each robot.
+
+    Parameters
+    ----------
+    worlds : int
+        Their number; there are ``worlds × robots`` sub-environments.
+    autoreset : {"next-step", "same-step", "disabled"}
+        What happens after the end of an episode; see `vector_env`. Gymnasium's wrappers take "next-step".
+    render_mode : "rgb_array", optional
+        Let `render` return pictures.
+    **settings
+        The others of `vector_env`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As for `vector_env`.
+    """
+    return SharedPolicyEnv(vector_env(worlds, autoreset=autoreset, **settings), render_mode)
+
+
+def many_robots(num_envs: int, **settings: Any) -> SharedPolicyEnv:
+    """Return the environment that `gymnasium.make_vec` makes of an id; `num_envs` is the number of worlds."""
+    return gymnasium_env(num_envs, **settings)
+
+
+def one_robot(**_: Any) -> NoReturn:
+    """Refuse `gymnasium.make`, whose environments have one robot that acts alone."""
+    raise ValueError(
+        "gymnasium.make: a team is several environments, one for each robot; use gymnasium.make_vec(id, "
+        "num_envs=WORLDS)"
+    )

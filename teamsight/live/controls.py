@@ -93,42 +93,28 @@ class Control:
         if self.kind != "choice":
             # Of a cycle, its period.
             return getattr(value, "period", value)
-        return next((text for text, one in self.choices.items() if one is value or _equal(one, value)), str(value))
-
-    def _step(self) -> float | None:
-        """Return the step of the slider of a number with two limits; None for one without, which is a field."""
-        allowed = self.declared.allowed
-        least = allowed.above if allowed.least is None else allowed.least
-        if self.kind not in ("integer", "number") or least is None or allowed.most is None:
-            return None
-        width = allowed.most - least
-        return None if width > _WIDEST else 1 if self.kind == "integer" else width / 100
+        for text, one in self.choices.items():
+            # A component may have other settings.
+            is_like = isinstance(one, Component) or (isinstance(one, (str, int, float, bool)) and one == value)
+            if one is value or (type(one) is type(value) and is_like):
+                return text
+        return str(value)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the control as values of JSON."""
-        panel = self.declared.allowed.panel or _NO_PANEL
+        """Return the control as values of JSON; a number with two limits has a step, that of its slider."""
+        allowed = self.declared.allowed
+        panel, least = allowed.panel or _NO_PANEL, allowed.above if allowed.least is None else allowed.least
+        step = panel.step
+        if not step and self.kind in ("integer", "number") and least is not None and allowed.most is not None:
+            width = allowed.most - least
+            step = None if width > _WIDEST else 1 if self.kind == "integer" else width / 100
         return {
             "name": self.name, "kind": self.kind, "label": self.label, "section": self.section,
-            "help": self.declared.meaning.replace("`", ""), "step": panel.step or self._step(), "least": self.least,
+            "help": self.declared.meaning.replace("`", ""), "step": step, "least": self.least,
             "most": None if self.kind == "digits" else self.most,
             "reach": self.most if panel.reach is None else panel.reach,
             "choices": list(self.choices), "live": self.live, "only": panel.only,
         }  # fmt: skip
-
-
-def _equal(one: Any, other: Any) -> bool:
-    """Whether the page shows two values alike; a component may have other settings."""
-    if type(one) is not type(other):
-        return False
-    return isinstance(one, Component) or (isinstance(one, (str, int, float, bool)) and one == other)
-
-
-def has_signature(model: object) -> bool:
-    """Return whether something can be called, and says with what."""
-    try:
-        return callable(model) and inspect.signature(model) is not None
-    except (TypeError, ValueError):
-        return False
 
 
 def seed_name(model: Callable[..., Any]) -> str | None:
@@ -184,52 +170,36 @@ def controls_of(model: Callable[..., Any], parameters: Mapping[str, Any]) -> lis
     for name, one in declared(model).items():
         if name in SEEDS:
             continue
-        value = parameters.get(name, one.default)
-        section = one.allowed.section or model_name(model)
-        control = _control(one, value, section)
-        if control is not None:
-            found.append(replace(control, live=_is_live(model, one)))
+        value, live = parameters.get(name, one.default), _is_live(model, one)
+        found.append(_control(one, value, one.allowed.section or model_name(model), live))
         if one.kind == "component" and isinstance(value, Component):
-            found += _controls_within(one, value, _is_live(model, one))
-    return found
+            for inner, its in declared(type(value)).items():
+                panel = replace(its.allowed.panel or _NO_PANEL, only=f"{name}={_label(value)}")
+                its = replace(its, name=f"{name}.{inner}", allowed=replace(its.allowed, panel=panel))
+                found.append(_control(its, getattr(value, inner), type(value).__name__, live))
+    return [one for one in found if one is not None]
 
 
-def value_of(model: Callable[..., Any], name: str) -> Any:
-    """Return the default of a parameter, or of a setting of the component that is its default."""
-    base, _, option = name.partition(".")
-    default = declared(model)[base].default
-    return getattr(default, option) if option else default
-
-
-def _controls_within(of: Declared, component: Component, live: bool) -> list[Control]:
-    """Return the controls of a component's own settings."""
-    kind, found = type(component), []
-    for name, one in declared(kind).items():
-        panel = replace(one.allowed.panel or _NO_PANEL, only=f"{of.name}={_label(component)}")
-        named = replace(one, name=f"{of.name}.{name}", allowed=replace(one.allowed, panel=panel))
-        control = _control(named, getattr(component, name), kind.__name__)
-        if control is not None:
-            found.append(replace(control, live=live))
-    return found
-
-
-def _control(one: Declared, value: Any, section: str) -> Control | None:
+def _control(one: Declared, value: Any, section: str, live: bool) -> Control | None:
     """Return a control with limits, or choices, that hold a value; None if a page cannot set it."""
-    panel = one.allowed.panel or _NO_PANEL
-    kind = one.kind
+    allowed, kind = one.allowed, one.kind
+    panel = allowed.panel or _NO_PANEL
     if kind in ("choice", "component"):
-        names = one.names or {name: name for name in panel.names or one.choices}
         if one.is_optional and value is None:
             return None
-        return Control(one, "choice", section, choices=_with_given(names, value))
+        choices = dict(one.names or {name: name for name in panel.names or one.choices})
+        if value is not MISSING and not any(each is value or each == value for each in choices.values()):
+            # What was given from Python can be chosen again.
+            choices[_label(value)] = value
+        return Control(one, "choice", section, choices=choices, live=live)
     if kind in ("text", "object") and isinstance(value, str):
         # A text is a choice only if the parameter is called what it names; no other text may come from a page.
         for ending, known in (("policy", POLICIES), ("awareness", AWARENESS)):
             if (one.name == ending or one.name.endswith(f"_{ending}")) and value in known:
-                return Control(one, "choice", section, choices={name: name for name in known})
+                return Control(one, "choice", section, choices={name: name for name in known}, live=live)
         return None
     if kind == "flag":
-        return Control(one, "flag", section) if isinstance(value, bool) else None
+        return Control(one, "flag", section, live=live) if isinstance(value, bool) else None
     if isinstance(value, Cycle) and value == Cycle(value.period):
         value = value.period
     if kind not in ("integer", "number") or isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -237,25 +207,11 @@ def _control(one: Declared, value: Any, section: str) -> Control | None:
         return None
     if kind == "integer" and not float(value).is_integer():
         kind = "number"
-    least, most = _limits(one, panel, kind, value)
-    return Control(one, kind, section, min(least, value), max(most, value))
-
-
-def _limits(one: Declared, panel: Panel, kind: str, value: float) -> tuple[float, float]:
-    """Return the limits of a number on a page."""
-    allowed = one.allowed
-    largest = _MOST_INTEGER if kind == "integer" else _MOST_NUMBER
-    lowest = 0 if kind == "integer" and value >= 0 else -max(largest, abs(value))
-    lows = [limit for limit in (panel.least, allowed.least, allowed.above) if limit is not None]
-    highs = [limit for limit in (panel.most, allowed.most) if limit is not None]
-    return (lows[0] if lows else lowest), (highs[0] if highs else max(largest, abs(value)))
-
-
-def _with_given(choices: Mapping[str, Any], value: Any) -> dict[str, Any]:
-    """Return choices to which the value that was given from Python is added, if it is none of them."""
-    if value is MISSING or any(one is value or one == value for one in choices.values()):
-        return dict(choices)
-    return {**choices, _label(value): value}
+    largest = max(_MOST_INTEGER if kind == "integer" else _MOST_NUMBER, abs(value))
+    lowest = 0 if kind == "integer" and value >= 0 else -largest
+    lows, highs = (panel.least, allowed.least, allowed.above, lowest), (panel.most, allowed.most, largest)
+    least, most = (next(limit for limit in limits if limit is not None) for limits in (lows, highs))
+    return Control(one, kind, section, min(least, value), max(most, value), live=live)
 
 
 def _label(given: Any) -> str:

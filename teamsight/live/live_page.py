@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import builtins
+import inspect
 import sys
 import threading
 from collections.abc import Callable, Mapping
-from types import TracebackType
 from typing import Any, Self
 
 from teamsight.agents.cmommt import CMOMMT
@@ -16,7 +16,7 @@ from teamsight.core.component import Declared, declared, of_name
 from teamsight.core.references import is_reference
 from teamsight.core.status_line import StatusLine, has_reader
 from teamsight.live import protocol
-from teamsight.live.controls import SEEDS, Control, check_parameters, controls_of, has_signature, model_name, seed_name
+from teamsight.live.controls import SEEDS, Control, check_parameters, controls_of, model_name, seed_name
 from teamsight.live.security import access_to
 from teamsight.live.server import Server
 from teamsight.live.session import SEED, Session
@@ -45,8 +45,6 @@ class LivePage:
         self.session, self._server = session, server
         self.url = server.url
         self._closed = threading.Event()
-        self._line: StatusLine | None = None
-        self._has_said = False
 
     def wait(self) -> None:
         """Wait until the page is closed, or Ctrl-C is pressed, which closes it too; meanwhile say what is compiled.
@@ -56,29 +54,27 @@ class LivePage:
         Exception
             That of the model, if its first world cannot be built.
         """
+        line, said = StatusLine() if has_reader() else None, ""
         try:
             # Without a timeout, Ctrl-C would not be noticed on Windows.
             while not self._closed.wait(0.5) and self._server.is_alive() and self.session.failure is None:
-                self._say(self.session.said)
+                before, said = said, self.session.said
+                if line is None:
+                    if said and not before:
+                        print(f"teamsight: {said}", file=sys.stderr)
+                elif said:
+                    line.show(f"teamsight: {said}")
+                else:
+                    line.close()
         except KeyboardInterrupt:
             # The usual way to end it, and no error.
             pass
         finally:
-            self._say("")
+            if line is not None:
+                line.close()
             self.close()
         if self.session.failure is not None:
             raise self.session.failure
-
-    def _say(self, text: str) -> None:
-        if not has_reader():
-            if text and not self._has_said:
-                print(f"teamsight: {text}", file=sys.stderr)
-            self._has_said = bool(text)
-        elif text:
-            self._line = self._line or StatusLine()
-            self._line.show(f"teamsight: {text}")
-        elif self._line is not None:
-            self._line.close()
 
     def close(self) -> None:
         """Stop the worlds and the server. Idempotent."""
@@ -89,9 +85,7 @@ class LivePage:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _repr_html_(self) -> str:
@@ -157,21 +151,22 @@ def watch(
     """
     if isinstance(model, (Task, str)):
         model = TaskModel(task_of(model))
-    if isinstance(model, World) or not has_signature(model):
-        shown = checks.shown(model)
+    try:
+        inspect.signature(model)
+    except (TypeError, ValueError):
         raise TypeError(
-            f"model={shown}: must be a class or a function that builds a world, so that the page can start again; "
-            "give the class, and what it is built with as parameters"
-        )
+            f"model={checks.shown(model)}: must be a class or a function that builds a world, so that the page can "
+            "start again; give the class, and what it is built with as parameters"
+        ) from None
     for called, values in (("parameters", parameters), ("beside", beside)):
         if values is not None and not isinstance(values, Mapping):
             raise TypeError(f"{called}={checks.shown(values)}: must be a mapping, as in {{'robots': 5}}")
     access = access_to(host, token)
     checks.count("port", port, least=0, most=_MOST_PORT)
     speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
-    frames = checks.count("every", every, most=protocol.MOST_EVERY)
     worlds, controls = worlds_of(model, dict(parameters or {}), beside)
-    session = Session(worlds, controls, rate=speed, every=frames, running=checks.flag("running", running))
+    worlds.every = checks.count("every", every, most=protocol.MOST_EVERY)
+    session = Session(worlds, controls, rate=speed, running=checks.flag("running", running))
     try:
         # The page is there at once where something has to be compiled.
         session.begun.wait()
@@ -183,7 +178,8 @@ def watch(
         raise
     if browser:
         browsers.show(page.url)
-    if wait if wait is not None else not is_interactive():
+    is_interactive = hasattr(sys, "ps1") or bool(sys.flags.interactive) or hasattr(builtins, "get_ipython")
+    if not is_interactive if wait is None else wait:
         print(f"{page.url}  (Ctrl-C ends)", flush=True)
         page.wait()
     return page
@@ -224,8 +220,3 @@ def worlds_of(
         digits = Declared(SEED, "integer", 0, meaning="All random numbers follow from it.")
         found.append(Control(digits, "digits", "World", 0, checks.MOST_SEED))
     return Worlds(model, both, seed), {one.name: one for one in found}
-
-
-def is_interactive() -> bool:
-    """Return whether somebody types commands: in a notebook, IPython, or the interpreter."""
-    return hasattr(sys, "ps1") or bool(sys.flags.interactive) or hasattr(builtins, "get_ipython")

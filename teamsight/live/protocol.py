@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 from teamsight.core import checks
@@ -19,62 +20,37 @@ MOST_BYTES = 4096
 LEAST_RATE, MOST_RATE = 0.1, 10_000.0
 #: Of how many steps one is drawn, at most.
 MOST_EVERY = 10_000
-_LONGEST_TEXT = 200
 _FRAME, _HISTORY = 1, 2
 _HEAD = struct.Struct("<BBHI")
 
 
 class Message(NamedTuple):
-    """A message of a page.
-
-    Attributes
-    ----------
-    type : str
-        One of `KINDS`.
-    fields : dict of str to object
-        Its other fields, which have been checked.
-    """
+    """A message of a page: one of `KINDS`, and its other fields, which have been checked."""
 
     type: str
     fields: dict[str, Any]
 
 
-def _value(name: str, value: Any) -> Any:
-    """Return the value of a control: a number, a truth value or a short text; the control itself checks the rest."""
-    if isinstance(value, bool) or (isinstance(value, str) and len(value) <= _LONGEST_TEXT):
-        return value
-    if isinstance(value, str):
-        raise ValueError(f"{name}={checks.shown(value)}: must have at most {_LONGEST_TEXT} characters")
-    if isinstance(value, int) and abs(value) <= checks.MOST_SEED:
-        return value
-    return checks.number(name, value)
-
-
-def _rate(name: str, value: Any) -> float | None:
-    return None if value is None else checks.number(name, value, least=LEAST_RATE, most=MOST_RATE)
-
-
-def _track(name: str, value: Any) -> int | None:
-    return None if value is None else checks.count(name, value, least=0, most=1)
-
-
 def _name(name: str, value: Any) -> str:
-    if not isinstance(value, str) or len(value) > _LONGEST_TEXT:
-        raise ValueError(f"{name}={checks.shown(value)}: must be a text of at most {_LONGEST_TEXT} characters")
+    if not isinstance(value, str):
+        raise TypeError(f"{name}={checks.shown(value)}: must be a text, the name of a control")
     return value
 
 
-Check = Callable[[str, Any], Any]
-#: The messages of pages, and for each field its check.
-KINDS: dict[str, dict[str, Check]] = {
-    "ack": {"frame": lambda name, value: checks.count(name, value, least=0, most=2**32 - 1)},
+def _or_none(check: Callable[..., Any], **limits: Any) -> Callable[[str, Any], Any]:
+    return lambda name, value: None if value is None else check(name, value, **limits)
+
+
+#: The messages of pages, and for each field its check; a control checks its value itself.
+KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
+    "ack": {"frame": partial(checks.count, least=0, most=2**32 - 1)},
     "run": {},
     "pause": {},
     "step": {},
     "reset": {},
-    "set": {"name": _name, "value": _value, "track": _track},
-    "rate": {"value": _rate},
-    "every": {"value": lambda name, value: checks.count(name, value, most=MOST_EVERY)},
+    "set": {"name": _name, "value": lambda name, value: value, "track": _or_none(checks.count, least=0, most=1)},
+    "rate": {"value": _or_none(checks.number, least=LEAST_RATE, most=MOST_RATE)},
+    "every": {"value": partial(checks.count, most=MOST_EVERY)},
     "compare": {"on": checks.flag},
     "save": {},
 }
@@ -139,16 +115,6 @@ def frame_message(track: int, number: int, block: bytes) -> bytes:
 
 
 def history_message(track: int, blocks: list[bytes]) -> bytes:
-    """Return the binary message of the frames before: a head with their number, then the size of each and its block.
-
-    Parameters
-    ----------
-    track : int
-        0, or 1 for the world on the right.
-    blocks : list of bytes
-        The frames, the oldest first.
-    """
-    parts = [_HEAD.pack(_HISTORY, track, 0, len(blocks))]
-    for block in blocks:
-        parts += [len(block).to_bytes(4, "little"), block]
-    return b"".join(parts)
+    """Return the binary message of the frames before, the oldest first: their number; each with its size before it."""
+    sized = (len(block).to_bytes(4, "little") + block for block in blocks)
+    return _HEAD.pack(_HISTORY, track, 0, len(blocks)) + b"".join(sized)

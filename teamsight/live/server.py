@@ -6,31 +6,114 @@ import asyncio
 import contextlib
 import errno
 import logging
+import socket
 import threading
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from teamsight.core import checks
+from teamsight.core.extras import extra
 from teamsight.core.references import failure
-from teamsight.live import page, protocol
-from teamsight.live.client import MOST_WRONG, Client
+from teamsight.live import protocol
 from teamsight.live.security import Access
 from teamsight.live.session import Session
+from teamsight.view.page import asset, digest
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import Server as SocketServer
     from websockets.asyncio.server import ServerConnection
     from websockets.http11 import Request, Response
 
-_MISSING = "the live page needs a package that is not installed: pip install 'teamsight[live]'"
 #: Pages at once.
 MOST_CLIENTS = 32
-# Seconds in which a page that sends nonsense can learn that it is closed.
-_LAST_WORD = 0.05
+#: Frames that a page has been sent and has not acknowledged.
+MOST_UNDER_WAY = 2
+# Kinds of messages on the board, in the order in which pages need them.
+_SHOWN = ("scene", "state", "events", "controls", "error", "frame")
 # Browsers send data that is no HTTP, close while they are answered, and so on; a user can do nothing about it.
 _LOGGER = logging.getLogger("teamsight.live")
 _LOGGER.addHandler(logging.NullHandler())
 _LOGGER.propagate = False
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<title>{title}</title>
+<link rel="icon" href="data:,">
+{styles}
+</head>
+<body>
+<main id="teamsight"></main>
+{scripts}
+</body>
+</html>
+"""
+_ASSETS = Path(__file__).parent / "assets"
+# Headers of all answers.
+_SAFE = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+
+class Client:
+    """A connection: what its page has been sent of a board, and how many frames are on their way to it.
+
+    Parameters
+    ----------
+    board : dict of str to object
+        See `Session`.
+
+    Attributes
+    ----------
+    news : asyncio.Event
+        Set it to let the client look at the board again.
+    under_way : list of int
+        The numbers of frames that the page has not acknowledged.
+    """
+
+    def __init__(self, board: dict[str, Any]) -> None:
+        self._board = board
+        # An error that is there already was made by somebody else, perhaps long ago.
+        self._seen: dict[str, Any] = {"error": board.get("error")}
+        self.under_way: list[int] = []
+        self.news = asyncio.Event()
+        self.news.set()
+
+    def acknowledge(self, number: int) -> None:
+        """Note that the page has drawn a frame, and all before it."""
+        self.under_way = [other for other in self.under_way if other > number]
+        self.news.set()
+
+    async def messages(self) -> list[str | bytes]:
+        """Wait for messages that the page has not had, and return them."""
+        while True:
+            await self.news.wait()
+            self.news.clear()
+            if found := list(self._unseen(dict(self._board))):
+                return found
+
+    def _unseen(self, board: dict[str, Any]) -> Iterator[str | bytes]:
+        for kind in _SHOWN:
+            shown: Any = board.get(kind)
+            is_frame = kind == "frame" and shown is not None
+            if shown is self._seen.get(kind) or (
+                is_frame and (shown.scenes is not self._seen.get("scene") or len(self.under_way) >= MOST_UNDER_WAY)
+            ):
+                continue
+            self._seen[kind] = shown
+            if is_frame:
+                self.under_way.append(shown.number)
+            yield from shown.messages if is_frame else shown if kind == "scene" else (shown,)
 
 
 class Server:
@@ -61,11 +144,8 @@ class Server:
     """
 
     def __init__(self, session: Session, access: Access, port: int, title: str) -> None:
-        try:
-            import websockets.asyncio.server
-        except ModuleNotFoundError:
-            raise ModuleNotFoundError(_MISSING) from None
-        self._websockets = websockets
+        self._websockets = extra("websockets", "the live page", "live")
+        import websockets.asyncio.server  # noqa: F401
         self._session, self._access, self._title = session, access, title
         self.port = port
         self.clients: set[Client] = set()
@@ -83,8 +163,6 @@ class Server:
         """The address of the page."""
         host = self._access.host
         if host in ("0.0.0.0", "::"):
-            import socket
-
             host = socket.gethostname()
         name = f"[{host}]" if ":" in host else host
         token = f"?token={self._access.token}" if self._access.token else ""
@@ -101,15 +179,15 @@ class Server:
             self._thread.join(timeout=10)
 
     def _named(self, error: Exception) -> Exception:
-        port, host = self.port, self._access.host
-        if isinstance(error, OverflowError) or not isinstance(error, OSError):
+        """Return an error of the socket with its cure."""
+        if not isinstance(error, OSError):
             return error
-        if error.errno == errno.EADDRINUSE:
-            cure = "give another port, or 0 for any that is free (--port 0)"
-            return ValueError(f"port={port}: is in use by another program; {cure}")
-        if error.errno in (errno.EACCES, errno.EPERM):
-            return ValueError(f"port={port}: may not be used by this user; give one from 1024 on, or --port 0 for any")
-        return ValueError(f"host={checks.shown(host)}: is no address of this computer ({error.strerror or error})")
+        if error.errno in (errno.EADDRINUSE, errno.EACCES, errno.EPERM):
+            is_used = error.errno == errno.EADDRINUSE
+            why = "is in use by another program" if is_used else "may not be used by this user"
+            return ValueError(f"port={self.port}: {why}; give another, or 0 for any that is free (--port 0)")
+        shown = checks.shown(self._access.host)
+        return ValueError(f"host={shown}: is no address of this computer ({error.strerror or error})")
 
     async def _serve(self) -> None:
         self._loop, self._stopped = asyncio.get_running_loop(), asyncio.Event()
@@ -124,19 +202,16 @@ class Server:
             self._ready.set()
             return
         self.port = int(next(iter(server.sockets)).getsockname()[1])
-        self._session.board.listen(lambda: self._loop.call_soon_threadsafe(self._wake))
+        self._session.on_news = lambda: self._loop.call_soon_threadsafe(self._wake)
         self._ready.set()
         await self._stopped.wait()
-        self._session.board.listen(None)
+        self._session.on_news = lambda: None
         server.close()
         await server.wait_closed()
 
     def _wake(self) -> None:
         for client in self.clients:
-            client.wake()
-        if not self.clients:
-            # Otherwise the board would wait to be read.
-            self._session.board.read()
+            client.news.set()
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the answer to a request; None lets it open a socket."""
@@ -151,10 +226,20 @@ class Server:
             return _plain(connection, 503, "Too many pages.\n") if len(self.clients) >= MOST_CLIENTS else None
         if path != "/":
             return _plain(connection, 404, "There is only one page: /\n")
-        response = connection.respond(200, page.html(self._title))
+        styles, scripts = ([asset(f"view.{kind}"), asset(f"live.{kind}", _ASSETS)] for kind in ("css", "js"))
+        response = _plain(connection, 200, _PAGE.format(
+            title=escape(self._title), styles="\n".join(f"<style>{one}</style>" for one in styles),
+            scripts="\n".join(f"<script>{one}</script>" for one in scripts),
+        ))  # fmt: skip
         del response.headers["Content-Type"]
-        for name, value in page.headers(str(host)).items():
-            response.headers[name] = value
+        response.headers["Content-Type"] = "text/html; charset=utf-8"
+        # Only its own scripts and styles, and only its own socket.
+        known = [" ".join(map(digest, each)) for each in (scripts, styles)]
+        response.headers["Content-Security-Policy"] = (
+            f"default-src 'none'; script-src {known[0]}; style-src {known[1]}; "
+            f"img-src data: blob:; connect-src ws://{host} wss://{host}; base-uri 'none'; form-action 'none'; "
+            "frame-ancestors 'none'"
+        )
         return response
 
     async def _connection(self, connection: ServerConnection) -> None:
@@ -176,7 +261,7 @@ class Server:
             for message in await asyncio.to_thread(self._session.history):
                 await connection.send(message)
             while True:
-                for message in await client.news():
+                for message in await client.messages():
                     await connection.send(message)
         except self._websockets.exceptions.ConnectionClosed:
             pass
@@ -192,11 +277,7 @@ class Server:
                 else:
                     self._session.ask(message)
             except (TypeError, ValueError) as error:
-                client.wrong += 1
                 await connection.send(protocol.text("error", message=str(error)))
-                if client.wrong > MOST_WRONG:
-                    await _drop(connection)
-                    return
 
     def _begin_save(self, connection: ServerConnection) -> None:
         """Let the recording be made; one at a time, since it takes time to pack.
@@ -214,8 +295,8 @@ class Server:
     async def _save(self, connection: ServerConnection) -> None:
         """Send the recording, or why there is none."""
         try:
-            saved = await asyncio.to_thread(self._session.recording)
-            answer = protocol.text("recording", name=saved.name, html=saved.html)
+            name, html = await asyncio.to_thread(self._session.recording)
+            answer = protocol.text("recording", name=name, html=html)
         except Exception as error:  # whatever the texts of a model contain
             answer = protocol.text("error", message=f"save: {failure(error)}")
         with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
@@ -224,14 +305,6 @@ class Server:
 
 def _plain(connection: ServerConnection, status: int, text: str) -> Response:
     response = connection.respond(status, text)
-    for name, value in page.SAFE.items():
+    for name, value in _SAFE.items():
         response.headers[name] = value
     return response
-
-
-async def _drop(connection: ServerConnection) -> None:
-    """Close a connection whose page may never read that."""
-    with contextlib.suppress(TimeoutError):
-        async with asyncio.timeout(_LAST_WORD):
-            await connection.close(1008, "too many wrong messages")
-    connection.transport.abort()

@@ -1,44 +1,105 @@
 """The session: worlds that run in a thread of their own, and carry out the messages of pages.
 
-Whatever builds worlds, or may need kernels that are not compiled, is prepared by a `Builder` while the worlds run on.
-The worlds stand still while no page shows them.
+The worlds stand still while no page shows them, and while kernels are compiled for others.
 """
 
 from __future__ import annotations
 
+import secrets
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from typing import Any, NamedTuple
 
 from teamsight.core import checks
+from teamsight.core.kernel.report import listening
 from teamsight.core.references import failure
-from teamsight.live.builder import Job
-from teamsight.live.commands import keep
+from teamsight.live import protocol
 from teamsight.live.controls import Control
 from teamsight.live.protocol import Message
-from teamsight.live.running import Running
-from teamsight.live.track import LiveTrack
-from teamsight.live.worlds import Worlds
+from teamsight.live.worlds import StoppedError, Worlds, event_rows
+from teamsight.view.packing import from_raw
 from teamsight.view.page import page
-from teamsight.view.scene import Frame, Scene
+from teamsight.view.replay import RecordedTrack
+from teamsight.view.scene import Scene
 
 SEED = "seed"
+#: Messages of pages that wait, at most.
+MOST_WAITING = 64
+#: Steps after which a run pauses: its history is kept in memory, and a forgotten page should not fill that.
+MOST_STEPS = 1_000_000
+#: Pages draw at most this many frames a second, so more are not made.
+FRAMES_A_SECOND = 60.0
+# Seconds between two messages about the state while the worlds run.
+_BETWEEN_STATES = 0.25
+# Bytes of the frames of each world that a new page gets.
+_MOST_HISTORY = 4 * 2**20
+# Seconds that a part of a stretch may take, after which messages of pages are read.
+_PART = 0.015
+# A simulation that is late by more than this does not catch up [s].
+_LATEST = 0.25
+_MOST_AT_ONCE = 10**6
 
 
-class Saved(NamedTuple):
-    """A recording: the name of its file, and the page."""
+class Pacer:
+    """Says how many steps to make at once, and how long to wait before.
 
-    name: str
-    html: str
+    Parameters
+    ----------
+    rate : float or None
+        Steps a second; None for as many as possible.
+    every : int
+        Steps from one frame to the next, at least.
+
+    Attributes
+    ----------
+    rate, every
+        The parameters; assign new ones at any time.
+    """
+
+    def __init__(self, rate: float | None, every: int) -> None:
+        self.rate, self.every = rate, every
+        self._due = -1.0
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget what steps cost, since the worlds are others now."""
+        # Seconds that a step takes, as measured; a slow one at first, so that the first part is short.
+        self._cost = _PART
+
+    def stretch(self) -> int:
+        """Return the number of steps from this frame to the next, a multiple of `every`."""
+        wanted = (1 / self._cost if self.rate is None else self.rate) / FRAMES_A_SECOND
+        return self.every * max(int(min(wanted, _MOST_AT_ONCE) / self.every + 1e-9), 1)
+
+    def part(self) -> int:
+        """Return how many steps to make before messages of pages are read again."""
+        return max(int(min(_PART / self._cost, _MOST_AT_ONCE)), 1)
+
+    def took(self, steps: int, seconds: float) -> None:
+        """Note how long steps took, frames included."""
+        self._cost += 0.3 * (max(seconds / max(steps, 1), 1e-7) - self._cost)
+
+    def wait(self, now: float) -> float:
+        """Return how long to wait from `now` until the next stretch is due [s]."""
+        return 0.0 if self.rate is None else max(self._due - now, 0.0)
+
+    def begin(self, now: float, steps: int) -> None:
+        """Note that a stretch begins; the next one is due when it should take `steps` to be over."""
+        if self.rate is not None:
+            # Late ones catch up a little, so that the mean rate is right.
+            self._due = max(self._due, now - _LATEST) + steps / self.rate
 
 
-class _Recorded(NamedTuple):
-    scene: Scene
-    frames: list[Frame]
+class Frames(NamedTuple):
+    """The messages of one moment: its number, which pages acknowledge, those of the scenes it needs, and its own."""
+
+    number: int
+    scenes: tuple[str, ...]
+    messages: tuple[bytes, ...]
 
 
-class Session(Running):
+class Session:
     """Worlds that run as pages want it.
 
     Parameters
@@ -49,202 +110,242 @@ class Session(Running):
         What pages can set.
     rate : float or None
         Steps a second; None for as many as possible.
-    every : int
-        Steps from one frame to the next, at least.
     running : bool
         Whether they run from the start.
 
     Attributes
     ----------
-    board : Board
-        What pages are to show.
-    worlds : Worlds
-        The worlds; they belong to the thread.
+    board : dict of str to object
+        What pages are to show: the newest message of each kind. Nothing waits in a queue, so a slow page skips frames,
+        costs no memory, and never holds up the simulation. Under "scene" and "frame" are those of all worlds.
+    on_news : callable
+        Called after each change of the board.
     begun : threading.Event
         Set when the first worlds are there, or cannot be built, or something is compiled for them.
     failure : BaseException or None
         Why the first worlds cannot be built.
+    said : str
+        What is being compiled, for people; empty if nothing is.
+    is_running : bool
+        Whether the worlds make steps.
     """
 
     def __init__(
-        self, worlds: Worlds, controls: Mapping[str, Control], *, rate: float | None, every: int, running: bool
+        self, worlds: Worlds, controls: Mapping[str, Control], *, rate: float | None, running: bool
     ) -> None:
-        super().__init__(worlds, controls, rate=rate, every=every, running=running)
-        self._is_closing = False
-        self.begun = threading.Event()
+        self.worlds, self._controls = worlds, dict(controls)
+        self.board: dict[str, Any] = {}
+        self.on_news: Callable[[], object] = lambda: None
+        self.begun, self.said, self.is_running = threading.Event(), "", running
         self.failure: BaseException | None = None
+        self._pacer = Pacer(rate, worlds.every)
+        self._news = threading.Condition()
+        self._waiting: dict[Hashable, Message] = {"reset": Message("reset", {})}
+        self._is_acting, self._is_closing, self._viewers = False, False, 0
+        self._note, self._is_failed = "", False
+        self._state: dict[str, Any] = {}
+        # Steps that are left to the next frame.
+        self._left = 0
+        self._reported = self._reported_steps = 0.0
+        self._number = 0
+        # Another value shows pages that other worlds run, maybe of another server.
+        self._run = secrets.token_hex(4)
+        self._scenes: list[Scene] = []
         # The settings on the left when two worlds began, and those of the one before.
         self._before: tuple[dict[str, Any], dict[str, Any]] = {}, {}
-        self._start(Job("kernels", worlds.settings, worlds.seed, every, lambda tracks: self._begin(tracks, "")))
         self._thread = threading.Thread(target=self._work, name="teamsight worlds", daemon=True)
         self._thread.start()
 
     def close(self) -> None:
         """End the thread. Idempotent."""
-        self._is_closing = True
-        self._commands.wake()
-        self._thread.join(timeout=5)
+        with self._news:
+            self._is_closing = True
+            self._news.notify()
+        self._thread.join(timeout=1)
 
     def ask(self, message: Message) -> None:
-        """Let the thread carry a message out soon.
+        """Let the thread carry a message out soon, in place of one that waits to set the same.
 
         Raises
         ------
         ValueError
             If too many wait already.
         """
-        self._commands.put(message)
+        kind, fields = message
+        # A slider sends more values than can be used; each step counts: three are three.
+        key = object() if kind == "step" else (kind, fields["name"], fields["track"]) if kind == "set" else kind
+        with self._news:
+            if key not in self._waiting and len(self._waiting) >= MOST_WAITING:
+                raise ValueError(f"{kind}: {MOST_WAITING} messages wait already; try again when they are done")
+            self._waiting.pop(key, None)
+            self._waiting[key] = message
+            self._news.notify()
 
-    def is_alive(self) -> bool:
-        """Return whether the thread of the worlds runs."""
-        return self._thread.is_alive()
+    def watched_by(self, pages: int) -> None:
+        """Say how many pages are open; without one the worlds stand still."""
+        with self._news:
+            self._viewers = pages
+            self._news.notify()
 
     def busy(self) -> bool:
-        """Return whether messages wait or are being carried out, or worlds are being built."""
-        return bool(self._commands) or self._builder.is_busy
+        """Return whether messages wait or are being carried out."""
+        return bool(self._waiting) or self._is_acting
 
     def history(self) -> list[str | bytes]:
-        """Return messages by which a new page learns what was so far; for other threads, while the worlds go on."""
-        return self._display.history(self.worlds.tracks)
+        """Return what a new page has missed: the scenes, then the newest frames; for other threads.
 
-    def recording(self) -> Saved:
-        """Return what is kept as a page that plays anywhere; for other threads, while the worlds go on."""
-        tracks = [_Recorded(*track.recorded()) for track in self.worlds.tracks]
+        If the worlds are built anew meanwhile, the scenes that follow make the page drop them.
+        """
+        run, newest = self._run, [track.newest(_MOST_HISTORY) for track in self.worlds.tracks]
+        return [
+            *self._scene_messages([scene for scene, _ in newest], run),
+            *(protocol.history_message(i, blocks) for i, (_, blocks) in enumerate(newest) if blocks),
+        ]
+
+    def recording(self) -> tuple[str, str]:
+        """Return what is kept as a page that plays anywhere, after the name of its file; for other threads."""
+        newest = [track.newest() for track in self.worlds.tracks]
+        tracks = [RecordedTrack(scene, [from_raw(one, scene) for one in blocks]) for scene, blocks in newest]
         if not tracks:
             raise ValueError("nothing is there yet; wait until the worlds are compiled")
         title = tracks[0].scene.title
         name = "-".join("".join(c if c.isalnum() else " " for c in title.lower()).split())
-        return Saved(f"teamsight-{name[:80]}.html", page(tracks, title=title))
+        return f"teamsight-{name[:80]}.html", page(tracks, title=title)
 
     def _work(self) -> None:
-        while not self._is_closing:
-            for message in self._commands.take(self._patience()):
-                self._try(lambda message=message: self._carry_out(message))  # type: ignore[misc]
-                self._commands.done()
-            self._try(self._take_built)
-            if self._is_moving and (self._left or self._pacer.wait(time.monotonic()) <= 0.0):
-                self._try(self._advance)
-
-    def _try(self, act: Callable[[], None]) -> None:
-        """Do something; an error is shown on the pages, and the worlds stay as they are."""
-        try:
-            act()
-        except (Exception, SystemExit) as error:  # of a model, for whatever reason
-            self._is_running, self._left = False, 0
-            self._say(error)
-
-    def _say(self, error: BaseException) -> None:
-        self._display.error(str(error) if isinstance(error, (TypeError, ValueError)) else failure(error))
-
-    def _start(self, job: Job) -> None:
-        self._builder.start(job)
-        self._show_controls()
-        self._report()
-
-    def _take_built(self) -> None:
-        """Show what is compiled; carry a job out whose worlds are there, and then what has waited for it."""
-        if (done := self._builder.take()) is None:
-            if self._builder.said != self._said:
-                self._said = self._builder.said
+        with listening(self._say):
+            while not self._is_closing:
+                try:
+                    for kind, fields in self._take():
+                        self._attempt(getattr(self, f"_on_{kind}"), **fields)
+                    if self._is_moving and not self._patience():
+                        self._advance()
+                    if self.said:
+                        self._report()
+                except (Exception, SystemExit) as error:  # of a model, for whatever reason
+                    self.is_running, self._left = False, 0
+                    self._tell(error)
                 self.begun.set()
-                self._report()
-            return
-        job, outcome, waiting = done
-        self._said = ""
-        if isinstance(outcome, BaseException):
-            self._refuse(outcome)
-            self.failure = None if self.worlds.tracks else outcome
-        else:
-            self._attempt(lambda: job.then(outcome))
-        self.begun.set()
-        for message in waiting:
-            self._carry_out(message)
-        self._builder.is_busy = self._builder.job is not None
 
-    def _carry_out(self, message: Message) -> None:
-        if self._must_wait(message):
-            self._attempt(lambda: keep(self._builder.waiting, message))
-            self._show_controls()
-        else:
-            self._attempt(lambda: getattr(self, f"_on_{message.type}")(**message.fields))
+    def _take(self) -> list[Message]:
+        """Return the messages that wait, in order; wait for some as long as there is nothing else to do."""
+        with self._news:
+            self._is_acting = False
+            if not self._waiting and not self._is_closing:
+                self._news.wait(self._patience())
+            self._is_acting = bool(self._waiting)
+            messages, self._waiting = list(self._waiting.values()), {}
+        return messages
 
-    def _must_wait(self, message: Message) -> bool:
-        """Whether a message needs worlds that are being built, or a job of its own."""
-        job, control = self._builder.job, self._controls.get(message.fields.get("name", ""))
-        if job is None or not self.worlds.tracks:
-            return job is not None
-        if message.type in ("pause", "rate", "every"):
-            return False
-        if message.type in ("run", "step"):
-            # Worlds that are about to go would take the steps with them.
-            return job.replaces or bool(self._builder.waiting)
-        return job.replaces or control is None or not control.live or control.kind == "choice"
+    @property
+    def _is_moving(self) -> bool:
+        return self.is_running and self._viewers > 0 and bool(self.worlds.tracks)
 
-    def _attempt(self, act: Callable[[], None]) -> None:
+    def _patience(self) -> float | None:
+        """Return how long to wait for messages [s]; None for as long as it takes."""
+        if not self._is_moving:
+            return None
+        return 0.0 if self._left else self._pacer.wait(time.monotonic())
+
+    def _attempt(self, act: Callable[..., None], **fields: Any) -> None:
+        """Carry a message out; an error is shown on the pages, and the worlds stay as they are."""
         try:
-            act()
+            act(**fields)
         except (Exception, SystemExit) as error:  # of a model that refuses its arguments, for whatever reason
-            self._refuse(error)
+            self._tell(error)
+            # The pages show the values that hold, not the one that was refused.
+            self._show_controls()
         self._report()
 
-    def _refuse(self, error: BaseException) -> None:
-        """Say why something does not happen; the pages show the values that hold, not the one that was refused."""
-        self._say(error)
-        self._show_controls()
-        self._report()
+    def _tell(self, error: BaseException) -> None:
+        if not self.worlds.tracks:
+            self.failure = error
+        said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
+        self._post("error", message=" ".join(said.split()))
 
-    def _show_controls(self) -> None:
-        if self.worlds.tracks:
-            self._display.controls(self.worlds.tracks, self.worlds.seed, self._builder.wanted)
+    def _say(self, number: str) -> None:
+        """Say which kernel is being compiled, maybe within a step."""
+        self.said = f"Compiling kernels, once on this machine ({number})"
+        self._post("state", **{**self._state, "busy": self.said})
+        self.begun.set()
+
+    def _advance(self) -> None:
+        """Make a part of the steps up to the next frame, and show that when it is reached."""
+        began = time.monotonic()
+        if not self._left:
+            self._left = self._pacer.stretch()
+            self._pacer.begin(began, self._left)
+        steps = min(self._left, self._pacer.part())
+        if not self._make_steps(steps):
+            return
+        self._left = max(self._left - steps, 0)
+        if not self._left:
+            self._show_frames()
+        now = time.monotonic()
+        self._pacer.took(steps, now - began)
+        if now - self._reported > _BETWEEN_STATES:
+            self._report()
+
+    def _make_steps(self, steps: int) -> bool:
+        """Let all worlds make steps; return whether they did."""
+        before = self.worlds.made
+        try:
+            self.worlds.run(steps)
+        except StoppedError as error:
+            self._is_failed = True
+            self._on_pause(f"{error}; Reset starts again.")
+            self._show_frames()
+            return False
+        if self.worlds.made // MOST_STEPS > before // MOST_STEPS:
+            self._on_pause(f"Paused after {self.worlds.made:,} steps, whose history is in memory; Run goes on.")
+        return True
 
     def _on_run(self) -> None:
         if not all(track.world.running for track in self.worlds.tracks):
             raise ValueError("run: the model has stopped; Reset starts again")
-        self._is_running, self._note, self._is_failed = True, "", False
+        self.is_running, self._note, self._is_failed = True, "", False
 
-    def _on_pause(self) -> None:
-        # It acts at once, so a run that waits would come after it.
-        self._builder.waiting.pop("run", None)
-        was_between, self._left = bool(self._left), 0
-        self._pause()
+    def _on_pause(self, note: str = "") -> None:
+        was_between = self._left and not note
+        self.is_running, self._left, self._note = False, 0, note
+        self._report()
         if was_between:
-            self._display.frames(self.worlds.tracks)
+            self._show_frames()
 
     def _on_step(self) -> None:
         self._on_run()
-        self._is_running = False
+        self.is_running = False
         if self._make_steps(self._pacer.every):
             self._left = 0
-            self._display.frames(self.worlds.tracks)
+            self._show_frames()
 
     def _on_reset(self) -> None:
-        self._rebuild(self.worlds.settings, self.worlds.seed, "")
+        self._rebuild(self.worlds.settings, "")
 
     def _on_rate(self, value: float | None) -> None:
         self._pacer.rate = value
 
     def _on_every(self, value: int) -> None:
-        self._pacer.every = value
-        for track in self.worlds.tracks:
-            track.draw_every(value)
+        self._pacer.every = self.worlds.every = value
+        self.worlds.describe()
 
     def _on_compare(self, on: bool) -> None:
-        settings = self.worlds.settings
-        if on == (len(settings) == 2):
+        first, *others = self.worlds.settings
+        if on == bool(others):
             return
         # Both begin at tick 0, since neither can catch up with the other's past.
         if on:
-            (left, right), note = self._blind_and_aware(settings[0])
-            self._before = left, settings[0]
-            self._rebuild([left, right], self.worlds.seed, f"Started again, two worlds on the same noise{note}.")
-            return
-        blind, before = self._before
-        self._rebuild([before if settings[0] == blind else settings[0]], self.worlds.seed, "Started again.")
+            (left, right), note = self._blind_and_aware(first)
+            self._before = left, first
+            self._rebuild([left, right], f"Started again, two worlds on the same noise{note}.")
+        else:
+            blind, before = self._before
+            self._rebuild([before if first == blind else first], "Started again.")
 
     def _blind_and_aware(self, settings: dict[str, Any]) -> tuple[list[dict[str, Any]], str]:
         """Return the settings of a team without awareness and of one with, and what to say; equal ones without such."""
         name, control = "awareness", self._controls.get("awareness")
-        if control is None or control.kind != "choice" or "none" not in control.choices:
+        if control is None or "none" not in control.choices:
             return [settings, dict(settings)], ""
         degree = self.worlds.tracks[0].value(name)
         if control.shown(degree) == "none":
@@ -254,52 +355,93 @@ class Session(Running):
 
     def _on_set(self, name: str, value: Any, track: int | None) -> None:
         control = self._controls[checks.choice("name", name, tuple(self._controls))]
-        given, tracks = control.checked(value), self.worlds.tracks
-        message = Message("set", {"name": name, "value": value, "track": track})
-        if name == SEED:
-            self._rebuild(self.worlds.settings, given, f"Started again with seed {given}.", message)
-            return
+        given, tracks, worlds = control.checked(value), self.worlds.tracks, self.worlds
         if track is not None and track >= len(tracks):
             raise ValueError(f"track={track}: there is one world only; compare first")
         chosen = tracks if track is None else [tracks[track]]
+        if name == SEED:
+            self._show_controls({name: value})
+            self._rebuild(worlds.settings, f"Started again with seed {given}.", given)
+            return
         if all(control.shown(one.value(name)) == control.shown(given) for one in chosen):
             return
-        settings = self.worlds.with_value(chosen, name, given)
+        settings = [one.with_value(name, given) if one in chosen else one.parameters for one in tracks]
+        self._show_controls({name: value}, track)
         if not control.live:
-            note = f"Started again with {control.label or name} {control.shown(given)}, seed {self.worlds.seed}."
-            self._rebuild(settings, self.worlds.seed, note, message)
-        elif control.kind != "choice":
-            self._change(chosen, name, given)
-        else:
+            note = f"Started again with {control.label or name} {control.shown(given)}, seed {worlds.seed}."
+            self._rebuild(settings, note)
+            return
+        if control.kind == "choice":
             # Another rule may have to be compiled, as for these worlds, which are then not needed.
-            self._start(Job(
-                str(value), settings, self.worlds.seed, self._pacer.every,
-                lambda built: self._change(chosen, name, given, built), replaces=False, message=message,
-            ))  # fmt: skip
-
-    def _change(self, chosen: list[LiveTrack], name: str, given: Any, built: Iterable[LiveTrack] = ()) -> None:
-        """Change a setting of running worlds."""
-        for one in built:
-            one.close()
-        self.worlds.change(chosen, name, given)
+            for one in worlds.build(settings, worlds.seed):
+                one.world.close()
+        worlds.change(chosen, name, given)
         self._note = ""
-        self._display.frames(self.worlds.tracks, again=True)
+        self._show_frames(again=True)
         self._show_controls()
 
-    def _rebuild(self, settings: list[dict[str, Any]], seed: int, note: str, message: Message | None = None) -> None:
-        def then(tracks: list[LiveTrack]) -> None:
-            self._begin(tracks, note, seed)
-
-        self._start(Job("kernels", settings, seed, self._pacer.every, then, message=message))
-
-    def _begin(self, tracks: list[LiveTrack], note: str, seed: int | None = None) -> None:
-        """Show worlds that have just been built."""
-        self.worlds.replace(tracks, self.worlds.seed if seed is None else seed)
-        self._left, self._note, self._reported_steps = 0, note, 0
+    def _rebuild(self, settings: list[dict[str, Any]], note: str, seed: int | None = None) -> None:
+        """Build other worlds in place of those that there are, and show them; pages drop the frames of those before."""
+        seed = self.worlds.seed if seed is None else seed
+        self._report(settings)
+        self.worlds.replace(self.worlds.build(settings, seed), seed)
+        self._left, self._note, self._reported_steps, self._is_failed = 0, note, 0, False
         self._pacer.forget()
-        self._is_failed = False
-        # It may have been changed meanwhile.
-        self._on_every(self._pacer.every)
+        self._run = secrets.token_hex(4)
+        self._scenes = []
         self._show_controls()
-        self._display.begin(tracks)
-        self._report()
+        self._show_frames()
+
+    def _show(self, kind: str, value: Any) -> None:
+        self.board[kind] = value
+        self.on_news()
+
+    def _post(self, kind: str, **fields: Any) -> None:
+        text = protocol.text(kind, **fields)
+        if kind == "error" or text != self.board.get(kind):
+            self._show(kind, text)
+
+    def _show_frames(self, *, again: bool = False) -> None:
+        """Show the present frames; `again` if the last ones showed the same moment."""
+        tracks = self.worlds.tracks
+        self._number += 1
+        blocks = [track.look(again=again) for track in tracks]
+        scenes = [track.scene for track in tracks]
+        if list(map(id, scenes)) != list(map(id, self._scenes)):
+            self._scenes = scenes
+            self._show("scene", self._scene_messages(scenes, self._run))
+        messages = tuple(protocol.frame_message(i, self._number, block) for i, block in enumerate(blocks))
+        self._show("frame", Frames(self._number, self.board["scene"], messages))
+
+    @staticmethod
+    def _scene_messages(scenes: list[Scene], run: str) -> tuple[str, ...]:
+        return tuple(
+            protocol.text("scene", track=i, tracks=len(scenes), run=run, scene=scene.as_json())
+            for i, scene in enumerate(scenes)
+        )
+
+    def _show_controls(self, wanted: Mapping[str, Any] | None = None, track: int | None = None) -> None:
+        """Show the controls and their values, or those that will hold soon, in one world or in all."""
+        values = []
+        for number, one in enumerate(self.worlds.tracks):
+            held = {name: self.worlds.seed if name == SEED else one.value(name) for name in self._controls}
+            values.append({name: self._controls[name].shown(value) for name, value in held.items()})
+            if track in (None, number):
+                values[-1] |= wanted or {}
+        if values:
+            self._post("controls", controls=[one.as_json() for one in self._controls.values()], values=values)
+
+    def _report(self, building: list[dict[str, Any]] | None = None) -> None:
+        """Show the state and the event logs; which worlds are being built, if any."""
+        now, worlds = time.monotonic(), self.worlds
+        passed = now - self._reported
+        measured = (worlds.made - self._reported_steps) / passed if self.is_running and passed else 0.0
+        self._reported, self._reported_steps, self.said = now, worlds.made, ""
+        self._state = {
+            "running": self.is_running, "rate": self._pacer.rate, "every": self._pacer.every,
+            "busy": "Building …" if building else "", "note": self._note, "failed": self._is_failed,
+            "measured": max(measured, 0.0), "made": worlds.made, "two": len(building or worlds.tracks) == 2,
+            "tracks": [track.state() for track in worlds.tracks],
+        }  # fmt: skip
+        self._post("state", **self._state)
+        self._post("events", tracks=[event_rows(track.world) for track in worlds.tracks])

@@ -2,18 +2,259 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import accumulate, islice
 from typing import Any
 
+from teamsight.agents.awareness.registry import AWARENESS, awareness_named
+from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.engine.engine import kernels_needed
+from teamsight.agents.engine.watching import Bound
+from teamsight.agents.events.contact_log import CONTACT, ContactLog
+from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
 from teamsight.agents.world import World
 from teamsight.core import checks
+from teamsight.core.component import Component, declared
 from teamsight.core.references import failure
-from teamsight.live.controls import model_name
-from teamsight.live.track import LiveTrack
+from teamsight.live.controls import model_name, seed_name
+from teamsight.view.packing import raw
+from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene
+
+#: The newest frames that are kept of each world for a recording: their number, and bytes of memory.
+MOST_FRAMES, MOST_BYTES = 20_000, 64 * 2**20
+#: Rows of the event log that a page shows, and rows of contacts of each log: they change at almost every tick, and
+#: would leave no room for other events.
+MOST_EVENTS, MOST_CONTACTS = 100, 20
+# Ticks between frames that are recorded unasked: none is.
+_NEVER = 2**62
+_DEGREE = ("awareness", "delta")
 
 
 class StoppedError(Exception):
     """A world makes no further step: its model failed or stopped."""
+
+
+class Observer(FrameRecorder):
+    """Makes frames of the present state of a world, when it is asked for one.
+
+    Parameters
+    ----------
+    world : World
+        The world.
+    every : int
+        What its scene says about the ticks from one frame to the next.
+
+    Attributes
+    ----------
+    shown_every : int
+        The same.
+    is_stale : bool
+        Whether the scene may have changed: after other bodies, ranges or rules; set it after what needs no binding.
+    """
+
+    # Ranges that controls allow make millions of links, of four bytes each, which no page could draw.
+    most_links = MOST_LINKS
+
+    def __init__(self, world: World, every: int) -> None:
+        super().__init__(world._data, world._engine, type(world).__name__, every=_NEVER)
+        self.shown_every, self.is_stale = every, True
+        self._present: Scene | None = None
+        self.begin()
+
+    def bind(self, bound: Bound) -> None:
+        """Pack the record again."""
+        super().bind(bound)
+        self.is_stale = True
+        # Only the newest frame is ever read.
+        del self._chunks[:-1]
+
+    def frame(self) -> Frame:
+        """Return the present frame.
+
+        Raises
+        ------
+        ValueError
+            If more agents have come so far than frames can number.
+        """
+        self._engine.prepare()
+        if self.entry is not RECORD_FRAME:
+            raise ValueError(f"agents: more than {MOST_SLOTS:,} have come, and a page can number no more; watch fewer")
+        chunk = self._chunks[-1]
+        chunk.state[:2] = 0
+        RECORD_FRAME(self.record)
+        chunk.state[2] += 1
+        return chunk.frames(self.links, self._space)[-1]
+
+    @property
+    def present(self) -> Scene:
+        """The scene of the newest frame; the same object as long as nothing in it has changed."""
+        if self._present is None or self.is_stale:
+            self.is_stale = False
+            scene = replace(self.scene, every=self.shown_every)
+            self._present = self._present if scene == self._present else scene
+        return self._present
+
+
+class LiveTrack:
+    """A world that runs, and can be built again.
+
+    Parameters
+    ----------
+    model : callable
+        A class or function that builds a world.
+    parameters : mapping of str to object
+        Its arguments, without the seed.
+    seed : int
+        The seed.
+    every : int
+        Ticks from one frame to the next.
+
+    Attributes
+    ----------
+    kept : deque of bytes
+        The newest frames, as raw blocks.
+    made : int
+        The number of steps since the world was built.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the model refuses its arguments, or builds no world with agents.
+    """
+
+    def __init__(self, model: Callable[..., World], parameters: Mapping[str, Any], seed: int, every: int) -> None:
+        self._model, self.parameters = model, dict(parameters)
+        name = seed_name(model)
+        self.world = world = model(**self.parameters, **({} if name is None else {name: seed}))
+        if not isinstance(world, World):
+            raise TypeError(
+                f"{model_name(model)}: builds {checks.shown(world)}, which is no World; derive the class from "
+                "teamsight.World, or return one from the function"
+            )
+        if not any(map(len, world.groups)):
+            raise ValueError(
+                f"{model_name(model)}: builds a world without agents; add some, as in world.add(Robot, 10)"
+            )
+        self.made = self._bytes = 0
+        self.kept: deque[bytes] = deque()
+        self._observer = Observer(world, every)
+        # Held while the scene and the frames change together.
+        self._lock = threading.Lock()
+
+    def compile(self) -> None:
+        """Compile what steps and frames need; another world with these settings then finds it."""
+        self._observer.frame()
+        for entry in kernels_needed(self.world._data)():
+            _ = entry.address
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the newest frame."""
+        return self._observer.present
+
+    def newest(self, most: int | None = None) -> tuple[Scene, list[bytes]]:
+        """Return the scene and the frames that are kept, or the newest of so many bytes; other threads may call it."""
+        with self._lock:
+            scene, blocks = self.scene, list(self.kept)
+        if most is not None:
+            sizes = accumulate(map(len, reversed(blocks)))
+            blocks = blocks[len(blocks) - sum(size <= most for size in sizes) :]
+        return scene, blocks
+
+    def describe(self, every: int, title: str | None) -> None:
+        """Change what the scene says: ticks from one frame to the next, and its title; None for its own."""
+        with self._lock:
+            self._observer.shown_every, self._observer.title, self._observer.is_stale = every, title, True
+
+    def value(self, name: str) -> Any:
+        """Return the value of a parameter."""
+        base, _, option = name.partition(".")
+        value = self.parameters[base] if base in self.parameters else declared(self._model)[base].default
+        return getattr(value, option, None) if option else value
+
+    def with_value(self, name: str, value: Any) -> dict[str, Any]:
+        """Return the arguments with another value of a parameter, or of a setting of a component: ``policy.gain``.
+
+        Raises
+        ------
+        ValueError
+            If the component is another one now.
+        """
+        base, _, option = name.partition(".")
+        if option:
+            component = self.value(base)
+            if not isinstance(component, Component) or option not in declared(type(component)):
+                shown = checks.shown(component)
+                raise ValueError(f"{name}: {base} is {shown} now, which has none; choose the other first")
+            again: Any = replace
+            value = again(component, **{option: value})
+        return {**self.parameters, base: value}
+
+    def run(self, steps: int) -> None:
+        """Make steps; fewer if the model stops."""
+        before = self.world.tick
+        try:
+            self.world.run(steps, progress=False)
+        finally:
+            # An event may have reset the world, whose tick then says nothing.
+            made = self.world.tick - before
+            self.made += made if 0 <= made <= steps else steps
+
+    def look(self, *, again: bool = False) -> bytes:
+        """Return the present frame as a raw block and keep it; the oldest ones beyond the limits are dropped.
+
+        Parameters
+        ----------
+        again : bool
+            Whether it takes the place of the newest frame, which shows the same moment.
+        """
+        before, kept = self.scene, self.kept
+        with self._lock:
+            frame = self._observer.frame()
+            if (before.links, before.series) != (self.scene.links, self.scene.series):
+                kept.clear()
+                self._bytes = 0
+            if again and kept:
+                self._bytes -= len(kept.pop())
+            kept.append(raw(frame, self.scene))
+            self._bytes += len(kept[-1])
+            while len(kept) > MOST_FRAMES or (self._bytes > MOST_BYTES and len(kept) > 1):
+                self._bytes -= len(kept.popleft())
+            return kept[-1]
+
+    def set(self, name: str, value: Any) -> None:
+        """Change a parameter of the running world.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the world refuses the value; nothing is changed then.
+        """
+        parameters, base, world = self.with_value(name, value), name.partition(".")[0], self.world
+        if base not in _DEGREE or not isinstance(world, CMOMMT):
+            setattr(world, base, parameters[base])
+        else:
+            # A degree by name has the present δ.
+            degree, delta = (parameters[one] if one in parameters else self.value(one) for one in _DEGREE)
+            if isinstance(degree, str) and (base == "awareness" or "delta" in AWARENESS[degree].options()):
+                world.awareness = awareness_named(degree, {"delta": delta})
+            elif base == "awareness":
+                world.awareness = degree
+        self.parameters = parameters
+        with self._lock:
+            self._observer.is_stale = True
+
+    def state(self) -> dict[str, Any]:
+        """Return what the page shows beside the picture."""
+        world = self.world
+        return {
+            "tick": world.tick, "observed": float(world.observed), "mean": float(world.observed_fraction),
+            "most": int(world.max_neighbours), "kept": len(self.kept),
+        }  # fmt: skip
 
 
 class Worlds:
@@ -27,19 +268,21 @@ class Worlds:
         The arguments of each world.
     seed : int
         The seed of all.
+    every : int
+        Ticks from one frame to the next; `describe` after another one.
 
     Attributes
     ----------
     tracks : list of LiveTrack
         The worlds; none before `replace`, which replaces the list.
-    seed : int
-        The present seed.
     made : int
         The number of steps that all have made, or are to make before the next.
     """
 
-    def __init__(self, model: Callable[..., World], settings: list[dict[str, Any]], seed: int) -> None:
-        self._model, self._first, self.seed = model, settings, seed
+    def __init__(
+        self, model: Callable[..., World], settings: list[dict[str, Any]], seed: int, every: int = 1
+    ) -> None:
+        self._model, self._first, self.seed, self.every = model, settings, seed, every
         self.made = 0
         self.tracks: list[LiveTrack] = []
 
@@ -48,20 +291,16 @@ class Worlds:
         """The arguments of each world, as they are now."""
         return [track.parameters for track in self.tracks] or self._first
 
-    def build(self, settings: list[dict[str, Any]], seed: int, every: int) -> list[LiveTrack]:
-        """Return new worlds for which everything is compiled; those that run stay as they are, and may run meanwhile.
-
-        Parameters
-        ----------
-        settings, seed
-            As for the constructor.
-        every : int
-            Ticks from one frame to the next.
-        """
+    def build(self, settings: list[dict[str, Any]], seed: int) -> list[LiveTrack]:
+        """Return new worlds for which everything is compiled; those that run stay as they are."""
         tracks: list[LiveTrack] = []
         for one in settings:
-            known = [track.world for track in (*self.tracks, *tracks)]
-            tracks.append(LiveTrack(self._model, one, seed, every, known))
+            track = LiveTrack(self._model, one, seed, self.every)
+            if any(track.world is other.world for other in (*self.tracks, *tracks)):
+                raise ValueError(
+                    f"{model_name(self._model)}: returns a world that it returned before; build one on each call"
+                )
+            tracks.append(track)
         for track in tracks:
             track.compile()
         return tracks
@@ -69,9 +308,9 @@ class Worlds:
     def replace(self, tracks: list[LiveTrack], seed: int) -> None:
         """Put new worlds in place of those that there are."""
         before, self.tracks, self.seed, self.made = self.tracks, tracks, seed, 0
-        self._entitle()
+        self.describe()
         for track in before:
-            track.close()
+            track.world.close()
 
     def run(self, steps: int) -> None:
         """Let all worlds make steps; one that had stayed behind after an error makes more.
@@ -83,26 +322,20 @@ class Worlds:
         """
         target = self.made + steps
         for track in self.tracks:
+            cause: BaseException | None = None
             try:
                 track.run(max(target - track.made, 0))
             except (Exception, SystemExit) as error:  # whatever the code of a user raises
-                self._catch_up()
-                raise StoppedError(f"The model failed at tick {track.world.tick}: {failure(error)}") from error
-            if track.made < target:
-                self._catch_up()
-                raise StoppedError(f"The model stopped at tick {track.world.tick}")
+                cause = error
+            if cause or track.made < target:
+                # Worlds that did not come as far as others follow before the next step.
+                self.made = max(one.made for one in self.tracks)
+                what, why = ("failed", f": {failure(cause)}") if cause else ("stopped", "")
+                raise StoppedError(f"The model {what} at tick {track.world.tick}{why}") from cause
         self.made = target
 
     def change(self, tracks: list[LiveTrack], name: str, value: Any) -> None:
-        """Change a parameter of running worlds; if one refuses it, of none.
-
-        Parameters
-        ----------
-        tracks : list of LiveTrack
-            Which worlds.
-        name, value
-            The parameter, and its value.
-        """
+        """Change a parameter of some running worlds; if one refuses it, of none."""
         before = [track.value(name) for track in tracks]
         for number, track in enumerate(tracks):
             try:
@@ -111,22 +344,66 @@ class Worlds:
                 for earlier, old in zip(tracks[:number], before, strict=False):
                     earlier.set(name, old)
                 raise
-        self._entitle()
+        self.describe()
 
-    def with_value(self, tracks: list[LiveTrack], name: str, value: Any) -> list[dict[str, Any]]:
-        """Return the arguments of all worlds, with another value of a parameter in some of them."""
-        return [one.with_value(name, value) if one in tracks else one.parameters for one in self.tracks]
-
-    def _entitle(self) -> None:
-        """Let the titles of two worlds say in what they differ."""
+    def describe(self) -> None:
+        """Let the titles of two worlds say in what they differ, and all scenes how often they are drawn."""
         names = dict.fromkeys(name for track in self.tracks for name in track.parameters)
         shown = [{name: checks.shown(track.value(name)).strip("'") for name in names} for track in self.tracks]
         differing = [name for name in names if len({one[name] for one in shown}) > 1]
         for track, values in zip(self.tracks, shown, strict=True):
             parts = [f"{name} {values[name]}" for name in differing]
             title = ", ".join([model_name(self._model), *parts, f"seed {track.world.seed_used}"])
-            track.entitle(title if differing else None)
+            track.describe(self.every, title if differing else None)
 
-    def _catch_up(self) -> None:
-        # Worlds that did not come as far as others follow before the next step.
-        self.made = max(track.made for track in self.tracks)
+
+def event_rows(world: World) -> dict[str, Any]:
+    """Return the newest events as the page lists them, the newest first; contacts of one tick are one row.
+
+    Parameters
+    ----------
+    world : World
+        The world.
+
+    Returns
+    -------
+    dict of str to object
+        ``total``, the number of all, and ``rows``: time, what, group, agent or None, and details by name.
+    """
+    logged = world._data.sources.events.rows
+    rows: list[list[Any]] = [
+        [row.time, row.what, row.group, row.agent, {name: _plain(one) for name, one in row.details.items()}]
+        for row in islice(reversed(logged), MOST_EVENTS)
+    ]
+    total = len(logged)
+    for source in world.sources:
+        if isinstance(source, ContactLog):
+            rows += islice(_contact_rows(source), MOST_CONTACTS)
+            total += len(source.rows)
+    rows.sort(key=lambda row: float(row[0]), reverse=True)
+    return {"total": total, "rows": rows[:MOST_EVENTS]}
+
+
+def _contact_rows(log: ContactLog) -> Iterator[list[Any]]:
+    """Yield the contacts of each tick that began, and those that ended, as one row each; the newest tick first."""
+    ticks, end = log.rows[:, 0], len(log.rows)
+    while end:
+        # Not searchsorted, which would copy the column.
+        first = bisect_left(ticks, ticks[end - 1], hi=end)
+        of_tick = log.rows[first:end]
+        for begun in (True, False):
+            found = of_tick[(of_tick[:, 1] != 0) == begun]
+            if len(found) == 1:
+                tick, _, one, other = found[0].tolist()
+                yield [tick, CONTACT[begun], log.observers, one, {"other": other, "channel": log.channel}]
+            elif len(found):
+                what = CONTACT[begun].replace("contact", f"{len(found):,} contacts")
+                yield [int(ticks[first]), what, log.observers, None, {"channel": log.channel}]
+        end = first
+
+
+def _plain(value: Any) -> Any:
+    """Return a detail of an event as JSON has it."""
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    return value.item() if hasattr(value, "item") else str(value)

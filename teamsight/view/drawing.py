@@ -128,6 +128,14 @@ class Drawing:
         self._cursor.set_xdata([time] * 2)
 
 
+# What a slot is: whether it is a robot or a target; its colour and outline; its range, the angle in which it senses,
+# and whether the range is square.
+_LOOK = np.dtype([
+    ("robot", bool), ("target", bool), ("colour", object), ("outline", object), ("reach", float), ("angle", float),
+    ("square", bool),
+])  # fmt: skip
+
+
 class _Arena:
     """The arena of one track."""
 
@@ -136,25 +144,23 @@ class _Arena:
         self._name = shown(scene.title, max(int(width / _LETTER), 8)).strip("'")
         _draw_walls(axes, scene)
         self._title = axes.set_title(" ", fontsize=8.5, color=_INK, pad=4)
-        groups = scene.groups
-        self._group = np.array([slot.group for slot in scene.slots], np.int64)
-        self._is_robot = np.array([groups[slot.group].role == "robot" for slot in scene.slots], bool)
-        self._is_target = np.array([groups[slot.group].role == "target" for slot in scene.slots], bool)
-        self._colours = np.array([groups[slot.group].colour for slot in scene.slots])
         outlines = [_OUTLINES[shape] for shape in shapes_of(scene)]
-        self._outlines = np.array([outlines[number] for number in self._group.tolist()] or [None], object)
-        self._reach = np.array([slot.sensing_range for slot in scene.slots])
+        looks = [
+            (
+                group.role == "robot", group.role == "target", group.colour, outlines[slot.group],
+                slot.sensing_range, slot.field_of_view, group.range_shape == "square",
+            )
+            for slot in scene.slots for group in (scene.groups[slot.group],)
+        ]  # fmt: skip
+        self._looks = np.array(looks, _LOOK)
         self._ranges = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.08, zorder=1)
-        self._angles = np.array([slot.field_of_view for slot in scene.slots])
-        self._is_square = np.array([groups[slot.group].range_shape == "square" for slot in scene.slots], bool)
         self._sectors = PolyCollection([], alpha=0.08, zorder=1)
         self._trails = LineCollection([], linewidths=0.8, alpha=0.35, zorder=2)
         self._links = LineCollection([], linewidths=0.6, colors=_GREY, alpha=0.6, zorder=2.5)
         self._noses = LineCollection([], linewidths=1.3, zorder=4)
-        collections = (self._ranges, self._sectors, self._trails, self._links, self._noses)
-        self.artists: list[Artist] = [*collections]
-        for collection in collections:
-            axes.add_collection(collection, autolim=False)
+        self.artists: list[Artist] = []
+        for collection in (self._ranges, self._sectors, self._trails, self._links, self._noses):
+            self.artists.append(axes.add_collection(collection, autolim=False))
         size = 26.0 if len(scene.slots) <= 200 else 6.0
         self._dots = axes.scatter([], [], s=size, linewidths=1.0, zorder=5)
         self.artists += [self._dots, self._title]
@@ -162,23 +168,19 @@ class _Arena:
     def show(self, number: int) -> None:
         """Set what is drawn to a frame."""
         scene, frame = self._scene, self._frames[number]
-        place, angle = frame.positions(scene.bounds), frame.angles()
-        there = (frame.flags & PRESENT) > 0
-        active, observed = (frame.flags & ACTIVE) > 0, (frame.flags & OBSERVED) > 0
-        colours = self._colours[: len(frame)].copy()
-        colours[~active] = _GREY
-        is_robot = self._is_robot[: len(frame)]
+        looks, place, angle = self._looks[: len(frame)], frame.positions(scene.bounds), frame.angles()
+        there, active, observed = ((frame.flags & flag) > 0 for flag in (PRESENT, ACTIVE, OBSERVED))
+        colours = np.where(active, looks["colour"], _GREY)
         self._dots.set_offsets(place[there])
-        self._dots.set_paths(self._outlines[: len(frame)][there].tolist())
-        fills = np.where(~self._is_target[: len(frame)] | observed, colours, "none")
-        self._dots.set_facecolor(fills[there].tolist())
+        self._dots.set_paths(looks["outline"][there].tolist())
+        self._dots.set_facecolor(np.where(~looks["target"] | observed, colours, "none")[there].tolist())
         self._dots.set_edgecolor(colours[there].tolist())
-        facing = there & active & is_robot
+        facing = there & active & looks["robot"]
         nose = 0.028 * max(scene.bounds[2] - scene.bounds[0], scene.bounds[3] - scene.bounds[1])
         ahead = place + nose * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         self._noses.set_segments(list(np.stack([place, ahead], axis=1)[facing]))
         self._noses.set_color(list(colours[facing]))
-        self._show_ranges(place, angle, facing)
+        self._show_ranges(looks[facing], place[facing], angle[facing])
         if len(scene.slots) <= _MOST_LINKED:
             self._links.set_segments(_lines_of_links(scene, frame, place))
         if len(scene.slots) <= _MOST_TRAILED:
@@ -187,39 +189,33 @@ class _Arena:
         seen = f" · {100 * value:.0f} % observed" if value == value else ""
         self._title.set_text(f"{self._name}\ntick {frame.time:,.0f}{seen}")
 
-    def _show_ranges(self, place: Floats, angle: Floats, facing: npt.NDArray[np.bool_]) -> None:
+    def _show_ranges(self, looks: npt.NDArray[np.void], place: Floats, angle: Floats) -> None:
         """Draw circles, sectors where the field of view is narrower, and squares."""
-        size = len(place)
-        is_round = self._angles[:size] >= _FULL_TURN - 1e-9
-        square = self._is_square[:size]
-        circles, sectors, squares = facing & is_round & ~square, facing & ~is_round & ~square, facing & square
-        radius = self._reach[:size][circles]
+        is_round, square = looks["angle"] >= _FULL_TURN - 1e-9, looks["square"]
+        circles, sectors = is_round & ~square, ~is_round & ~square
         self._ranges.set_offsets(place[circles])
-        self._ranges._widths = self._ranges._heights = radius  # type: ignore[attr-defined]
-        self._ranges._angles = np.zeros(len(radius))  # type: ignore[attr-defined]
-        self._ranges.set_facecolor(list(self._colours[:size][circles]))
-        turns = angle[sectors, None] + self._angles[:size][sectors, None] * np.linspace(-0.5, 0.5, _CORNERS)
-        arc = self._reach[:size][sectors, None, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
+        self._ranges._widths = self._ranges._heights = looks["reach"][circles]  # type: ignore[attr-defined]
+        self._ranges._angles = np.zeros(circles.sum())  # type: ignore[attr-defined]
+        self._ranges.set_facecolor(list(looks["colour"][circles]))
+        turns = angle[sectors, None] + looks["angle"][sectors, None] * np.linspace(-0.5, 0.5, _CORNERS)
+        arc = looks["reach"][sectors, None, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
         centre = place[sectors, None, :]
         outlines = [
-            place[row] + square_outline(self._reach[row], angle[row], self._angles[row])
-            for row in np.flatnonzero(squares)
+            place[row] + square_outline(looks["reach"][row], angle[row], looks["angle"][row])
+            for row in np.flatnonzero(square)
         ]
         self._sectors.set_verts([*np.concatenate([centre, centre + arc], axis=1), *outlines])
-        self._sectors.set_facecolor([*self._colours[:size][sectors], *self._colours[:size][squares]])
+        self._sectors.set_facecolor([*looks["colour"][sectors], *looks["colour"][square]])
 
     def _show_trails(self, number: int, there: npt.NDArray[np.bool_]) -> None:
         """Draw where bodies were; a jump, as across the seam of a torus, ends a trail."""
-        scene, size = self._scene, len(there)
-        past = self._frames[max(number - _TRAIL, 0) : number + 1]
-        past = [one for one in past if len(one) == size]
-        places = np.stack([one.positions(scene.bounds) for one in past])
-        was = np.stack([(one.flags & PRESENT) > 0 for one in past]).all(axis=0) & there
-        x0, y0, x1, y1 = scene.bounds
-        jumps = np.abs(np.diff(places, axis=0)) > 0.4 * np.array([x1 - x0, y1 - y0])
-        was &= ~jumps.any(axis=(0, 2))
+        x0, y0, x1, y1 = bounds = self._scene.bounds
+        past = [one for one in self._frames[max(number - _TRAIL, 0) : number + 1] if len(one) == len(there)]
+        places = np.stack([one.positions(bounds) for one in past])
+        was = np.stack([(one.flags & PRESENT) > 0 for one in past]).all(axis=0)
+        was &= ~(np.abs(np.diff(places, axis=0)) > 0.4 * np.array([x1 - x0, y1 - y0])).any(axis=(0, 2))
         self._trails.set_segments(list(places[:, was].transpose(1, 0, 2)))
-        self._trails.set_color(list(self._colours[:size][was]))
+        self._trails.set_color(list(self._looks["colour"][: len(there)][was]))
 
 
 def shapes_of(scene: Scene) -> list[str]:

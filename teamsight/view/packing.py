@@ -8,15 +8,13 @@ high bytes, because what changes slowly is then mostly zeros, which zlib shorten
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.view.scene import Frame, Links, Scene, Words
-
-Mask: TypeAlias = npt.NDArray[np.bool_]
 
 _COLUMNS = ("x", "y", "heading", "flags")
 _DAMAGED = "the file is damaged; record the run again"
@@ -88,9 +86,10 @@ def pack(frames: Sequence[Frame], scene: Scene) -> bytes:
         np.array([frame.series for frame in frames], "<f4").reshape(len(frames), len(scene.series)).T.tobytes(),
         sizes.astype("<u2").tobytes(),
     ]
-    is_there = _is_there(sizes)
+    table, is_there = _table(sizes)
     for name in _COLUMNS:
-        parts.append(_split(_differences([getattr(frame, name) for frame in frames], is_there)))
+        table[is_there] = _joined([getattr(frame, name) for frame in frames])
+        parts.append(_split(np.diff(table, axis=0, prepend=np.uint16(0))[is_there]))
     for number, one in enumerate(scene.links):
         parts += _packed_links([frame.links[number] for frame in frames], is_measured=one.measured)
     return zlib.compress(b"".join(parts), 6)
@@ -104,52 +103,52 @@ def unpack(data: bytes, scene: Scene) -> list[Frame]:
     ValueError
         If the data are damaged.
     """
-    reader = _Reader(_inflated(data))
+    try:
+        inflater = zlib.decompressobj()
+        reader = _Reader(inflater.decompress(data, _MOST_BYTES))
+    except zlib.error as error:
+        raise ValueError(f"frames: cannot be decompressed ({error}); {_DAMAGED}") from error
+    if not inflater.eof:
+        raise ValueError(f"frames: end early, or are longer than {_MOST_BYTES:,} bytes; {_DAMAGED}")
     count = int(reader.take("<u4", 1)[0])
     times = reader.take("<f4", count)
-    series = [reader.take("<f4", count) for _ in scene.series]
+    numbers = reader.take("<f4", len(scene.series) * count).reshape(-1, count).T if count else ()
     sizes = reader.take("<u2", count).astype(np.int64)
     if (np.diff(sizes) < 0).any() or sizes.max(initial=0) > len(scene.slots):
         raise ValueError(f"frames: their number of slots falls or exceeds {len(scene.slots):,}; {_DAMAGED}")
-    is_there = _is_there(sizes)
-    columns = [_summed(reader.words(int(sizes.sum())), is_there) for _ in _COLUMNS]
+    table, is_there = _table(sizes)
+    columns = []
+    for _ in _COLUMNS:
+        table[is_there] = reader.words(int(sizes.sum()))
+        columns.append(_cut(np.cumsum(table, axis=0, dtype=np.uint16)[is_there], sizes))
     lists = [_unpacked_links(reader, count, is_measured=one.measured) for one in scene.links]
     reader.end()
-    numbers = np.array(series, np.float32).reshape(len(series), count)
-    frames = []
-    for k in range(count):
-        x, y, heading, flags = (column[k, : sizes[k]].copy() for column in columns)
-        of_frame = tuple(links[k] for links in lists)
-        frames.append(Frame(float(times[k]), numbers[:, k].copy(), x, y, heading, flags, of_frame))
-    return frames
+    return [
+        Frame(float(times[k]), numbers[k].copy(), *(column[k] for column in columns), tuple(each[k] for each in lists))
+        for k in range(count)
+    ]
 
 
-def _is_there(sizes: npt.NDArray[np.int64]) -> Mask:
-    """Return for each frame and slot whether the frame has the slot."""
-    return np.asarray(np.arange(sizes.max(initial=0)) < sizes[:, None])
+def _table(sizes: npt.NDArray[np.int64]) -> tuple[Words, npt.NDArray[np.bool_]]:
+    """Return a table with a value for each frame and slot, and whether the frame has the slot."""
+    is_there = np.arange(sizes.max(initial=0)) < sizes[:, None]
+    return np.zeros(is_there.shape, np.uint16), is_there
 
 
-def _differences(rows: Sequence[Words], is_there: Mask) -> Words:
-    """Return the values of one column in all frames, each minus that in the frame before."""
-    table = np.zeros(is_there.shape, np.uint16)
-    table[is_there] = np.concatenate([np.zeros(0, np.uint16), *rows])
-    table[1:] -= table[:-1].copy()
-    return np.asarray(table[is_there])
+def _joined(rows: Iterable[Words]) -> Words:
+    return np.concatenate([np.zeros(0, np.uint16), *rows])
 
 
-def _summed(differences: Words, is_there: Mask) -> Words:
-    """Return the values of one column in all frames, shape (frames, slots)."""
-    table = np.zeros(is_there.shape, np.uint16)
-    table[is_there] = differences
-    return np.cumsum(table, axis=0, dtype=np.uint16)
+def _cut(values: Words, sizes: npt.NDArray[np.int64]) -> list[Words]:
+    """Return the values of each frame, of which there are so many."""
+    return np.split(values, np.cumsum(sizes)[:-1])
 
 
 def _packed_links(lists: Sequence[Links], *, is_measured: bool) -> list[bytes]:
     """Return the parts of one list of links: sizes, omitted ones, sources, targets, and offsets if it is measured."""
     sizes = np.array([len(links) for links in lists], np.int64)
-    nothing = [np.zeros(0, np.uint16)] * (4 if is_measured else 2)
-    rows = [nothing, *(_arrays_of(links, is_measured=is_measured) for links in lists)]
-    source, *others = map(np.concatenate, zip(*rows, strict=True))
+    rows = [_arrays_of(links, is_measured=is_measured) for links in lists]
+    source, *others = (_joined(row[k] for row in rows) for k in range(4 if is_measured else 2))
     before = np.concatenate([np.zeros(1, np.uint16), source])[: len(source)]
     # Where each list begins, one after the other; nothing for empty ones.
     before[(np.cumsum(sizes) - sizes)[sizes > 0]] = 0
@@ -166,10 +165,8 @@ def _unpacked_links(reader: _Reader, count: int, *, is_measured: bool) -> list[L
     ends = np.cumsum(sizes)
     sums = np.concatenate([np.zeros(1, np.uint16), np.cumsum(columns[0], dtype=np.uint16)])
     columns[0] = sums[1:] - np.repeat(sums[ends - sizes], sizes)
-    return [
-        _links_of([column[end - size : end].copy() for column in columns], missing)
-        for size, end, missing in zip(sizes, ends, omitted, strict=True)
-    ]
+    by_frame = zip(*(_cut(column, sizes) for column in columns), strict=True)
+    return [_links_of(arrays, missing) for arrays, missing in zip(by_frame, omitted, strict=False)]
 
 
 def _arrays_of(links: Links, *, is_measured: bool) -> list[Words]:
@@ -182,7 +179,7 @@ def _arrays_of(links: Links, *, is_measured: bool) -> list[Words]:
     return arrays
 
 
-def _links_of(arrays: list[Words], omitted: int) -> Links:
+def _links_of(arrays: Sequence[Words], omitted: int) -> Links:
     source, target, *offsets = arrays
     dx, dy = (offset.view(np.int16) for offset in offsets) if offsets else (None, None)
     return Links(source, target, dx, dy, omitted)
@@ -191,17 +188,6 @@ def _links_of(arrays: list[Words], omitted: int) -> Links:
 def _split(words: Words) -> bytes:
     """Return all low bytes, then all high bytes."""
     return words.astype("<u2", copy=False).view(np.uint8).reshape(-1, 2).T.tobytes()
-
-
-def _inflated(data: bytes) -> bytes:
-    try:
-        inflater = zlib.decompressobj()
-        content = inflater.decompress(data, _MOST_BYTES)
-    except zlib.error as error:
-        raise ValueError(f"frames: cannot be decompressed ({error}); {_DAMAGED}") from error
-    if not inflater.eof:
-        raise ValueError(f"frames: end early, or are longer than {_MOST_BYTES:,} bytes; {_DAMAGED}")
-    return content
 
 
 class _Reader:

@@ -87,9 +87,9 @@ def tracks_in(text: str) -> list[tuple[Scene, list[Frame]]]:
 
 
 @cache
-def asset(name: str) -> str:
-    """Return the text of a file of the page, such as ``view.js``."""
-    text = (_ASSETS / name).read_text("utf-8")
+def asset(name: str, folder: Path | None = None) -> str:
+    """Return the text of a script or a style, such as ``view.js``."""
+    text = ((folder or _ASSETS) / name).read_text("utf-8")
     # A browser would read other line ends as \n, and then the digest would be another; and it would end the element.
     if "\r" in text or _END[:-1] in text.lower() or "</style" in text.lower():
         raise ValueError(f"{name}: must not contain carriage returns, {_END} or </style>; write them in another way")

@@ -198,18 +198,8 @@ def check_ending(path: str | os.PathLike[str]) -> str:
     """
     ending = os.path.splitext(os.fsdecode(path))[1].lower()
     if ending not in ENDINGS:
-        near = "".join(f"did you mean {known!r}? " for known in ENDINGS if _is_near(ending, known))
         raise ValueError(
-            f"{os.fsdecode(path)}: must end in {', '.join(ENDINGS)}, which says what is written; "
-            f"{near}give such a name, as in run.html"
+            f"{os.fsdecode(path)}: must end in {', '.join(ENDINGS)}, which says what is written; give such a name, as "
+            "in run.html"
         )
     return ending
-
-
-def _is_near(one: str, other: str) -> bool:
-    """Whether two endings differ by one letter, or by two that are swapped."""
-    shorter, longer = sorted((one, other), key=len)
-    if len(shorter) < len(longer):
-        return any(longer[:place] + longer[place + 1 :] == shorter for place in range(len(longer)))
-    wrong = sum(a != b for a, b in zip(one, other, strict=True))
-    return wrong == 1 or (wrong == 2 and sorted(one) == sorted(other))

@@ -12,7 +12,7 @@ from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, parall
 from pettingzoo.utils import aec_to_parallel, wrappers
 
 from teamsight import CMOMMT, Failures
-from teamsight.env import ActionGrid, Nearest, env, parallel_env, views
+from teamsight.env import ActionGrid, Nearest, env, parallel_env, rendering
 
 pytestmark = pytest.mark.filterwarnings("error::UserWarning")
 
@@ -105,6 +105,6 @@ class Shown:
 
 
 def test_renders_in_all_modes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(views, "Window", Shown)
+    monkeypatch.setattr(rendering, "Window", Shown)
     render_test(lambda render_mode=None: env(robots=3, render_mode=render_mode))
     assert Shown.pictures > 5

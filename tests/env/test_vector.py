@@ -25,7 +25,7 @@ from gymnasium.wrappers.vector import (
 
 from teamsight import CMOMMT, Failures
 from teamsight.env import TeamVectorEnv, gymnasium_env, vector_env
-from teamsight.env.seeding import episode_seed
+from teamsight.env.batch import episode_seed
 from teamsight.env.vector import Observations
 from teamsight.tasks import TASKS
 

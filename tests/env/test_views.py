@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from teamsight import Box, Circle, Obstructed, Polygon, Robot, Target, World
 from teamsight.env import parallel_env
-from teamsight.env.picture import MARGIN, SIDE
+from teamsight.env.rendering import MARGIN, SIDE
 
 
 def box(rng: int | None = None) -> World:

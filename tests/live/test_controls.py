@@ -11,7 +11,8 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.world import World
-from teamsight.live.controls import controls_of, value_of
+from teamsight.core.component import declared
+from teamsight.live.controls import controls_of
 
 
 def named(model: Any, parameters: Any = None) -> dict[str, Any]:
@@ -27,7 +28,7 @@ def test_controls_of_cmommt_are_its_parameters() -> None:
     assert {name for name, one in controls.items() if not one.live} == {"robots", "targets", "radius", "uniform_target_speed", "range_shape"}
     for one in controls.values():
         # Each holds the model's own default.
-        default = value_of(CMOMMT, one.name)
+        default = declared(CMOMMT)[one.name].default
         assert one.checked(one.shown(default) if one.kind == "choice" else (default if one.name != "cycle" else 1)) is not None
 
 
@@ -87,6 +88,7 @@ def test_signatures_become_controls() -> None:
     for name, value in (
         ("count", 2.5), ("count", "3"), ("count", 10**7), ("count", True), ("size", "x"), ("size", 1e300), ("fast", 1),
         ("shape", "os:system"), ("policy", "module:Name"), ("colour", 1), ("level", 2),
+        ("count", [1]), ("size", None), ("fast", {}), ("shape", [1]), ("policy", "x" * 3000),
     ):  # fmt: skip
         with pytest.raises((TypeError, ValueError), match=f"^{name}="):
             controls[name].checked(value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import live_models
 import pytest
 
-from teamsight.live.event_rows import MOST_CONTACTS, MOST_EVENTS, event_rows
+from teamsight.live.worlds import MOST_CONTACTS, MOST_EVENTS, event_rows
 
 
 @pytest.mark.parametrize("steps", [0, 5, 80])

@@ -10,7 +10,7 @@ import pytest
 from teamsight import CMOMMT, Box, Robot, Target, Torus, World
 from teamsight.agents.components.failures import Failures
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.live.observer import Observer
+from teamsight.live.worlds import Observer
 from teamsight.view.packing import raw
 from teamsight.view.scene import Frame
 

@@ -1,19 +1,17 @@
-"""The parts of the live page that need no server: rate, waiting messages, the board, what is kept, clients."""
+"""The parts of the live page that need no server: rate, waiting messages, what is kept, clients."""
 
 from __future__ import annotations
 
 import asyncio
-from itertools import pairwise
 from typing import Any
 
 import pytest
 
-from teamsight.live.board import Board, Frames, Scenes
-from teamsight.live.client import MOST_UNDER_WAY, Client
-from teamsight.live.commands import MOST_WAITING, Commands, keep
-from teamsight.live.kept import MOST_BYTES, MOST_FRAMES, Kept
-from teamsight.live.pacing import Pacer
+from teamsight import CMOMMT
+from teamsight.live import worlds
 from teamsight.live.protocol import Message
+from teamsight.live.server import MOST_UNDER_WAY, Client
+from teamsight.live.session import MOST_WAITING, Frames, Pacer, Session
 
 
 @pytest.mark.parametrize(
@@ -59,71 +57,72 @@ def test_as_fast_as_possible_adapts_to_what_steps_cost() -> None:
     assert pacer.wait(5.0) == 0.0
 
 
+class Idle(Session):
+    """A session without a thread."""
+
+    def __init__(self) -> None:
+        super().__init__(worlds.Worlds(CMOMMT, [{}], 0), {}, rate=None, running=False)
+        self.close()
+
+    def _work(self) -> None:
+        pass
+
+
 def test_of_messages_that_set_the_same_the_last_one_counts() -> None:
-    commands = Commands()
-    sets = [Message("set", {"name": name, "value": value, "track": None}) for name, value in (("a", 1), ("b", 2), ("a", 3))]
-    for message in [*sets[:2], Message("step", {}), Message("step", {}), sets[2]]:
-        commands.put(message)
-    assert [(one.type, one.fields.get("value")) for one in commands.take(0.0)] == [("set", 2), ("step", None), ("step", None), ("set", 3)]
-    assert commands.take(0.0) == []
-    assert len(commands) == 4
-
-
-def test_each_message_is_replaced_wherever_it_waits() -> None:
-    waiting: dict[Any, Message] = {}
+    session = Idle()
     kinds = "run step set reset pause step reset run"
-    for message in [Message(kind, {"name": "a", "track": 1} if kind == "set" else {}) for kind in f"{kinds} {kinds}".split()]:
-        keep(waiting, message)
-    assert " ".join(one.type for one in waiting.values()) == "step step step set pause step reset run"
+    for value, kind in enumerate(f"{kinds} {kinds}".split()):
+        session.ask(Message(kind, {"name": "a", "value": value, "track": 1} if kind == "set" else {}))
+    session.ask(Message("set", {"name": "b", "value": 1, "track": 1}))
+    assert session.busy()
+    found = session._take()
+    assert " ".join(one.type for one in found) == "step step step set pause step reset run set"
+    assert [one.fields["value"] for one in found if one.fields] == [10, 1]
 
 
 def test_only_so_many_messages_wait() -> None:
-    commands = Commands()
+    session = Idle()
+    assert [one.type for one in session._take()] == ["reset"]
     for _ in range(MOST_WAITING):
-        commands.put(Message("step", {}))
+        session.ask(Message("step", {}))
     with pytest.raises(ValueError, match="step: 64 messages wait already"):
-        commands.put(Message("step", {}))
+        session.ask(Message("step", {}))
 
 
-def test_frames_are_kept_within_limits() -> None:
-    kept = Kept()
-    for number in range(MOST_FRAMES + 10):
-        kept.append(number.to_bytes(4, "little"))
-    assert len(kept) == MOST_FRAMES
-    assert kept.blocks()[0] == (10).to_bytes(4, "little")
-    kept.replace_last(b"last")
-    assert (len(kept), kept.blocks()[-1]) == (MOST_FRAMES, b"last")
-    kept.clear()
-    for _ in range(5):
-        kept.append(bytes(MOST_BYTES // 2))
-    assert len(kept) == 2
-    kept.append(bytes(2 * MOST_BYTES))
-    assert len(kept) == 1
-
-
-def _frames(number: int, scenes: int = 1) -> Frames:
-    return Frames(number, scenes, (b"%d" % number,))
+def test_frames_are_kept_within_limits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(worlds, "MOST_FRAMES", 4)
+    track = worlds.LiveTrack(CMOMMT, {"robots": 2, "targets": 2}, 1, 1)
+    blocks = [track.look()]
+    for _ in range(6):
+        track.run(1)
+        blocks.append(track.look())
+    assert track.newest()[1] == blocks[-4:]
+    assert track.newest(len(blocks[-1]) + len(blocks[-2]))[1] == blocks[-2:]
+    blocks[-1] = track.look(again=True)
+    assert track.newest()[1] == blocks[-4:]
+    monkeypatch.setattr(worlds, "MOST_BYTES", 1)
+    assert track.look() == blocks[-1]
+    assert track.newest()[1] == blocks[-1:]
 
 
 def test_a_client_has_two_frames_under_way_and_skips_the_others() -> None:
     async def talk() -> None:
-        board = Board()
-        board.post_scenes(Scenes(1, 1, ("scene",)))
+        scenes = ("scene",)
+        board: dict[str, Any] = {"error": "an old one", "scene": scenes}
         client, sent = Client(board), []
         for number in range(1, 7):
-            board.post_frames(_frames(number))
-            client.wake()
-            board.post("state", f"state {number}")
-            sent.append(await client.news())
+            board |= {"frame": Frames(number, scenes, (b"%d" % number,)), "state": f"state {number}"}
+            client.news.set()
+            sent.append(await client.messages())
         assert sent[0] == ["scene", "state 1", b"1"]
         assert sent[1] == ["state 2", b"2"]
         # Frames 3 to 6 are not sent, and wait nowhere.
         assert [len(one) for one in sent[2:]] == [1, 1, 1, 1]
         client.acknowledge(1)
-        assert await client.news() == [b"6"]
+        assert await client.messages() == [b"6"]
         client.acknowledge(6)
         with pytest.raises(TimeoutError):
-            await asyncio.wait_for(client.news(), 0.01)
+            await asyncio.wait_for(client.messages(), 0.01)
 
     assert MOST_UNDER_WAY == 2
     asyncio.run(talk())
@@ -131,35 +130,15 @@ def test_a_client_has_two_frames_under_way_and_skips_the_others() -> None:
 
 def test_frames_are_not_sent_before_their_scene() -> None:
     async def talk() -> None:
-        board = Board()
-        board.post_scenes(Scenes(1, 1, ("old",)))
-        board.post_frames(_frames(1, scenes=1))
+        old, new = ("old",), ("new",)
+        board: dict[str, Any] = {"scene": old, "frame": Frames(1, old, (b"1",))}
         client = Client(board)
-        assert await client.news() == ["old", b"1"]
-        board.post_scenes(Scenes(2, 2, ("new",)))
-        client.wake()
+        assert await client.messages() == ["old", b"1"]
+        board["scene"] = new
         client.acknowledge(1)
-        assert await client.news() == ["new"]
-        board.post_frames(_frames(2, scenes=2))
-        client.wake()
-        assert await client.news() == [b"2"]
+        assert await client.messages() == ["new"]
+        board["frame"] = Frames(2, new, (b"2",))
+        client.news.set()
+        assert await client.messages() == [b"2"]
 
     asyncio.run(talk())
-
-
-def test_the_board_wakes_once_until_it_is_read() -> None:
-    board, woken = Board(), []
-    board.listen(lambda: woken.append(1))
-    for number in range(1, 50):
-        board.post_frames(_frames(number))
-    assert len(woken) == 1
-    assert board.read().frames == _frames(49)
-    board.post("state", "one")
-    board.post("state", "two")
-    assert len(woken) == 2
-    assert board.read().texts["state"] == (2, "two")
-    versions = []
-    for text in ("two", "two", "three"):
-        board.post("state", text)
-        versions.append(board.read().texts["state"][0])
-    assert [later - earlier for earlier, later in pairwise(versions)] == [0, 1]

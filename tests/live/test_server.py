@@ -19,8 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from teamsight import CMOMMT, Disc, World
-from teamsight.live import LivePage, running, watch
-from teamsight.live.client import MOST_WRONG
+from teamsight.live import LivePage, session, watch
 from teamsight.live.protocol import KINDS, MOST_BYTES
 
 _PATIENCE = 1800.0  # seconds, against a hang
@@ -174,43 +173,35 @@ def hold(monkeypatch: pytest.MonkeyPatch) -> Callable[[LivePage], threading.Even
     ("asked", "steps", "runs"),
     [("step step", 2, False), ("run pause step", 1, False), ("run pause", 0, False), ("reset step reset step", 1, False), ("step run", 2, True)],
 )
-def test_steps_are_those_of_the_world_that_was_asked_for_before(
+def test_what_is_asked_while_worlds_are_built_comes_after_that(
     live: Callable[..., LivePage], hold: Callable[[LivePage], threading.Event], asked: str, steps: int, runs: bool
 ) -> None:
-    """Else a reset under way took them away."""
-    page = live()
+    """Else a reset under way took the steps away."""
+    page = live(parameters={"robots": 4})
     with opened(page) as socket:
         ask(socket, "step")
         until(socket, "state", lambda one: one["made"] == 1)
         go_on = hold(page)
-        ask(socket, "reset")
-        until(socket, "state", lambda one: one["busy"] == "Building …")
+        ask(socket, "set", name="robots", value=7, track=None)
+        state = until(socket, "state", lambda one: one["busy"] == "Building …")
+        assert (state["made"], state["running"], state["two"]) == (1, False, False)
+        # The page shows what was chosen.
+        assert json.loads(page.session.board["controls"])["values"][0]["robots"] == 7
         for kind in asked.split():
             ask(socket, kind)
-        # When this one is answered, those before have been read.
-        ask(socket, "every", value=2)
-        state = until(socket, "state", lambda one: one["every"] == 2)
-        assert (state["made"], state["running"], state["busy"]) == (1, False, "Building …")
-        ask(socket, "every", value=1)
-        until(socket, "state", lambda one: one["every"] == 1)
         go_on.set()
-        rest(page)
         until(socket, "state", lambda one: one["running"] == runs and one["made"] >= steps)
+        rest(page)
         assert runs or page.session.worlds.tracks[0].world.tick == steps
+        assert len(page.session.worlds.tracks[0].world.robots) == 7
 
 
-def test_a_model_that_has_failed_runs_after_what_mends_it(
-    live: Callable[..., LivePage], hold: Callable[[LivePage], threading.Event]
-) -> None:
+def test_a_model_that_has_failed_runs_after_what_mends_it(live: Callable[..., LivePage]) -> None:
     page = live(live_models.Failing, running=True, rate=None)
     with opened(page) as socket:
         until(socket, "state", lambda one: one["failed"])
-        go_on = hold(page)
         ask(socket, "set", name="breaks_at", value=10**6, track=None)
         ask(socket, "run")
-        ask(socket, "every", value=2)
-        assert until(socket, "state", lambda one: one["every"] == 2)["failed"]
-        go_on.set()
         until(socket, "state", lambda one: one["running"] and one["made"] > 10)
 
 
@@ -220,22 +211,10 @@ def test_a_clock_may_stand_still_between_two_reports(live: Callable[..., LivePag
     with opened(page) as socket:
         until(socket, "state", lambda one: one["made"] > 0)
         now = time.monotonic()
-        monkeypatch.setattr(running, "time", SimpleNamespace(monotonic=lambda: now))
+        monkeypatch.setattr(session, "time", SimpleNamespace(monotonic=lambda: now))
         ask(socket, "reset")
         ask(socket, "every", value=2)
         assert until(socket, "state", lambda one: one["every"] == 2)["running"]
-
-
-def test_a_pause_acts_at_once(live: Callable[..., LivePage], hold: Callable[[LivePage], threading.Event]) -> None:
-    page = live(running=True)
-    with opened(page) as socket:
-        until(socket, "state", lambda one: one["made"] > 0)
-        go_on = hold(page)
-        ask(socket, "reset")
-        ask(socket, "pause")
-        assert until(socket, "state", lambda one: not one["running"])["busy"] == "Building …"
-        go_on.set()
-        until(socket, "state", lambda one: not one["running"] and one["made"] == 0)
 
 
 def test_a_page_that_saves_is_answered_meanwhile(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -265,7 +244,7 @@ def test_a_page_that_saves_is_answered_meanwhile(live: Callable[..., LivePage], 
 def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> None:
     """The server stays up, goes on, and answers sense with sense."""
     page, chance = live(parameters={"robots": 2, "targets": 2}, running=True), random.Random(13)
-    sent = closed = 0
+    sent = 0
     while sent < 10_000:
         with opened(page) as socket:
             # Answers are read meanwhile, so that neither side waits for the other.
@@ -276,12 +255,12 @@ def test_ten_thousand_messages_of_nonsense(live: Callable[..., LivePage]) -> Non
                     sent += 1
                     socket.send(nonsense(chance))
             except ConnectionClosed:
-                closed += 1
+                # Half a character is no text, so the connection is closed.
+                pass
             socket.close()
             reader.join(timeout=_PATIENCE)
             assert not reader.is_alive()
-    assert closed > 10_000 // (20 * MOST_WRONG)
-    assert page.session.is_alive()
+    assert page.session._thread.is_alive()
     # So many steps may wait for the first world that others are refused meanwhile.
     rest(page)
     with opened(page) as socket:
@@ -354,8 +333,8 @@ def test_a_connection_that_reads_nothing_holds_nothing_up(live: Callable[..., Li
         for _ in range(3):
             before = until(reading, "state")["made"]
             until(reading, "state", lambda one, before=before: one["made"] > before + 100)
-        client = max(page._server.clients, key=lambda one: len(one._under_way))
-        assert len(client._under_way) <= 2
+        client = max(page._server.clients, key=lambda one: len(one.under_way))
+        assert len(client.under_way) <= 2
 
 
 def test_models_that_cannot_be_watched_are_refused(live: Callable[..., LivePage]) -> None:

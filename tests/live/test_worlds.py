@@ -16,9 +16,9 @@ def test_a_model_must_build_a_world_on_each_call() -> None:
 
     worlds = Worlds(kept, [{}], 0)
     with pytest.raises(ValueError, match="kept: returns a world that it returned before; build one on each call"):
-        worlds.build([{}, {}], 0, 1)
-    worlds.replace(worlds.build([{}], 0, 1), 0)
+        worlds.build([{}, {}], 0)
+    worlds.replace(worlds.build([{}], 0), 0)
     with pytest.raises(ValueError, match="kept: returns a world that it returned before"):
-        worlds.build([{}], 5, 1)
+        worlds.build([{}], 5)
     worlds.run(3)
     assert (worlds.seed, worlds.made, one.tick) == (0, 3, 3)

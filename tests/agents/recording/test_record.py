@@ -252,7 +252,7 @@ def test_a_file_of_the_user_is_not_replaced(page: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"file": "run.htm"}, r"run\.htm: must end in \.html, \.gif, \.mp4, \.png.*did you mean '\.html'"),
+        ({"file": "run.htm"}, r"run\.htm: must end in \.html, \.gif, \.mp4, \.png"),
         ({"file": "run"}, "must end in"),
         ({"file": "run.txt"}, "must end in"),
         ({"file": 3}, "file=3: must be a path"),
