@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.plot.heat_map import draw_heat_map
+from teamsight.analysis.plot.kinds import Look, draw_heat_map, texts_of
 from teamsight.analysis.plot.style import DIVERGING, RADIUS_LABEL, ROBOTS_LABEL, SEQUENTIAL
 
 if TYPE_CHECKING:
@@ -20,18 +19,6 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT, HEAD = 13.6, 7.6, 1.0
 # Edges of the facets against the facets: darker, and opaque.
 _EDGES = 0.82, 0.82, 0.82, 1.0
-
-
-class Look(NamedTuple):
-    """Label, format and range of a quantity."""
-
-    label: str
-    write: Callable[[float], str]
-    low: float
-    high: float
-    around_zero: bool = False
-    #: Range of the surface's axis, if it differs from the range of the colours.
-    heights: tuple[float, float] | None = None
 
 
 def draw_row(
@@ -71,7 +58,7 @@ def draw_row(
     solid.set_xticks(_ticks(list(grid.index), 5))
     solid.set_yticks(grid.columns.to_numpy())
     flat = figure.add_axes((0.595, bottom + 0.085 * height, 0.32, 0.88 * height))
-    draw_heat_map(flat, grid, _texts(grid, look, open_cells), norm, colours)
+    draw_heat_map(flat, grid, texts_of(grid, look, open_cells), norm, colours)
     scale = figure.add_axes((0.93, bottom + 0.085 * height, 0.014, 0.88 * height))
     bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), cax=scale, ticks=MaxNLocator(9, integer=True))
     if look.around_zero:
@@ -81,13 +68,6 @@ def draw_row(
         bar.ax.set_ylim(low, high if high > low else look.high)
     bar.set_label(look.label, size=10)
     bar.outline.set_visible(False)
-
-
-def _texts(grid: pd.DataFrame, look: Look, open_cells: pd.DataFrame | None) -> list[str]:
-    texts = [look.write(value) for value in grid.to_numpy(float).flat]
-    if open_cells is None:
-        return texts
-    return [f"({text})" if is_open else text for text, is_open in zip(texts, open_cells.to_numpy().flat, strict=True)]
 
 
 def draw_surface(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.plot.heat_map import colour_cells, places, write_numbers
+from teamsight.analysis.plot.kinds import colour_cells, places, write_numbers
 from teamsight.analysis.plot.style import DIVERGING, SEQUENTIAL
 from teamsight.analysis.studies.figures.choose import Choice, panels_of
 from teamsight.analysis.studies.figures.dimension import Dimension

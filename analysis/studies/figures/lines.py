@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.plot.curves import draw_band
+from teamsight.analysis.plot.kinds import draw_means
 from teamsight.analysis.plot.style import COLOURS, DEGREE, FAINT, plain
 from teamsight.analysis.studies.figures.choose import Choice, panels_of
 from teamsight.analysis.studies.figures.dimension import Dimension
@@ -102,7 +102,7 @@ def _draw_panel(
         # Matplotlib hides empty labels, and those that begin with _.
         label = f" {label}" if y is not None and label[:1] in ("", "_") else label
         if x.numbers is not None:
-            draw_band(axes, x.numbers, rows, colour, label, marker="o", markersize=4 if len(x) <= 40 else 0)
+            draw_means(axes, x.numbers, rows, colour, label, marker="o", markersize=4 if len(x) <= 40 else 0)
             # Between gaps there is no band.
             alone = _alone(rows) & np.isfinite(rows["high"].to_numpy())
             if alone.any():

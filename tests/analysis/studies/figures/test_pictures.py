@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from teamsight.analysis.plot.heat_map import outline
+from teamsight.analysis.plot.kinds import outline
 from teamsight.analysis.studies.figures.quantity import Quantity
 from teamsight.analysis.studies.study import Study
 
