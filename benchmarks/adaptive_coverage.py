@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from teamsight.analysis.studies.adaptive import all_needed
-from teamsight.analysis.studies.definition.recording import Until
+from teamsight.analysis.studies.definition.model import Until
 
 SETTINGS = 10_000
 # Settings that are drawn at a time.

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.definition.recording import Until
+from teamsight.analysis.studies.definition.model import Until
 
 #: Replicates at the first look: a spread that few runs show may be far too small.
 FIRST_LOOK = 30

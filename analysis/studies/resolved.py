@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.model import TASK_PREFIX, measure_of, model_of, task_named
+from teamsight.analysis.studies.definition.values import Components
 from teamsight.core import plugins, references
 from teamsight.tasks.model import TaskModel
 

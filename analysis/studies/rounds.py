@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.runs.attempt import advancing
-from teamsight.analysis.studies.definition.recording import check_measured
+from teamsight.analysis.studies.definition.model import check_measured
 from teamsight.analysis.studies.folder.run_set import joined
 from teamsight.analysis.studies.missing import Selection
 from teamsight.analysis.studies.part_tables import DETAIL, is_at_odds

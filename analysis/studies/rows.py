@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.definition.identity import hex_of
+from teamsight.analysis.studies.definition.values import hex_of
 from teamsight.analysis.studies.folder.run_set import runs_in
 from teamsight.analysis.studies.part_tables import OWN_COLUMNS
 from teamsight.analysis.studies.standing import Present, values_of

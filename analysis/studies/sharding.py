@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from teamsight.analysis.studies.definition.identity import hex_of
+from teamsight.analysis.studies.definition.values import hex_of
 from teamsight.analysis.studies.shard import Common, Shard
 from teamsight.analysis.studies.shard_run import ShardRun
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from teamsight.analysis.studies.definition.identity import hex_of
+from teamsight.analysis.studies.definition.values import hex_of
 from teamsight.analysis.studies.failure import failure_of
 from teamsight.analysis.studies.resolved import Resolved
 from teamsight.analysis.studies.same_code import check_same_code

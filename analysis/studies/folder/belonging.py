@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from teamsight.analysis.studies.definition.identity import hex_of, run_id
 from teamsight.analysis.studies.definition.model import TASK_PREFIX
+from teamsight.analysis.studies.definition.values import hex_of, run_id
 from teamsight.analysis.studies.folder import parts
 from teamsight.analysis.studies.folder.layout import DONE
 from teamsight.analysis.studies.folder.parts import DamagedError, Part

@@ -127,7 +127,7 @@ def settled(folder: Path, kinds: Mapping[str, str | None]) -> Mapping[str, str]:
 
 def _grown(folder: Path, found: Manifest, study: Study, types: Mapping[str, str]) -> Manifest:
     """Return the manifest with the additions of a study to that of the folder."""
-    from teamsight.analysis.studies.definition.difference import difference
+    from teamsight.analysis.studies.definition.check import difference
     from teamsight.analysis.studies.study import Study
 
     lines = difference(Study.from_dict(found.study), study)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.definition.identity import run_id
+from teamsight.analysis.studies.definition.values import run_id
 
 if TYPE_CHECKING:
     import pyarrow as pa

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from teamsight.analysis.studies.adaptive import FIRST_LOOK, _Intervals, all_needed, looks, replicates_needed
-from teamsight.analysis.studies.definition.recording import Until
+from teamsight.analysis.studies.definition.model import Until
 
 Values = list[float]
 

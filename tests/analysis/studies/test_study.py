@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Cycle, Failures, Study
 from teamsight.analysis.runs.run_many import summary
-from teamsight.analysis.studies.definition.recording import Record, Until
+from teamsight.analysis.studies.definition.model import Record, Until
 from tests.analysis.studies.folders import odd
 
 NAMES = ("robots", "targets", "radius", "policy", "speed", "a", "b")

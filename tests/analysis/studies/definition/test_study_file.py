@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from teamsight import Study
-from teamsight.analysis.studies.definition.recording import Record, Until
+from teamsight.analysis.studies.definition.model import Record, Until
 
 TEN_LINES = """
 replicates = 3
@@ -137,7 +137,7 @@ BAD = {
         ["10000 × 10000 × 10000 = 1,000,000,000,000 settings", "10,000,000"],
     ),
     "limit of until": ("until.interval = 1\naxes.robots = {from = 1, to = 200000, step = 1}", ["until.limit=1000", "200,000,000 runs"]),
-    "until without": ("until = {limit = 5}", ["until: has no interval"]),
+    "until without": ("until = {limit = 5}", ["until: has no 'interval'; give interval"]),
     "interval": ("until.interval = 0", ["until.interval=0", "above 0"]),
     "limit": ("until = {interval = 1, limit = 3}\nreplicates = 5", ["until.limit=3", "replicates=5"]),
     "model": ("model = 'cmomt'", ["model='cmomt'", "did you mean 'cmommt'?"]),
@@ -287,8 +287,8 @@ def test_points_are_in_the_folder_of_the_study(tmp_path: Path) -> None:
         ("none.csv", "No such file"),
         ("loop.csv", "cannot be read|loop"),
         ("p.txt", "must end in"),
-        ("dir.csv", "no regular"),
-        ("pipe.csv", "no regular"),
+        ("dir.csv", "Is a directory"),
+        ("pipe.csv", "Not a regular file"),
     ):
         with pytest.raises(ValueError, match=why):
             read(inside, f"points = '{name}'")
