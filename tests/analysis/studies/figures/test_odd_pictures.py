@@ -15,8 +15,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from teamsight.analysis.studies.figures.cells import Quantity
 from teamsight.analysis.studies.figures.difference import pair
-from teamsight.analysis.studies.figures.quantity import Quantity
 from teamsight.analysis.studies.results import StudyResults
 from teamsight.analysis.studies.study import Study
 
@@ -70,18 +70,6 @@ def test_points_between_gaps_have_intervals() -> None:
     summary = found.summary()
     wanted = [[100 * row["low"], 100 * row["high"]] for row in summary[summary["n"] > 0].to_dict("records")]
     assert ends == [pytest.approx(one) for one in wanted]
-
-
-def test_a_surface_without_faces_is_refused_and_one_with_holes_says_so() -> None:
-    radius = [1.0, 2.0, 3.0]
-    with pytest.raises(ValueError, match="kind=surface: .*neighbours.*--kind heat-map"):
-        holed(Study(axes={"robots": [2, 4, 8], "radius": radius})).plot(kind="surface")
-    values = [1.0, 2.0, 4.0, 8.0, 16.0]
-    with pytest.raises(ValueError, match="--kind scatter"):
-        results(Study(points={"radius": values, "mean_time": values})).plot(kind="surface")
-    with_hole = holed(Study(axes={"robots": [1, 2, 4, 8], "radius": radius})).plot(kind="surface")
-    assert "no surface beside settings without runs" in words(with_hole)
-    assert "no surface" not in words(results(Study(axes={"robots": [1, 2], "radius": radius})).plot(kind="surface"))
 
 
 def test_runs_without_a_value_are_not_called_missing() -> None:
@@ -155,11 +143,11 @@ def test_several_values_of_one_axis_are_refused() -> None:
 
 
 def test_the_value_that_an_error_suggests_can_be_chosen() -> None:
-    axes = {"robots": [1, 2], "policy": ["with a space that makes it long", "centroid"]}
-    found = results(Study(axes=axes, zip=[["robots", "policy"]]))
-    with pytest.raises(ValueError, match="as in --where robots=1$"):
-        found.plot(kind="runs")
-    long = results(Study(axes={"policy": axes["policy"]}))
+    policies = ["with a space that makes it long", *(f"policy {number}" for number in range(10))]
+    found = results(Study(axes={"robots": list(range(11)), "policy": policies}, zip=[["robots", "policy"]]))
+    with pytest.raises(ValueError, match="as in --where robots=0$"):
+        found.plot(kind="distribution")
+    long = results(Study(axes={"policy": policies}))
     with pytest.raises(ValueError, match="as in --where 'policy=with a space that makes it long'$"):
-        long.plot(kind="runs")
-    assert long.plot(kind="runs", where={"policy": "with a space that makes it long"})
+        long.plot(kind="distribution")
+    assert long.plot(kind="distribution", where={"policy": "with a space that makes it long"})
