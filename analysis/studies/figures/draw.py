@@ -126,8 +126,9 @@ class Picture(NamedTuple):
             above, below = int((known["low"] > 0).sum()), int((known["high"] < 0).sum())
             return f"{text}: above 0 in {above:,} of {len(known):,} settings, below in {below:,}"
         low, high = (quantity.write(float(end)) for end in (known["mean"].min(), known["mean"].max()))
-        unit = " %" * quantity.is_percent
-        return f"{text}: {low}{f' to {high}' if low != high else ''}{unit}"
+        values = (f"{low} to {high}" if low != high else low) + " %" * quantity.is_percent
+        # On one line.
+        return f"{text}: {values.replace(' ', chr(160))}"
 
     def runs(self, what: str) -> str:
         """Return how many runs each cell has, as in "10 runs a cell"."""
