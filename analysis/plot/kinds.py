@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -18,7 +20,6 @@ from teamsight.analysis.plot.style import (
     ROBOTS_LABEL,
     SEQUENTIAL,
     canvas,
-    head,
     plain,
 )
 
@@ -34,47 +35,92 @@ SIZE = 8.5
 SHADES = 0.0, 0.86
 # More bands hide each other.
 _MOST_CURVES = 4
-# Inches that the head of a figure takes.
-_HEAD = 0.95
+# Inches: the narrowest figure, its margins, and a line of the head for each point of its size.
+_NARROWEST, _MARGIN, _LINE = 6.4, 0.3, 0.0212
+# Mean width of a character in its size.
+_CHARACTER = {"normal": 0.54, "bold": 0.6}
+_WARNING = "#b02a30"
+
+
+def rows_and_columns(panels: int) -> tuple[int, int]:
+    """Return rows and columns of some panels: up to three in one row, otherwise as square as possible."""
+    columns = panels if panels <= 3 else min(4, math.ceil(math.sqrt(panels)))
+    return math.ceil(panels / columns), columns
 
 
 def panels(
-    title: str, about: str, names: Sequence[str], *, x: str = "", y: str | Sequence[str] = "", columns: int = 3,
-    size: tuple[float, float] = (3.7, 3.3),
+    title: str, about: str | Sequence[str], names: Sequence[str], *, x: str | Sequence[str] = "",
+    y: str | Sequence[str] = "", warning: str = "", columns: int | None = None, size: tuple[float, float] = (3.7, 3.3),
+    more: tuple[float, float] = (0.0, 0.0), is_plain: bool = True, **further: Any,
 ) -> tuple[Canvas, list[Axes]]:  # fmt: skip
-    """Return a figure with a head and one empty panel for each name.
+    """Return a figure with a head, whose lines are wrapped, and one empty panel for each name.
 
     Parameters
     ----------
-    title, about : str
-        What was found, and what was simulated.
+    title : str
+        What was found.
+    about : str or sequence of str
+        What was simulated, and how to read the figure; each begins a line.
     names : sequence of str
         The title of each panel.
-    x : str
-        Name and unit of all horizontal axes.
-    y : str or sequence of str
-        Name and unit of the vertical axes: one, which only the first of a row shows, or one for each panel.
-    columns : int
-        Panels beside each other, at most.
-    size : tuple of float
-        Width and height of a panel [inches].
+    x, y : str or sequence of str
+        Name and unit of the axes: one for each panel, or one of all, which only those at the edges show.
+    warning : str
+        What is missing.
+    columns : int, optional
+        Panels beside each other; see `rows_and_columns`.
+    size, more : tuple of float
+        Width and height of a panel, and further room in all [inches].
+    is_plain : bool
+        Whether panels have a grid behind the data.
+    **further
+        Further arguments of ``figure.subplots``, such as ``sharey``.
     """
-    columns = min(columns, len(names))
-    rows = -(-len(names) // columns)
-    width, height = columns * size[0], rows * size[1] + _HEAD
-    figure = canvas(width, height)
-    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, 1 - _HEAD / height), w_pad=0.1, h_pad=0.1)
-    head(figure, title, about)
-    found = figure.subplots(rows, columns, squeeze=False).ravel().tolist()
-    for empty in found[len(names) :]:
-        empty.set_axis_off()
-    for number, (axes, name) in enumerate(zip(found, names, strict=False)):
-        plain(axes)
-        axes.tick_params(colors=FAINT)
-        axes.set_title(name, loc="left", size=10, color=INK)
-        axes.set_xlabel(x)
-        axes.set_ylabel((y if number % columns == 0 else "") if isinstance(y, str) else y[number])
+    rows, columns = rows_and_columns(len(names)) if columns is None else (-(-len(names) // columns), columns)
+    width, room = max(columns * size[0] + more[0], _NARROWEST), rows * size[1] + more[1]
+    lines = [
+        (line, points, colour, weight)
+        for text, points, colour, weight in (
+            (title, 14.0, INK, "bold"),
+            (warning, 9.5, _WARNING, "bold"),
+            *((one, 9.5, FAINT, "normal") for one in ([about] if isinstance(about, str) else about)),
+        )
+        for line in textwrap.wrap(text, int((width - 2 * _MARGIN) * 72 / (points * _CHARACTER[weight])))
+    ]
+    head = 1.3 * _MARGIN + sum(_LINE * points for _, points, *_ in lines)
+    figure = canvas(width, head + room)
+    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, room / (head + room)), w_pad=0.08, h_pad=0.08)
+    top = 0.6 * _MARGIN
+    for line, points, colour, weight in lines:
+        top += _LINE * points
+        figure.text(_MARGIN / width, 1 - top / (head + room), line, size=points, color=colour, weight=weight)
+    found = figure.subplots(rows, columns, squeeze=False, **further).ravel().tolist()
+    for number, axes in enumerate(found):
+        if number >= len(names):
+            axes.set_axis_off()
+            continue
+        if is_plain:
+            plain(axes)
+            axes.tick_params(colors=FAINT)
+        if names[number]:
+            axes.set_title(names[number], loc="left", size=10, color=INK, wrap=True)
+        is_lowest, is_first = number + columns >= len(names), number % columns == 0
+        axes.set_xlabel(x * is_lowest if isinstance(x, str) else x[number])
+        axes.set_ylabel(y * is_first if isinstance(y, str) else y[number])
+        if "sharex" in further:
+            axes.tick_params(labelbottom=is_lowest)
     return figure, found[: len(names)]
+
+
+def colour_bar(figure: Canvas, shown: Any, panels: list[Axes], label: str) -> Any:
+    """Draw the scale of colours on the right of some panels, as wide beside wide ones as beside narrow ones."""
+    columns = {panel.get_subplotspec().colspan.start for panel in panels}
+    width = figure.get_figwidth() * len(columns) / panels[0].get_gridspec().ncols
+    bar = figure.colorbar(shown, ax=panels, fraction=0.32 / width, pad=0.12 / width, shrink=0.95, aspect=32)
+    bar.set_label(label, size=10)
+    bar.outline.set_visible(False)
+    bar.ax.tick_params(labelsize=9)
+    return bar
 
 
 def draw_means(
@@ -294,11 +340,10 @@ def draw_maps(title: str, about: str, grids: Mapping[str, pd.DataFrame], look: L
 
     norm, colours = Normalize(look.low, look.high), matplotlib.colormaps[DIVERGING if look.around_zero else SEQUENTIAL]
     rows = max(len(grid) for grid in grids.values())
-    figure, places = panels(title, about, list(grids), size=(5.4, 0.9 + 0.24 * rows))
+    figure, places = panels(
+        title, about, list(grids), x=RADIUS_LABEL, y=ROBOTS_LABEL, size=(5.4, 0.9 + 0.24 * rows), is_plain=False
+    )
     for axes, grid in zip(places, grids.values(), strict=True):
-        axes.grid(False)
         draw_heat_map(axes, grid, texts_of(grid, look), norm, colours)
-    bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), ax=places, fraction=0.03, pad=0.02)
-    bar.set_label(look.label, size=10)
-    bar.outline.set_visible(False)
+    colour_bar(figure, places[0].images[0], places, look.label)
     return figure

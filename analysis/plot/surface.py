@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
 
+__all__ = ["HEAD", "HEIGHT", "WIDTH", "Look", "draw_row", "draw_surface", "facets_of"]
+
 #: Size of a row of surface and heat map, and height of the head [inches].
 WIDTH, HEIGHT, HEAD = 13.6, 7.6, 1.0
 # Edges of the facets against the facets: darker, and opaque.
@@ -76,7 +78,6 @@ def draw_surface(
     look: Look,
     norm: Normalize,
     colours: Colormap,
-    labels: tuple[str, str] = (ROBOTS_LABEL, RADIUS_LABEL),
 ) -> None:
     """Draw a grid as a surface.
 
@@ -90,8 +91,6 @@ def draw_surface(
         Label and range of the values.
     norm, colours : matplotlib Normalize, Colormap
         The colour of each value.
-    labels : tuple of str
-        Labels of the rows and of the columns.
     """
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -105,8 +104,8 @@ def draw_surface(
     # The viewpoint is above few robots in a large arena, where every surface of the paper is low and hides nothing.
     axes.view_init(elev=27, azim=128)
     axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)
-    axes.set_xlabel(labels[0], labelpad=8)
-    axes.set_ylabel(labels[1], labelpad=8)
+    axes.set_xlabel(ROBOTS_LABEL, labelpad=8)
+    axes.set_ylabel(RADIUS_LABEL, labelpad=8)
     axes.set_zlabel(look.label, labelpad=8)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))

@@ -289,28 +289,20 @@ def setting_ids(
         The ids, (settings,).
     """
     ids = np.empty(settings, np.uint64)
-    texts = {name: _texts(name, one) for name, one in sorted(values.items()) if len(one) <= _CHUNK}
+    names = sorted(values)
+    # Those of an axis occur again and again.
+    texts = {name: [text_of(one) for one in values[name]] for name in names if len(values[name]) <= _CHUNK}
     for start in range(0, settings, _CHUNK):
         which = np.arange(start, min(start + _CHUNK, settings))
         columns = []
-        for name, one in sorted(values.items()):
-            places = (which // strides[name] % len(one)).tolist()
-            known = texts.get(name)
-            columns.append([known[i] for i in places] if known else _texts(name, [one[i] for i in places]))
+        for name in names:
+            places = (which // strides[name] % len(values[name])).tolist()
+            known = texts[name] if name in texts else {i: text_of(values[name][i]) for i in places}
+            columns.append([f"{name}={known[i]}" for i in places])
         rows = map(", ".join, zip(*columns, strict=True)) if columns else [""] * len(which)
         digests = b"".join([hashlib.blake2b(f"{{{row}}}".encode(), digest_size=8).digest() for row in rows])
         ids[start : start + len(which)] = np.frombuffer(digests, ">u8")
     return ids
-
-
-def _texts(name: str, values: Sequence[Any]) -> list[str]:
-    """Return the texts of a parameter's values as `canonical` has them; numbers may be many."""
-    kinds = set(map(type, values))
-    if kinds == {int}:
-        return [f"{name}={one}" for one in values]
-    if kinds == {float}:
-        return [f"{name}={int(one) if one.is_integer() else one.hex()}" for one in values]
-    return [f"{name}={text_of(one)}" for one in values]
 
 
 def hex_of(setting: int) -> str:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from teamsight.analysis.plot.style import superscript
 from teamsight.analysis.studies.summary import summarise
 from teamsight.core import checks
+from teamsight.core.component import number_in
 
 # Values that an error lists.
 _MOST_LISTED = 8
@@ -255,14 +256,8 @@ def matching(settings: pd.DataFrame, where: Mapping[str, object]) -> NDArray[np.
 
 def is_same(one: object, given: object) -> bool:
     """Whether two values are equal; a text may spell a number."""
-    if one == given or str(one) == str(given) or text_of(one) == str(given):
-        return True
-    if isinstance(one, int | float | np.number) and not isinstance(one, bool) and isinstance(given, str):
-        try:
-            return float(one) == float(given)
-        except ValueError:
-            return False
-    return False
+    is_flag = isinstance(one, bool | np.bool_)
+    return str(given) in (str(one), text_of(one)) or bool(not is_flag and one == number_in(given))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import textwrap
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,10 +14,13 @@ from numpy.typing import NDArray
 
 from teamsight.analysis.plot.kinds import (
     SHADES,
+    colour_bar,
     colour_cells,
     draw_distribution,
     draw_means,
+    panels,
     places,
+    rows_and_columns,
     write_numbers,
 )
 from teamsight.analysis.plot.style import (
@@ -26,11 +28,8 @@ from teamsight.analysis.plot.style import (
     DIVERGING,
     FAINT,
     FORMATS,
-    INK,
     SEQUENTIAL,
-    canvas,
     colours_of,
-    plain,
     to_picture,
 )
 from teamsight.analysis.runs.files import check_replaceable, write_bytes
@@ -42,17 +41,12 @@ from teamsight.analysis.studies.figures.difference import check_comparable, pair
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-    from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
 
     from teamsight.analysis.studies.study_tables import StudyTables
 
-_WARNING, _EMPTY = "#b02a30", "#dadada"
-# Inches: the narrowest picture, its margins, and a line of the title and of the rest.
-_NARROWEST, _MARGIN, _TITLE, _LINE = 6.4, 0.3, 0.3, 0.2
-# Sizes of the title and of the rest [points], and the mean width of a character in its size.
-_TITLE_SIZE, _SIZE, _CHARACTER, _BOLD = 14.0, 9.5, 0.54, 0.6
+_EMPTY = "#dadada"
 # Ticks with a text along one side, and numbers of which some get no text; the width and height of a tick [inches].
 _MOST_TICKS, _LEAST_TICKS, _TICK, _TICK_LINE = 32, 8, 0.08, 0.16
 # Numbers written at their ticks; more get round ticks.
@@ -237,57 +231,11 @@ def save_picture(figure: Canvas, path: str | os.PathLike[str], description: str,
     write_bytes(path, to_picture(figure, description, kind), force=force)
 
 
-def _page(picture: Picture, title: str, notes: Sequence[str], width: float, height: float) -> Canvas:
-    """Return a figure with its head, and with free room of a size [inches] below it that is laid out automatically."""
-    width = max(width, _NARROWEST)
-
-    def wrapped(text: str, size: float, character: float) -> list[str]:
-        return textwrap.wrap(text, max(20, int((width - 2 * _MARGIN) * 72 / (size * character))))
-
-    lines = [(line, _TITLE_SIZE, INK) for line in wrapped(title, _TITLE_SIZE, _BOLD)]
-    lines += [(line, _SIZE, _WARNING) for line in wrapped(picture.warning, _SIZE, _BOLD)]
-    faint = (" · ".join((picture.source, *picture.cells.fixed)), "; ".join(note for note in notes if note))
-    lines += [(line, _SIZE, FAINT) for text in faint for line in wrapped(text, _SIZE, _CHARACTER)]
-    total = _MARGIN + sum(_TITLE if size == _TITLE_SIZE else _LINE for _, size, _ in lines) + 0.08 + height
-    figure = canvas(width, total)
-    figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, height / total), w_pad=0.08, h_pad=0.08)
-    top = 0.6 * _MARGIN
-    for text, size, colour in lines:
-        top += _TITLE if size == _TITLE_SIZE else _LINE
-        weight = "normal" if colour == FAINT else "bold"
-        figure.text(_MARGIN / width, 1 - top / total, text, size=size, color=colour, weight=weight)
-    return figure
-
-
-def _rows_and_columns(panels: int) -> tuple[int, int]:
-    """Return rows and columns of some panels: up to three in one row, otherwise as square as possible."""
-    columns = panels if panels <= 3 else min(4, math.ceil(math.sqrt(panels)))
-    return math.ceil(panels / columns), columns
-
-
-def _axes_of(
-    figure: Canvas, names: Sequence[str], x: str | Sequence[str], y: str, *, is_framed: bool = True, **further: Any
-) -> list[Axes]:
-    """Return the axes of the panels with their titles and labels; axes that all share are named at the edges."""
-    rows, columns = _rows_and_columns(len(names))
-    found = figure.subplots(rows, columns, squeeze=False, **further).ravel().tolist()
-    for number, axes in enumerate(found):
-        if number >= len(names):
-            axes.set_axis_off()
-            continue
-        if is_framed:
-            plain(axes)
-            axes.tick_params(colors=FAINT)
-        if names[number]:
-            axes.set_title(names[number], loc="left", size=9.5, color=INK, wrap=True)
-        is_lowest = number + columns >= len(names)
-        if isinstance(x, str):
-            axes.set_xlabel(x * is_lowest)
-            axes.tick_params(labelbottom=is_lowest or not is_framed)
-        else:
-            axes.set_xlabel(x[number])
-        axes.set_ylabel(y * (number % columns == 0))
-    return found[: len(names)]
+def _panels(picture: Picture, title: str, notes: Sequence[str], **further: Any) -> tuple[Canvas, list[Axes]]:
+    """Return a figure with the head of a picture, and its panels; see `kinds.panels`."""
+    about = (" · ".join((picture.source, *picture.cells.fixed)), "; ".join(note for note in notes if note))
+    names = [name for name, _ in picture.panels]
+    return panels(title, about, **{"names": names, "warning": picture.warning} | further)
 
 
 def _width_of(dimension: Dimension) -> float:
@@ -378,16 +326,6 @@ def _look_at(axes: Axes, picture: Picture) -> None:
         axes.axhline(0.0, color=FAINT, linewidth=1.0)
 
 
-def _colour_bar(figure: Canvas, shown: ScalarMappable, panels: list[Axes], label: str) -> None:
-    """Draw the scale of colours on the right of some panels, as wide beside wide ones as beside narrow ones."""
-    columns = {panel.get_subplotspec().colspan.start for panel in panels}
-    width = figure.get_figwidth() * len(columns) / panels[0].get_gridspec().ncols
-    bar = figure.colorbar(shown, ax=panels, fraction=0.32 / width, pad=0.12 / width, shrink=0.95, aspect=32)
-    bar.set_label(label, size=10)
-    bar.outline.set_visible(False)
-    bar.ax.tick_params(labelsize=9)
-
-
 def _colours(dimension: Dimension | None) -> list[Any]:
     """Return a colour for each level: shades for numbers, the fixed colours for policies and degrees."""
     import matplotlib
@@ -423,24 +361,23 @@ def _draw_lines(picture: Picture, choice: Choice) -> Canvas:
     """Return lines along x, one for each value of y, in a panel for each combination of the other axes."""
     x, y = choice.x, choice.y
     assert x is not None
-    rows, columns = _rows_and_columns(len(picture.panels))
-    found = picture.cells.statistics
+    rows, columns = rows_and_columns(len(picture.panels))
+    statistics = picture.cells.statistics
     note = "95 % bands of the mean" if x.numbers is not None else "bars are 95 % intervals of the mean"
-    if not np.isfinite(found["high"]).any():
+    if not np.isfinite(statistics["high"]).any():
         note = "intervals need two runs a point"
-    width = max(5.2 * columns * (0.75 if columns > 2 else 1.0), 0.3 * len(x) * (x.numbers is None))
-    height = rows * (3.9 if rows == 1 else 3.1)
-    if x.numbers is None:
-        height += _room_below(x, width / columns / len(x))
-    notes = [picture.runs("a point"), note, _view_of(picture)[1]]
-    figure = _page(picture, picture.title(x, y), notes, width + _room_of_legend(y), height)
-    names = [name for name, _ in picture.panels]
-    panels = _axes_of(figure, names, x.label, picture.quantity.label, sharex=True, sharey=True)
-    for axes, (_, settings) in zip(panels, picture.panels, strict=True):
+    wide = max(5.2 if columns < 3 else 3.9, 0.3 * len(x) * (x.numbers is None) / columns)
+    below = 0.0 if x.numbers is not None else _room_below(x, wide / len(x))
+    figure, found = _panels(
+        picture, picture.title(x, y), [picture.runs("a point"), note, _view_of(picture)[1]], x=x.label,
+        y=picture.quantity.label, size=(wide, 3.9 if rows == 1 else 3.1), more=(_room_of_legend(y), below), sharex=True,
+        sharey=True,
+    )  # fmt: skip
+    for axes, (_, settings) in zip(found, picture.panels, strict=True):
         levels = _levels(y, settings)
         for number, (label, colour, own) in enumerate(levels):
             # A row for each level, so that a line has a gap where there are no runs.
-            cells = found[own].set_index(x.levels[own]).reindex(range(len(x)))
+            cells = statistics[own].set_index(x.levels[own]).reindex(range(len(x)))
             if x.numbers is None:
                 aside = _BESIDE * (number / max(len(levels) - 1, 1) - 0.5) * (len(levels) > 1)
                 _draw_points(axes, x.places + aside, cells, colour, label)
@@ -452,8 +389,8 @@ def _draw_lines(picture: Picture, choice: Choice) -> Canvas:
             if alone.any():
                 axes.vlines(x.numbers[alone], cells["low"][alone], cells["high"][alone], color=colour, linewidth=1.3)
         _look_at(axes, picture)
-    _scale(panels[0], x, width / columns)
-    _legend(figure, panels[0], y)
+    _scale(found[0], x, wide)
+    _legend(figure, found[0], y)
     return figure
 
 
@@ -467,23 +404,23 @@ def _draw_points(axes: Axes, x: NDArray[np.float64], cells: pd.DataFrame, colour
 
 def _draw_distribution(picture: Picture, choice: Choice) -> Canvas:
     """Return the share of the runs up to each value, a curve for each value of y, in a panel for each combination."""
-    rows, columns = _rows_and_columns(len(picture.panels))
+    rows, columns = rows_and_columns(len(picture.panels))
     found, quantity = picture.cells.statistics, picture.quantity
     notes = [picture.runs("a curve" if len(found) > 1 else "of one setting"), "dashed: the mean"]
     if len(found) == 1 and np.isfinite(found["high"][0]):
         low, high = (quantity.write(found[end][0]) for end in ("low", "high"))
         notes[1] += f", {quantity.write(found['mean'][0])}, 95 % interval {low} to {high}"
-    size = 5.2 if columns == 1 else 4.2
-    width = size * columns + _room_of_legend(choice.y)
-    figure = _page(picture, picture.title(choice.y), notes, width, (4.2 if rows == 1 else 3.1) * rows)
-    names = [name for name, _ in picture.panels]
-    panels = _axes_of(figure, names, quantity.label, "share of the runs", sharex=True, sharey=True)
-    for axes, (_, settings) in zip(panels, picture.panels, strict=True):
+    size = (5.2 if columns == 1 else 4.2, 4.2 if rows == 1 else 3.1)
+    figure, shown = _panels(
+        picture, picture.title(choice.y), notes, x=quantity.label, y="share of the runs", size=size,
+        more=(_room_of_legend(choice.y), 0.0), sharex=True, sharey=True,
+    )  # fmt: skip
+    for axes, (_, settings) in zip(shown, picture.panels, strict=True):
         if quantity.is_difference:
             axes.axvline(0.0, color=FAINT, linewidth=1.0)
         for label, colour, own in _levels(choice.y, settings):
             draw_distribution(axes, picture.cells.values[own[picture.cells.setting]], colour, label)
-    _legend(figure, panels[0], choice.y)
+    _legend(figure, shown[0], choice.y)
     return figure
 
 
@@ -497,17 +434,17 @@ def _draw_scatter(picture: Picture, choice: Choice) -> Canvas:
         raise ValueError("kind=scatter: needs an axis, but the study has one setting; give --kind distribution")
     if len(dimensions) > MOST_PANELS:
         raise ValueError(f"kind=scatter: {len(dimensions)} axes, at most {MOST_PANELS} panels; give --x")
-    rows, columns = _rows_and_columns(len(dimensions))
     cells, wide = picture.cells.statistics, 4.6 if len(dimensions) > 1 else 6.8
     has_bars = len(cells) <= _MOST_BARS
     notes = [_settings(picture)]
     if has_bars:
         is_known = np.isfinite(cells["high"]).any()
         notes += ["bars are 95 % intervals" if is_known else "intervals need two runs", _view_of(picture)[1]]
-    figure = _page(picture, picture.title(*dimensions), notes, wide * columns, 3.7 * rows)
-    labels = [dimension.label for dimension in dimensions]
-    panels = _axes_of(figure, [""] * len(dimensions), labels, picture.quantity.label, sharey=True)
-    for axes, dimension in zip(panels, dimensions, strict=True):
+    figure, shown = _panels(
+        picture, picture.title(*dimensions), notes, names=[""] * len(dimensions), x=[one.label for one in dimensions],
+        y=picture.quantity.label, size=(wide, 3.7), sharey=True,
+    )  # fmt: skip
+    for axes, dimension in zip(shown, dimensions, strict=True):
         at = dimension.places[dimension.levels]
         if has_bars:
             _draw_points(axes, at, cells, COLOURS[1])
@@ -519,8 +456,9 @@ def _draw_scatter(picture: Picture, choice: Choice) -> Canvas:
 
 
 def _draw_plane(picture: Picture, x: Dimension, y: Dimension) -> Canvas:
-    figure = _page(picture, picture.title(x, y), [_settings(picture)], 7.2, 5.4)
-    (axes,) = _axes_of(figure, [""], x.label, y.label)
+    figure, (axes,) = _panels(
+        picture, picture.title(x, y), [_settings(picture)], names=[""], x=x.label, y=y.label, size=(7.2, 5.4)
+    )
     cells = picture.cells.statistics
     known = cells["n"].to_numpy() > 0
     across, up = (one.places[one.levels] for one in (x, y))
@@ -535,7 +473,7 @@ def _draw_plane(picture: Picture, x: Dimension, y: Dimension) -> Canvas:
     elif y.is_logarithmic:
         axes.set_yscale("log")
         _write_plainly(axes.yaxis)
-    _colour_bar(figure, points, [axes], picture.quantity.label)
+    colour_bar(figure, points, [axes], picture.quantity.label)
     return figure
 
 
@@ -577,12 +515,12 @@ def _draw_heat_map(picture: Picture, choice: Choice) -> Canvas:
     texts = _texts_of(picture, x, y, len(names), mean, half, n)
     is_pair = not texts.lines and len(names) == 1
     names = [*names, *[""] * is_pair]
-    rows, columns = _rows_and_columns(len(names))
-    width = columns * (texts.width * len(x) + 0.25) + 1.6 + min(0.075 * max(map(len, y.texts)), 2.4)
-    height = rows * (texts.height * len(y) + 0.35 + _room_below(x, texts.width)) + 0.9
-    figure = _page(picture, picture.title(x, y), _notes(picture, bool(texts.lines)), width, height)
-    panels = _axes_of(figure, names, x.label, y.label, is_framed=False)
-    for axes, grid in zip(panels, grids, strict=False):
+    size = (texts.width * len(x) + 0.25, texts.height * len(y) + 0.35 + _room_below(x, texts.width))
+    figure, shown = _panels(
+        picture, picture.title(x, y), _notes(picture, bool(texts.lines)), names=names, x=x.label, y=y.label, size=size,
+        more=(1.6 + min(0.075 * max(map(len, y.texts)), 2.4), 0.9), is_plain=False,
+    )  # fmt: skip
+    for axes, grid in zip(shown, grids, strict=False):
         inks = np.array(colour_cells(axes, mean[grid], picture.norm, picture.colours))
         column, row = places(grid.shape)
         above = sum(size for size, _ in texts.lines) * _HEIGHT / 2
@@ -592,14 +530,14 @@ def _draw_heat_map(picture: Picture, choice: Choice) -> Canvas:
             own = [line[cell] for cell in grid.flat if line[cell]]
             write_numbers(axes, column[known], row[known], own, inks[known].tolist(), size=size, above=above)
             above -= size * _HEIGHT / 2
-    _colour_bar(figure, panels[0].images[0], panels[:1] if is_pair else panels, picture.quantity.label)
+    colour_bar(figure, shown[0].images[0], shown[:1] if is_pair else shown, picture.quantity.label)
     if is_pair:
         wide = np.where(np.isfinite(half), half, np.nan)[grids[0]]
         most = float(np.nanmax(wide)) if np.isfinite(wide).any() else 1.0
         colours = matplotlib.colormaps["cividis"].with_extremes(bad=_EMPTY)
-        colour_cells(panels[1], wide, Normalize(0.0, most or 1.0), colours)
-        _colour_bar(figure, panels[1].images[0], panels[1:], "half width of the 95 % interval")
-    for axes in panels:
+        colour_cells(shown[1], wide, Normalize(0.0, most or 1.0), colours)
+        colour_bar(figure, shown[1].images[0], shown[1:], "half width of the 95 % interval")
+    for axes in shown:
         axes.spines[:].set_visible(False)
         axes.tick_params(length=0, labelsize=9)
         _label_ticks(axes.xaxis, x, texts.width)
@@ -611,7 +549,7 @@ def _texts_of(
     picture: Picture, x: Dimension, y: Dimension, panels: int, mean: NDArray[Any], half: NDArray[Any], n: NDArray[Any]
 ) -> _Texts:
     """Return the texts of each setting, and of none, in the largest sizes with which the picture is not too large."""
-    quantity, (rows, columns) = picture.quantity, _rows_and_columns(panels)
+    quantity, (rows, columns) = picture.quantity, rows_and_columns(panels)
     means, widths, runs = [], [], []
     for one, wide, count in zip(mean, half, n, strict=True):
         text = "" if np.isnan(one) else quantity.finer(wide, one).write(one)
