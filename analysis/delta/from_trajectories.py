@@ -143,7 +143,6 @@ def delta_from_trajectories(
         recorded=grid.frames * grid.step,
         over_time=found.over_time,
         frame=grid.step,
-        is_moving=found.move > 0,
         cautions=doubts,
         notes=notes(record, window is not None),
     )

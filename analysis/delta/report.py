@@ -27,7 +27,7 @@ from teamsight.core.card import card, shown, table
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
 
-_TABLES = ("exceedance", "maxima", "ring", "merging", "cost", "over_time", "groups", "group_maxima")
+_TABLES = ("exceedance", "maxima", "ring", "cost", "over_time", "groups", "group_maxima")
 # Attributes that are stored with each table.
 _STORED = (
     "source", "subject", "robots", "awareness_range", "risk", "confidence", "independent", "length", "trial",
@@ -85,8 +85,6 @@ class DeltaReport:
     group_maxima : DataFrame or None
         For a simulation with several groups, one row a run and group: run, seed, group, team, robots (N of the team),
         max_neighbours.
-    is_moving : bool
-        Whether any robot moves.
     cautions : tuple of str
         For trajectories, why the unit of the range may not be that of the positions, the record not that of one team,
         or its samples not where and when the robots were; then no number is to be trusted.
@@ -112,7 +110,6 @@ class DeltaReport:
     recorded: float | None = None
     frame: float | None = None
     group_maxima: pd.DataFrame | None = None
-    is_moving: bool = True
     cautions: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -130,11 +127,6 @@ class DeltaReport:
     def ring(self) -> pd.DataFrame:
         """Mean number of neighbours that rings of δ sectors show; see `sector_occupancy.ring_table`."""
         return sector_occupancy.ring_table(self.bearings, self._rings, self.largest)
-
-    @cached_property
-    def merging(self) -> pd.DataFrame:
-        """Occupied sectors of the ring of `ring_size` sectors; see `sector_occupancy.merging_table`."""
-        return sector_occupancy.merging_table(self.bearings, self.ring_size)
 
     @cached_property
     def groups(self) -> pd.DataFrame | None:
@@ -223,7 +215,7 @@ class DeltaReport:
 
     @property
     def ring_size(self) -> int:
-        """Number of sectors that `merging` describes: `delta_safe` if supported, otherwise `delta`; at least 1."""
+        """Number of sectors of a ring that suffices: `delta_safe` if supported, otherwise `delta`; at least 1."""
         return max(1, self.delta_safe if self.supported else self.delta)
 
     @property
@@ -434,13 +426,8 @@ def _advice(report: DeltaReport) -> list[str]:
         return [lacks, f"Simulate at least {needed:,} runs, {needed - report.trials:,} more."]
     columns = report.maxima[["max_neighbours", "mean_neighbours"]]
     if report.independent == 1 and report.trials > 1 and (columns.nunique() == 1).all():
-        cure = ": record while the robots move."
-        if report.is_moving:
-            cure = (
-                ", so nothing shows that they are independent, and they count as one: record runs that start afresh, "
-                "and mark them by a column run."
-            )
-        return [lacks, f"All {report.trial}s are the same{cure}"]
+        cure = "record while the robots move, or runs that start afresh, marked by a column run"
+        return [lacks, f"All {report.trial}s are the same, so that they count as one: {cure}."]
     factor = needed / report.independent
     more = math.ceil(report.trials * (factor - 1))
     frames = "" if report.frame is None else f", about {report.recorded * (factor - 1) / report.frame:,.0f} more frames"

@@ -187,11 +187,10 @@ def _names(column: pd.Series[Any], name: str) -> pd.Categorical:
         raise ValueError(f"{name}: {what} is missing in row {int(np.argmax(missing)) + 1}; name a {what} in every row")
     if isinstance(column.dtype, pd.CategoricalDtype):
         return pd.Categorical(column).remove_unused_categories()
+    one = column.iloc[0]
+    wrong = np.array([isinstance(one, bool) or not isinstance(one, (str, int, float, np.number))])
     if pd.api.types.is_float_dtype(column.dtype):
         wrong = (column % 1).to_numpy() != 0
-    else:
-        is_name = pd.api.types.is_integer_dtype(column.dtype) or isinstance(column.iloc[0], (str, int, np.integer))
-        wrong = np.array([not is_name or pd.api.types.is_bool_dtype(column.dtype)])
     if wrong.any():
         row = int(wrong.argmax())
         raise ValueError(f"{name}: {what}={_shown(column.iloc[row])} in row {row + 1}: must be a whole number or text")

@@ -24,6 +24,7 @@ from teamsight.analysis.studies.definition.settings import (
     axis_values,
     blocks_of,
     check_blocks,
+    check_names,
     columns_of,
     large,
     sample_of,
@@ -117,9 +118,7 @@ def _parameters(value: Callable[[str, Any], Any]) -> Callable[[str, object], Tab
     def checked(where: str, given: object) -> Table:
         if not isinstance(given, Mapping):
             raise TypeError(f"{where}={checks.shown(given)}: must be a table of parameters, as {{robots = …}}")
-        for name in given:
-            if not isinstance(name, str):
-                raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
+        check_names(where, given)
         return Table({name: value(name, one) for name, one in given.items()})
 
     return checked

@@ -140,14 +140,17 @@ def axis_values(name: str, given: object) -> Values:
     where = f"axes.{name}"
     if isinstance(given, Mapping):
         return _range(where, given)
+    other = "a table such as {from = 1, to = 5, step = 1}; one value for all runs belongs in fixed"
+    return _column(where, given, other)
+
+
+def _column(where: str, given: object, other: str) -> Values:
+    """Return listed values; what is no list could be `other`."""
     if not _is_list(given):
-        raise TypeError(
-            f"{where}={checks.shown(given)}: must be a list of values, or a table such as "
-            "{from = 1, to = 5, step = 1}; one value for all runs belongs in fixed"
-        )
+        raise TypeError(f"{where}={checks.shown(given)}: must be a list of values, or {other}")
     _check_count(where, len(given), "give fewer")
     if not len(given):
-        raise ValueError(f"{where}=[]: has no values; give at least one, or remove the axis")
+        raise ValueError(f"{where}=[]: has no values; give at least one, or remove it")
     values: Values = frozen(where, given)
     return values
 
@@ -230,20 +233,22 @@ def columns_of(where: str, given: Any) -> Table:
         given = {name: np.asarray(given[name]).tolist() for name in names}
     if not isinstance(given, Mapping):
         raise TypeError(f"{where}={checks.shown(given)}: must be a mapping of parameters to lists, or a DataFrame")
-    for name, values in given.items():
-        if not isinstance(name, str):
-            raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
-        if not _is_list(values):
-            raise TypeError(f"{where}.{name}={checks.shown(values)}: must be a list, with one value for each setting")
-    lengths = {name: len(values) for name, values in given.items()}
+    if not given:
+        raise ValueError(f"{where}: has no rows; give at least one, or remove it")
+    check_names(where, given)
+    lengths = {name: len(values) for name, values in given.items() if _is_list(values)}
     if len(set(lengths.values())) > 1:
         raise ValueError(
             f"{where}: columns have different lengths, {checks.shown(lengths)}; give as many values in each"
         )
-    if not any(lengths.values()):
-        raise ValueError(f"{where}: has no rows; give at least one, or remove it")
-    _check_count(where, max(lengths.values()), "give fewer")
-    return Table({str(name): frozen(f"{where}.{name}", values) for name, values in given.items()})
+    return Table({name: _column(f"{where}.{name}", values, "a DataFrame") for name, values in given.items()})
+
+
+def check_names(where: str, given: Mapping[Any, object]) -> None:
+    """Refuse a table of parameters of which a name is no text."""
+    for name in given:
+        if not isinstance(name, str):
+            raise TypeError(f"{where}: the name {checks.shown(name)} must be a text, such as 'robots'")
 
 
 def sample_of(given: object) -> Table | None:

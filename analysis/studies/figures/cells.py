@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.plot.style import superscript
 from teamsight.analysis.studies.summary import summarise
 from teamsight.core import checks
 from teamsight.core.component import number_in
@@ -25,8 +24,6 @@ _LEAST_RATIO = 8.0
 # Digits of a quantity whose intervals are unknown.
 _DIGITS = 3
 _MOST_DECIMALS = 6
-# Largest values that are written without a power of ten.
-_SMALLEST, _LARGEST = 1e-4, 1e7
 # Relative to the mean.
 _ROUNDING = 1e-12
 
@@ -272,14 +269,11 @@ class Quantity:
         Whether it is a difference, in which 0 is special.
     decimals : int
         Decimals of its numbers.
-    power : int
-        The power of ten by which its numbers are divided.
     """
 
     name: str
     is_difference: bool = False
     decimals: int = 1
-    power: int = 0
 
     @property
     def is_percent(self) -> bool:
@@ -289,7 +283,7 @@ class Quantity:
     @property
     def factor(self) -> float:
         """What values are multiplied by before they are written."""
-        return 100.0 if self.is_percent else 10.0**-self.power
+        return 100.0 if self.is_percent else 1.0
 
     @property
     def title(self) -> str:
@@ -301,27 +295,8 @@ class Quantity:
     def label(self) -> str:
         """The name in words with its unit; of a difference, which is long, without the name of the measure."""
         if self.is_difference:
-            return "difference" + ("  [percentage points]" if self.is_percent else self._unit)
-        return self.title + ("  [%]" if self.is_percent else self._unit)
-
-    @property
-    def _unit(self) -> str:
-        return f"  [10{superscript(str(self.power))}]" if self.power else ""
-
-    def of_size(self, values: NDArray[np.float64]) -> Quantity:
-        """Return the quantity with a power of ten by which very large and very small values are divided.
-
-        Parameters
-        ----------
-        values : ndarray of float64, shape (n,)
-            Values of the measure.
-        """
-        sizes = np.abs(values[np.isfinite(values)])
-        largest = float(sizes.max()) if len(sizes) else 0.0
-        if self.is_percent or largest == 0.0 or _SMALLEST <= largest < _LARGEST:
-            return self
-        # Powers of a thousand, but no further than a float goes.
-        return replace(self, power=int(np.clip(3 * np.floor(np.log10(largest) / 3), -300, 300)))
+            return "difference" + "  [percentage points]" * self.is_percent
+        return self.title + "  [%]" * self.is_percent
 
     def write(self, value: float) -> str:
         """Return a value in the unit of the quantity; a difference has a sign."""

@@ -180,9 +180,7 @@ def _picture(
     results: StudyTables, quantity: Quantity, minus: StudyTables | None, where: Mapping[str, object]
 ) -> Picture:
     frame, setting = results.frame, results.setting_numbers
-    values = frame[quantity.name].to_numpy(float)
-    quantity = quantity.of_size(values)
-    values = values * quantity.factor
+    values = frame[quantity.name].to_numpy(float) * quantity.factor
     source, warning = conditions(results), what_is_missing(results)
     # An axis of the study that is subtracted may be chosen, too.
     others = set(minus.axes if minus is not None else ()) - set(results.axes)

@@ -117,7 +117,6 @@ def test_the_report_does_not_depend_on_workers_or_on_the_limit_of_samples(monkey
         together = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3, pool=pool)
     pd.testing.assert_frame_equal(alone.maxima, together.maxima)
     pd.testing.assert_frame_equal(alone.ring, together.ring)
-    pd.testing.assert_frame_equal(alone.merging, together.merging)
     # Each run has 10 samples of 20 robots: four runs complete 650 samples.
     monkeypatch.setattr(degrees, "_ENOUGH_SAMPLES", 650)
     few = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3)

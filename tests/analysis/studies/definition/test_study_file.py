@@ -235,7 +235,7 @@ def test_points_are_read_from_a_table(tmp_path: Path, suffix: str) -> None:
 CSV = {
     "NaN": ("radius\n1.5\nnan\n", ["row 2 has no value for 'radius'"]),
     "an empty cell": ("robots,radius\n1,2\n2,\n", ["row 2 has no value for 'radius'"]),
-    "no rows": ("robots,radius\n", ["no rows"]),
+    "no rows": ("robots,radius\n", ["points.robots=[]", "no values"]),
     "nothing": ("", ["cannot be read as a table"]),
     "a short row": ("robots,radius\n1,2\n3\n", ["cannot be read as a table"]),
     "a wrong column": ("robots,radus\n1,2\n", ["radus: is no parameter", "did you mean 'radius'?"]),

@@ -95,28 +95,6 @@ def test_points_of_one_run_are_not_said_to_have_bars() -> None:
 
 
 @pytest.mark.short
-@pytest.mark.parametrize(
-    ("largest", "power", "label"),
-    [(9e15, 15, "loss  [10¹⁵]"), (2e7, 6, "loss  [10⁶]"), (9.9e6, 0, "loss"), (1e-4, 0, "loss"), (5e-9, -9, "loss  [10⁻⁹]"),
-     (0.0, 0, "loss"), (np.inf, 0, "loss"), (np.nan, 0, "loss"), (5e-324, -300, "loss  [10⁻³⁰⁰]")],
-)  # fmt: skip
-def test_very_large_and_very_small_values_are_divided_by_a_power_of_ten(largest: float, power: int, label: str) -> None:
-    found = Quantity("loss").of_size(np.array([0.1 * largest, -largest, np.nan]))
-    assert (found.power, found.label) == (power, label)
-    assert Quantity("lost_fraction").of_size(np.array([1e9])).factor == 100.0
-
-
-def test_cells_of_huge_values_are_short() -> None:
-    study = Study(axes={"robots": [2, 3, 5], "radius": [1.0, 2.0, 3.0]}, replicates=3)
-    made = results(study)
-    table = made._folder.read("runs")
-    values = 1e15 * table["observed_fraction"].to_numpy()
-    found = type(made)(made._folder, study, table.append_column("huge", [values]), table.slice(0, 0))
-    narrow, wide = (found.plot(measure=name).get_figwidth() for name in ("observed_fraction", "huge"))
-    assert wide == pytest.approx(narrow, rel=0.1)
-
-
-@pytest.mark.short
 def test_rounding_errors_of_half_widths_justify_no_decimals() -> None:
     assert Quantity("loss", True).fitted(np.array([-0.4, -0.4]), np.array([1e-16, 2e-16])).decimals == 3
 
