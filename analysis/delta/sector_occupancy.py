@@ -92,7 +92,8 @@ def ring_table(found: Bearings, rings: Iterable[int], largest: int) -> pd.DataFr
     -------
     DataFrame
         One row for each ring and number of neighbours from 1 to `largest`: sectors, neighbours, samples (int64);
-        expected and shown, the mean occupied sectors by formula and as measured (float64, NaN without samples).
+        expected and shown, the mean occupied sectors by formula and as measured; hidden, the mean number of neighbours
+        that merging hides; all_shown, the share of samples in which none is hidden (float64, NaN without samples).
     """
     rows = []
     for sectors in sorted(set(rings)):
@@ -100,5 +101,8 @@ def ring_table(found: Bearings, rings: Iterable[int], largest: int) -> pd.DataFr
         for neighbours in range(1, largest + 1):
             shown = occupied[found.degree == neighbours]
             mean = shown.mean() if len(shown) else np.nan
-            rows.append((sectors, neighbours, len(shown), float(expected_sectors(neighbours, sectors)), mean))
-    return pd.DataFrame(rows, columns=["sectors", "neighbours", "samples", "expected", "shown"])
+            clear = (shown == neighbours).mean() if len(shown) else np.nan
+            expected = float(expected_sectors(neighbours, sectors))
+            rows.append((sectors, neighbours, len(shown), expected, mean, neighbours - mean, clear))
+    columns = ["sectors", "neighbours", "samples", "expected", "shown", "hidden", "all_shown"]
+    return pd.DataFrame(rows, columns=columns)

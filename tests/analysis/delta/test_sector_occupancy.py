@@ -69,6 +69,7 @@ def test_tables_measure_what_uniform_neighbours_would_show() -> None:
     met = ring[ring["samples"] > 0]
     # Some 4,000 samples, a standard deviation below 1: six standard errors.
     assert met["shown"].to_numpy() == pytest.approx(met["expected"].to_numpy(), abs=0.1)
+    assert (met["hidden"] == met["neighbours"] - met["shown"]).all()
     assert ring[ring["neighbours"] > 6]["shown"].isna().all()
 
 
