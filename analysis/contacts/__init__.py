@@ -8,10 +8,9 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.analysis.contacts.figure import draw
-    from teamsight.analysis.contacts.networks import snapshot, to_networkx
     from teamsight.analysis.contacts.percolation import Percolation, percolation
     from teamsight.analysis.contacts.sources import of_log, of_positions, of_trajectory, of_world
-    from teamsight.analysis.contacts.temporal_graph import TemporalGraph
+    from teamsight.analysis.contacts.temporal_graph import TemporalGraph, snapshot, to_networkx
 
 _HOMES = {
     "Percolation": "teamsight.analysis.contacts.percolation",
@@ -22,8 +21,8 @@ _HOMES = {
     "of_trajectory": "teamsight.analysis.contacts.sources",
     "of_world": "teamsight.analysis.contacts.sources",
     "percolation": "teamsight.analysis.contacts.percolation",
-    "snapshot": "teamsight.analysis.contacts.networks",
-    "to_networkx": "teamsight.analysis.contacts.networks",
+    "snapshot": "teamsight.analysis.contacts.temporal_graph",
+    "to_networkx": "teamsight.analysis.contacts.temporal_graph",
 }
 
 __all__ = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +60,11 @@ class FrameSearch:
     def edges(self, frame: int) -> tuple[Ints, Ints, Floats]:
         """Return the observer, the observed and the distance of each edge of a frame."""
         rows = np.flatnonzero(self.present[frame])
-        search = self._searches.get(len(rows)) or self._new(len(rows))
+        if len(rows) not in self._searches:
+            # Cells are as wide as the longest range of all robots, whichever of them are there.
+            reach, size = np.full(len(rows), self.reach.max(initial=0.0)), len(rows)
+            self._searches[size] = Search(np.zeros((size, 2)), reach, size, 0, self._place, shape=self._shape)
+        search = self._searches[len(rows)]
         here = self.position[frame, rows]
         if self._periodic:
             assert self._arena is not None
@@ -72,15 +75,6 @@ class FrameSearch:
         search.run()
         graph = search.graph
         return np.repeat(rows, graph.degree), rows[graph.identity], graph.distance.copy()
-
-    def _new(self, size: int) -> Search:
-        # Cells are as wide as the longest range of all robots, whichever of them are there.
-        reach = np.full(size, self.reach.max(initial=0.0))
-        self._searches[size] = Search(np.zeros((size, 2)), reach, size, 0, self._place, shape=self._shape)
-        return self._searches[size]
-
-    def __iter__(self) -> Iterator[tuple[Ints, Ints, Floats]]:
-        return map(self.edges, range(len(self.position)))
 
 
 def all_edges(search: FrameSearch, team: Ints | None = None, *, directed: bool = False) -> Edges:
@@ -95,7 +89,7 @@ def all_edges(search: FrameSearch, team: Ints | None = None, *, directed: bool =
     directed : bool
         Return each edge from the robot that senses to the one that is sensed; by default the mutual ones, once.
     """
-    found = list(search)
+    found = [search.edges(frame) for frame in range(len(search.position))]
     frame = np.repeat(np.arange(len(found)), [len(one) for one, _, _ in found])
     empty = np.zeros(0, np.int64)
     one, other, distance = (

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+from scipy.cluster.hierarchy import DisjointSet
+from scipy.sparse import coo_array, csgraph
 
 from teamsight.analysis.contacts.frames import FrameSearch
-from teamsight.analysis.contacts.union_find import largest_components
 from teamsight.analysis.stats import exceedance
 from teamsight.analysis.stats.paired import Interval, half_width
 from teamsight.core import checks
@@ -115,7 +116,8 @@ def percolation(
     else:
         grid = np.array([checks.number("ranges", one, above=0.0) for one in np.atleast_1d(np.asarray(ranges)).tolist()])
         grid.sort()
-        finder.check(float(grid[-1]))
+        if arena is not None:
+            arena.check_reach(float(grid[-1] * scale.max()))
     return _gathered(finder, counted, grid, None if run is None else np.asarray(run)[counted])
 
 
@@ -141,15 +143,14 @@ def _gathered(finder: _Finder, counted: Ints, grid: Floats, run: NDArray[np.gene
             "mean_degree": degree.mean(axis=0),
         }
     )
-    critical, connected = (_interval(column, run) for column in reached.T)
+    # NaN if there is no such range in some frame.
+    critical, connected = (
+        Interval(*map(float, _means(column, exceedance.effective_number(column, run=run))))
+        if np.isfinite(column).all()
+        else Interval(np.nan, np.nan, np.nan)
+        for column in reached.T
+    )
     return Percolation(curve, frames, critical, connected)
-
-
-def _interval(values: Floats, run: NDArray[np.generic] | None) -> Interval:
-    """Return the mean over frames with its interval; NaN if there is no such range in some frame."""
-    if np.isnan(values).any():
-        return Interval(np.nan, np.nan, np.nan)
-    return Interval(*(float(end) for end in _means(values, exceedance.effective_number(values, run=run))))
 
 
 def _means(values: Floats, independent: float) -> tuple[Floats, Floats, Floats]:
@@ -158,6 +159,18 @@ def _means(values: Floats, independent: float) -> tuple[Floats, Floats, Floats]:
     spread = values.std(axis=0, ddof=1) if len(values) > 1 else np.full(mean.shape, np.nan)
     wide = half_width(spread / np.sqrt(independent), np.full(mean.shape, int(independent)))
     return mean, mean - wide, mean + wide
+
+
+def _largest_components(one: Ints, other: Ints, size: int) -> Ints:
+    """Return the size of the largest component after each edge is added, one for each pair; int64 of shape (m,)."""
+    rank = coo_array((np.arange(1.0, len(one) + 1), (one, other)), shape=(size, size))
+    # Only the edges of the spanning tree join two components.
+    joining = np.sort(csgraph.minimum_spanning_tree(rank).data).astype(np.int64) - 1
+    largest, sets = np.ones(len(one), np.int64), DisjointSet(range(size))
+    for edge, low, high in zip(joining.tolist(), one[joining].tolist(), other[joining].tolist(), strict=True):
+        sets.merge(low, high)
+        largest[edge] = sets.subset_size(low)
+    return np.maximum.accumulate(largest)
 
 
 class _Finder:
@@ -173,11 +186,6 @@ class _Finder:
         self._across = float(np.hypot(*sides) / scale.min()) + 1e-9
         self._latest = 2.0 * self._across / np.sqrt(position.shape[1])
 
-    def check(self, factor: float) -> None:
-        """Raise an error if a range is too long for the arena."""
-        if self._arena is not None:
-            self._arena.check_reach(factor * float(self._scale.max()))
-
     def grown_until_connected(self, frame: int, least: float = 0.0) -> _Growth:
         """Return the growth of a frame, at least up to a range, and until all robots are connected if they can be."""
         reach = min(max(self._latest, least), self.most)
@@ -188,14 +196,13 @@ class _Finder:
             self._latest = reach = min(1.5 * reach, max(self._across, least), self.most)
 
     def _growth(self, frame: int, reach: float) -> _Growth:
-        search = self._searches.get(reach)
-        if search is None:
+        if reach not in self._searches:
             self._searches = {reach: FrameSearch(self._position, reach * self._scale, self._arena)}
-            search = self._searches[reach]
+        search = self._searches[reach]
         one, other, distance = search.edges(frame)
         factor = distance / np.minimum(self._scale[one], self._scale[other])
         once = (one < other) & (factor <= reach)
         order = np.argsort(factor[once], kind="stable")
         rows = np.flatnonzero(search.present[frame])
         nodes = [np.searchsorted(rows, side[once][order]) for side in (one, other)]
-        return _Growth(factor[once][order], largest_components(nodes[0], nodes[1], len(rows)), len(rows))
+        return _Growth(factor[once][order], _largest_components(nodes[0], nodes[1], len(rows)), len(rows))

@@ -123,39 +123,35 @@ def of_trajectory(
             f"the trajectory holds {trajectory['run'].nunique()} runs: select one, as in "
             f"trajectory[trajectory.run == {first!r}]"
         )
-    rows = _of_groups(trajectory, awareness_range)
-    frame, when = pd.factorize(rows["time"], sort=True)
-    row, names = pd.factorize(rows[name], sort=True)
+    held = trajectory["group"].unique().tolist() if "group" in trajectory else []
+    reach: float | NDArray[np.float64]
+    if not isinstance(awareness_range, Mapping):
+        if len(held) > 1:
+            raise ValueError(
+                f"the trajectory holds the groups {', '.join(map(str, held))}: select one, as in "
+                f"trajectory[trajectory.group == {held[0]!r}]; or give the range of each group, as in "
+                f"awareness_range={{{held[0]!r}: {awareness_range}, …}}"
+            )
+    elif missing := [group for group in awareness_range if group not in held]:
+        known = ", ".join(map(repr, held)) or "none"
+        raise ValueError(f"awareness_range: names the group {missing[0]!r}; the trajectory holds {known}")
+    else:
+        trajectory = trajectory[trajectory["group"].isin(list(awareness_range))]
+    frame, when = pd.factorize(trajectory["time"], sort=True)
+    row, names = pd.factorize(trajectory[name], sort=True)
     position = np.full((len(when), len(names), 2), np.nan)
-    position[frame, row] = rows[["x", "y"]].to_numpy(float)
-    reach: float | NDArray[np.float64] = np.zeros(len(names))
+    position[frame, row] = trajectory[["x", "y"]].to_numpy(float)
     teams = None
     if isinstance(awareness_range, Mapping):
         # A robot stays in its group.
-        group = rows["group"].astype(str).to_numpy()[np.unique(row, return_index=True)[1]]
-        reach = np.array([awareness_range[one] for one in group], float)
-        teams = None if team is None else np.array([team.get(one, "") for one in group])
+        groups = trajectory["group"].astype(str).to_numpy()[np.unique(row, return_index=True)[1]]
+        reach = np.array([awareness_range[one] for one in groups], float)
+        teams = None if team is None else np.array([team.get(one, "") for one in groups])
     else:
         reach = awareness_range
     return of_positions(
         when, position, reach, arena, range_shape=range_shape, identity=names, team=teams, directed=directed
     )
-
-
-def _of_groups(trajectory: pd.DataFrame, awareness_range: float | Mapping[str, float]) -> pd.DataFrame:
-    held = trajectory["group"].unique().tolist() if "group" in trajectory else []
-    if isinstance(awareness_range, Mapping):
-        if missing := [name for name in awareness_range if name not in held]:
-            known = ", ".join(map(repr, held)) or "none"
-            raise ValueError(f"awareness_range: names the group {missing[0]!r}; the trajectory holds {known}")
-        return trajectory[trajectory["group"].isin(list(awareness_range))]
-    if len(held) > 1:
-        raise ValueError(
-            f"the trajectory holds the groups {', '.join(map(str, held))}: select one, as in "
-            f"trajectory[trajectory.group == {held[0]!r}]; or give the range of each group, as in "
-            f"awareness_range={{{held[0]!r}: {awareness_range}, …}}"
-        )
-    return trajectory
 
 
 def of_world(world: World, team: str | None = None, *, directed: bool = False) -> TemporalGraph:

@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from teamsight.analysis.delta.choose import choose_delta
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories
     from teamsight.analysis.delta.report import DeltaReport
-    from teamsight.analysis.delta.trajectory_cautions import TrajectoryWarning
     from teamsight.analysis.delta.trajectory_files import read_trajectories
+    from teamsight.analysis.delta.trajectory_notes import TrajectoryWarning
 
 _HOMES = {
     "DeltaReport": "teamsight.analysis.delta.report",
-    "TrajectoryWarning": "teamsight.analysis.delta.trajectory_cautions",
+    "TrajectoryWarning": "teamsight.analysis.delta.trajectory_notes",
     "choose_delta": "teamsight.analysis.delta.choose",
     "delta_from_trajectories": "teamsight.analysis.delta.from_trajectories",
     "read_trajectories": "teamsight.analysis.delta.trajectory_files",

@@ -9,25 +9,19 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.delta import closed_form
-from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.report import DeltaReport
-from teamsight.analysis.delta.resample import Grid, make_grid
-from teamsight.analysis.delta.team_conditions import SQUARE_RANGES
-from teamsight.analysis.delta.trajectory_cautions import TrajectoryWarning, cautions, check_motion, scale_note, scale_of
-from teamsight.analysis.delta.trajectory_faults import faults, share_present
+from teamsight.analysis.delta.resample import make_grid, neighbours_over_time
 from teamsight.analysis.delta.trajectory_files import check_trajectories
-from teamsight.analysis.delta.trajectory_neighbours import Neighbours, neighbours_over_time
-from teamsight.analysis.delta.trajectory_notes import notes
-from teamsight.analysis.delta.trajectory_trials import (
-    Trials,
-    independent_frames,
-    recordings,
-    shorter_window,
-    trials,
-    window_frames,
+from teamsight.analysis.delta.trajectory_notes import (
+    Record,
+    TrajectoryWarning,
+    cautions,
+    check_motion,
+    motion_of,
+    notes,
 )
+from teamsight.analysis.delta.trajectory_trials import independent_frames, recordings, trials, window_frames
 from teamsight.analysis.runs.simulate import Progress
-from teamsight.analysis.stats import exceedance
 from teamsight.core import checks
 from teamsight.world.arena import Disc
 from teamsight.world.limits import shape_given
@@ -111,19 +105,26 @@ def delta_from_trajectories(
     shape_given(range_shape)
     trajectories = check_trajectories(trajectories)
     grid = make_grid(trajectories, step, max_gap)
-    scale, frames = scale_of(trajectories, grid, arena), window_frames(grid, window)
-    check_motion(scale, grid, awareness_range, frames)
+    motion, frames = motion_of(trajectories, grid, arena), window_frames(grid, window)
+    check_motion(motion, grid, awareness_range, frames)
     found = neighbours_over_time(
         trajectories, awareness_range, range_shape=range_shape, arena=arena, step=step, max_gap=max_gap,
         progress=progress,
     )  # fmt: skip
-    most = independent_frames(found.over_time, grid)
-    tried = trials(found.over_time, grid, frames, most)
-    doubts = cautions(found, trajectories, scale, awareness_range, arena)
-    present = share_present(trajectories, found, tried)
-    doubts += faults(trajectories, found, tried, awareness_range, present, arena)
+    tried = trials(found.over_time, grid, frames, independent_frames(found.over_time, grid))
+    record = Record(trajectories, found, tried, motion, awareness_range)
+    doubts = cautions(record)
     for doubt in doubts:
         warnings.warn(doubt, TrajectoryWarning, stacklevel=2)
+    prediction = None
+    if isinstance(arena, Disc) and range_shape == "disc":
+        prediction = closed_form.predict(
+            grid.robots, arena.radius, steps=tried.frames, awareness_range=awareness_range, speed=found.move
+        )
+    span = float(np.sum((grid.length - 1) * grid.step))
+    kind, size = recordings(grid)
+    parts = f", in {len(size):,} {kind}s" * (len(size) > 1)
+    described = f"{grid.robots:,} recorded robots, {len(trajectories):,} positions over {span:g}{parts}"
     return DeltaReport(
         maxima=tried.maxima,
         bearings=found.bearings,
@@ -132,45 +133,16 @@ def delta_from_trajectories(
         confidence=confidence,
         independent=tried.independent,
         largest=int(found.over_time["max_degree"].max()),
-        prediction=_predicted(found, arena, awareness_range, tried.frames),
+        prediction=prediction,
         source="trajectories",
-        subject=subject or _describe(trajectories, grid),
+        subject=subject or described,
         awareness_range=awareness_range,
         length=tried.frames * grid.step,
         unit="time units",
         trial=tried.kind,
         recorded=grid.frames * grid.step,
-        shorter=_shorter(found, tried, risk, confidence, most),
         over_time=found.over_time,
         frame=grid.step,
-        is_moving=found.move > 0,
         cautions=doubts,
-        notes=(
-            *notes(found, tried, awareness_range, window is not None, present), scale_note(scale, awareness_range),
-            *[SQUARE_RANGES] * (range_shape == "square"),
-        ),
+        notes=notes(record, window is not None),
     )
-
-
-def _shorter(found: Neighbours, tried: Trials, risk: float, confidence: float, most: float) -> float | None:
-    """Return the longest window that supports the risk [time], or None if there is none or the trials support it."""
-    if exceedance.supports(tried.independent, risk, confidence):
-        return None
-    needed = exceedance.trials_needed(risk, confidence)
-    window = shorter_window(found.over_time, found.grid, tried.frames, needed, most)
-    return None if window is None else window * found.grid.step
-
-
-def _predicted(found: Neighbours, arena: Arena | None, awareness_range: float, frames: int) -> Prediction | None:
-    if not isinstance(arena, Disc) or found.range_shape != "disc":
-        return None
-    return closed_form.predict(
-        found.grid.robots, arena.radius, steps=frames, awareness_range=awareness_range, speed=found.move
-    )
-
-
-def _describe(trajectories: pd.DataFrame, grid: Grid) -> str:
-    span = float(np.sum((grid.length - 1) * grid.step))
-    kind, size = recordings(grid)
-    parts = f", in {len(size):,} {kind}s" * (len(size) > 1)
-    return f"{grid.robots:,} recorded robots, {len(trajectories):,} positions over {span:g}{parts}"

@@ -36,23 +36,6 @@ def expected_sectors(neighbours: int | Ints, sectors: int) -> Floats:
     return np.asarray(sectors * (1.0 - (1.0 - 1.0 / sectors) ** np.asarray(neighbours)), dtype=np.float64)
 
 
-def sector_distribution(neighbours: int, sectors: int) -> Floats:
-    """Return P(exactly j of δ sectors are occupied), j = 0 .. k, for k neighbours in uniform directions.
-
-    Notes
-    -----
-    The next neighbour lands in one of the j occupied sectors with probability j/δ, and in a new one otherwise.
-    """
-    occupied = np.arange(neighbours + 1)
-    probability = np.zeros(neighbours + 1)
-    probability[0] = 1.0
-    for _ in range(neighbours):
-        entering = probability * (1.0 - occupied / sectors).clip(min=0.0)
-        probability = probability * (occupied / sectors)
-        probability[1:] += entering[:-1]
-    return probability
-
-
 def bearings(graph: NeighbourList, heading: Floats) -> Bearings:
     """Return the bearings of each robot's neighbours, relative to its heading.
 
@@ -123,23 +106,3 @@ def ring_table(found: Bearings, rings: Iterable[int], largest: int) -> pd.DataFr
             rows.append((sectors, neighbours, len(shown), expected, mean, neighbours - mean, clear))
     columns = ["sectors", "neighbours", "samples", "expected", "shown", "hidden", "all_shown"]
     return pd.DataFrame(rows, columns=columns)
-
-
-def merging_table(found: Bearings, sectors: int) -> pd.DataFrame:
-    """Return the distribution of the number of occupied sectors, by formula and as measured.
-
-    Returns
-    -------
-    DataFrame
-        One row for each number of neighbours that was met and each number of occupied sectors: neighbours, occupied,
-        samples (int64, robots and times with that many neighbours); expected, measured (float64, probabilities).
-    """
-    occupied = occupied_sectors(found, sectors)
-    rows = []
-    for neighbours in np.unique(found.degree[found.degree > 0]).tolist():
-        shown = occupied[found.degree == neighbours]
-        counts = np.bincount(shown, minlength=neighbours + 1)
-        expected = sector_distribution(neighbours, sectors)
-        for j in range(1, min(neighbours, sectors) + 1):
-            rows.append((neighbours, j, len(shown), float(expected[j]), float(counts[j] / len(shown))))
-    return pd.DataFrame(rows, columns=["neighbours", "occupied", "samples", "expected", "measured"])

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import difflib
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from teamsight.analysis.runs.simulate import Progress
 
@@ -18,12 +20,9 @@ COLUMNS = ("time", "robot", "x", "y")
 RUN = "run"
 #: Column of trajectories that a world has recorded. All rows count as one team, whatever is in it.
 GROUP = "group"
-_NUMBERS = ("time", "x", "y")
 _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
 # Text columns with more distinct values are not read as categories.
 _NAMES = 100_000
-# What separates columns in files that are not read.
-_OTHER_MARKS = ";\t|"
 
 
 def read_trajectories(
@@ -103,59 +102,36 @@ def _read(place: Path, kind: str) -> pd.DataFrame:
             table = parquet.read_table(place, columns=wanted)
     except pa.ArrowException as error:
         reason = "the file is empty" if place.stat().st_size == 0 else _first_line(error)
-        cure = f"write a {kind} file with the columns {', '.join(COLUMNS)}"
-        header = _first_text(place) if kind == "CSV" else ""
-        if "," not in header and any(mark in header for mark in _OTHER_MARKS):
-            # Commas in numbers make rows of more columns than the header has.
-            reason = f"its header is {header[:80]}"
-            cure = "separate the columns by commas, and write numbers with points, as in 0.5"
-        raise ValueError(f"{place}: not a readable {kind} file ({reason}); {cure}") from error
+        cure = "; separate them by commas, and write numbers with points, as in 0.5" * (kind == "CSV")
+        raise ValueError(
+            f"{place}: not a readable {kind} file ({reason}); write one with the columns {', '.join(COLUMNS)}{cure}"
+        ) from error
     columns = {name: table.column(name) for name in table.column_names}
     if RUN in columns and pa.types.is_temporal(columns[RUN].type):
         columns[RUN] = columns[RUN].cast(pa.string())
     return pd.DataFrame({name: column.to_pandas() for name, column in columns.items()}, copy=False)
 
 
-def _first_text(place: Path) -> str:
-    """Return the first line of a text file, which may be compressed."""
-    import pyarrow as pa
-
-    try:
-        with pa.input_stream(place) as stream:
-            text: str = stream.read(1000).decode(errors="replace")
-            return (text.splitlines() or [""])[0]
-    except (OSError, pa.ArrowException):
-        return ""
-
-
 def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0].rstrip(".")
 
 
-def _check_columns(found: list[Any], name: str) -> None:
+def _check_columns(found: Sequence[Any], name: str) -> None:
     names = [str(column) for column in found]
-    twice = sorted({column for column in (*COLUMNS, RUN) if names.count(column) > 1})
-    if twice:
-        raise ValueError(f"{name}: column {twice[0]!r} twice; keep one")
+    for column in (*COLUMNS, RUN):
+        if names.count(column) > 1:
+            raise ValueError(f"{name}: column {column!r} twice; keep one")
     missing = [column for column in COLUMNS if column not in names]
     if not missing:
         return
-    spare = [column for column in names if column not in COLUMNS]
-    hints = [f"rename {near!r} to {column!r}" for column in missing if (near := _near(column, spare))]
-    if len(names) == 1 and any(mark in names[0] for mark in _OTHER_MARKS):
-        hints = ["separate the columns by commas"]
-    cure = f"; {', '.join(hints)}" if hints else f"; needed are {', '.join(COLUMNS)}"
-    listed = ", ".join(repr(column) for column in missing)
-    raise ValueError(f"{name}: no column{'s' * (len(missing) > 1)} {listed}; found {', '.join(names) or 'none'}{cure}")
-
-
-def _near(column: str, spare: list[str]) -> str | None:
-    known = {"time": ("t", "timestamp", "stamp", "seconds"), "robot": ("id", "agent", "identity", "name")}
-    for candidate in spare:
-        plain = candidate.lower().strip()
-        if plain == column or plain in known.get(column, ()) or plain.startswith(f"{column}_"):
-            return candidate
-    return next(iter(difflib.get_close_matches(column, spare, n=1, cutoff=0.6)), None)
+    spare = {column.lower().strip(): column for column in names if column not in COLUMNS}
+    near = {column: difflib.get_close_matches(column, spare, n=1, cutoff=0.6) for column in missing}
+    hints = [f"rename {spare[one[0]]!r} to {column!r}" for column, one in near.items() if one]
+    listed, needed = ", ".join(map(repr, missing)), f"needed are {', '.join(COLUMNS)}, separated by commas"
+    raise ValueError(
+        f"{name}: no column{'s' * (len(missing) > 1)} {listed}; found {', '.join(names) or 'none'}; "
+        f"{', '.join(hints) or needed}"
+    )
 
 
 def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: str = "trajectories") -> pd.DataFrame:
@@ -178,12 +154,14 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
     away = (trajectories["x"].isna() & trajectories["y"].isna()).to_numpy()
     if away.all():
         raise ValueError(f"{name}: no row has a position; a record needs positions of at least 2 robots")
-    columns = {column: _numbers(trajectories[column], name, away & (column != "time")) for column in _NUMBERS}
-    order = _order(run.codes, robot.codes, columns["time"], sort)
-    if order is not None:
-        run, robot = run[order], robot[order]
-        columns = {column: values[order] for column, values in columns.items()}
-    _check_times(run, robot, columns["time"], order, name)
+    columns = {
+        column: _numbers(trajectories[column], name, away & (column != "time")) for column in ("time", "x", "y")
+    }
+    place = np.asarray(run.codes, np.int64) * (int(robot.codes.max()) + 1) + robot.codes
+    order = np.lexsort((columns["time"], place)) if sort else np.argsort(place, kind="stable")
+    run, robot = run[order], robot[order]
+    columns = {column: values[order] for column, values in columns.items()}
+    _check_times(run, robot, columns["time"], order + 1, name)
     if len(robot.categories) == 1:
         raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
     checked = {"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}
@@ -209,35 +187,34 @@ def _names(column: pd.Series[Any], name: str) -> pd.Categorical:
         raise ValueError(f"{name}: {what} is missing in row {int(np.argmax(missing)) + 1}; name a {what} in every row")
     if isinstance(column.dtype, pd.CategoricalDtype):
         return pd.Categorical(column).remove_unused_categories()
+    one = column.iloc[0]
+    wrong = np.array([isinstance(one, bool) or not isinstance(one, (str, int, float, np.number))])
     if pd.api.types.is_float_dtype(column.dtype):
-        fraction = (column % 1).to_numpy() != 0
-        if fraction.any():
-            row = int(fraction.argmax())
-            raise ValueError(f"{name}: {what}={column.iloc[row]} in row {row + 1}: must be a whole number or text")
-        column = column.astype(np.int64)
-    if not (pd.api.types.is_integer_dtype(column.dtype) or isinstance(column.iloc[0], (str, int, np.integer))):
-        raise ValueError(f"{name}: {what}={_shown(column.iloc[0])} in row 1: must be a whole number or text")
-    codes, names = pd.factorize(column)
+        wrong = (column % 1).to_numpy() != 0
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise ValueError(f"{name}: {what}={_shown(column.iloc[row])} in row {row + 1}: must be a whole number or text")
+    codes, names = pd.factorize(column.astype(np.int64) if pd.api.types.is_float_dtype(column.dtype) else column)
     return pd.Categorical.from_codes(codes, categories=names)
 
 
-def _numbers(
-    column: pd.Series[Any], name: str, away: np.ndarray[Any, np.dtype[np.bool_]]
-) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _numbers(column: pd.Series[Any], name: str, away: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Return a column as float64, after checking that all values are finite, but those of robots that are away."""
-    if (
-        isinstance(column.dtype, pd.CategoricalDtype)
-        or column.dtype == object
-        or isinstance(column.dtype, pd.StringDtype)
-    ):
+    types = pd.api.types
+    if types.is_numeric_dtype(column.dtype) and not types.is_bool_dtype(column.dtype):
+        numbers = column
+    elif types.is_datetime64_any_dtype(column.dtype) or types.is_bool_dtype(column.dtype):
+        numbers = pd.Series(np.nan, column.index)
+    else:
         numbers = pd.to_numeric(column.astype(object), errors="coerce")
-        wrong = (numbers.isna() & column.notna()).to_numpy()
-        if wrong.any():
-            _wrong_type(name, column, int(np.argmax(wrong)))
-        column = numbers
-    elif pd.api.types.is_bool_dtype(column.dtype) or not pd.api.types.is_numeric_dtype(column.dtype):
-        _wrong_type(name, column, 0)
-    values = column.to_numpy(dtype=np.float64, na_value=np.nan)
+    wrong = (numbers.isna() & column.notna()).to_numpy()
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        cure = " (of seconds, say); turn dates into the time since the first" * (column.name == "time")
+        raise ValueError(
+            f"{name}: {column.name}={_shown(column.iloc[row])} in row {row + 1}: must be a number{cure}"
+        )
+    values = numbers.to_numpy(dtype=np.float64, na_value=np.nan)
     wrong = ~np.isfinite(values) & ~away
     if wrong.any():
         row = int(np.argmax(wrong))
@@ -246,47 +223,27 @@ def _numbers(
     return values
 
 
-def _wrong_type(name: str, column: pd.Series[Any], row: int) -> NoReturn:
-    cure = "must be a number"
-    if column.name == "time":
-        cure += " (of seconds, say); turn dates into the time since the first"
-    raise ValueError(f"{name}: {column.name}={_shown(column.iloc[row])} in row {row + 1}: {cure}")
-
-
 def _shown(value: Any) -> str:
     value = value.item() if isinstance(value, np.generic) else value
     return repr(value) if isinstance(value, str) else str(value)
 
 
-def _order(run: Any, code: Any, time: Any, sort: bool) -> np.ndarray[Any, np.dtype[np.int64]] | None:
-    """Return the order of the rows by run and robot, or None if they are in order."""
-    if sort:
-        return np.lexsort((time, code, run))
-    place = np.asarray(run, np.int64) * (int(code.max()) + 1) + code
-    if (place[1:] >= place[:-1]).all():
-        return None
-    return np.argsort(place, kind="stable")
-
-
-def _check_times(run: pd.Categorical, robot: pd.Categorical, time: Any, order: Any, name: str) -> None:
+def _check_times(run: pd.Categorical, robot: pd.Categorical, time: Any, rows: Any, name: str) -> None:
     """Raise an error if a robot has two rows at one time, or if its times decrease."""
-    code = robot.codes
-    wrong = (time[1:] <= time[:-1]) & (code[1:] == code[:-1]) & (run.codes[1:] == run.codes[:-1])
+    wrong = (time[1:] <= time[:-1]) & (np.diff(robot.codes) == 0) & (np.diff(run.codes) == 0)
     if not wrong.any():
         return
     later = int(np.argmax(wrong)) + 1
-    rows = [place + 1 if order is None else int(order[place]) + 1 for place in (later - 1, later)]
-    who = f"robot {_shown(robot.categories[code[later]])}"
+    who = f"robot {_shown(robot.categories[robot.codes[later]])}"
     if len(run.categories) > 1:
         who += f" of run {_shown(run.categories[run.codes[later]])}"
     if time[later] == time[later - 1]:
         raise ValueError(
-            f"{name}: {who} twice at time {time[later]:.12g}, in rows {rows[0]} and {rows[1]}; keep one of them, or "
-            "distinguish recordings by a column run"
+            f"{name}: {who} twice at time {time[later]:.12g}, in rows {rows[later - 1]} and {rows[later]}; keep one of "
+            "them, or distinguish recordings by a column run"
         )
-    back = f"goes back from time {time[later - 1]:.12g} in row {rows[0]} to {time[later]:.12g} in row {rows[1]}"
-    cure = (
-        "check for a clock that was set, two robots with one name or a new recording (number it in a column run), or "
-        "sort: --sort, read_trajectories(…, sort=True)"
+    raise ValueError(
+        f"{name}: {who} goes back from time {time[later - 1]:.12g} in row {rows[later - 1]} to {time[later]:.12g} in "
+        f"row {rows[later]}; check for a clock that was set, two robots with one name or a new recording (number it in "
+        "a column run), or sort: --sort, read_trajectories(…, sort=True)"
     )
-    raise ValueError(f"{name}: {who} {back}; {cure}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -25,8 +25,6 @@ _USUAL = 0.5
 _ERRORS = 1.645
 # Smallest autocorrelation of frames that counts.
 _LEAST = 0.05
-# With so many times the windows needed, shorter ones would only be more correlated.
-_MOST_WINDOWS = 20
 
 
 class Trials(NamedTuple):
@@ -154,15 +152,31 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None, most: float 
     """
     kind, size = recordings(grid)
     several = kind == "run"
+    robots, largest, mean = (over_time[name].to_numpy() for name in ("robots", "max_degree", "mean_degree"))
     if window is None:
-        table, enough = _whole(over_time, grid.split(several), size), several | (size >= _USUAL * np.median(size))
+        first, last = grid.split(several), grid.split(several) + size - 1
+        robots, largest = np.add.reduceat(robots, first) / size, np.maximum.reduceat(largest, first)
+        mean, enough = np.add.reduceat(mean, first) / size, several | (size >= _USUAL * np.median(size))
     else:
-        kind, table = "window", _windows(over_time, grid, window)
-        enough = np.ones(len(table), bool)
+        count = grid.length // window
+        within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+        first = np.repeat(grid.split(False), count) + window * within
+        frames, last = first[:, np.newaxis] + np.arange(window), first + window - 1
+        robots, largest, mean = robots[frames].mean(axis=1), largest[frames].max(axis=1), mean[frames].mean(axis=1)
+        kind, enough = "window", np.ones(len(first), bool)
+    enough = enough & (robots >= _USUAL * np.median(robots))
+    time, first, last = over_time["time"].to_numpy(), first[enough], last[enough]
+    table = pd.DataFrame(
+        {
+            "window": np.flatnonzero(enough), "run": over_time["run"].to_numpy()[first], "start": time[first],
+            "end": time[last], "robots": robots[enough], "max_neighbours": largest[enough],
+            "mean_neighbours": mean[enough],
+        }
+    )  # fmt: skip
+    change = np.zeros(grid.frames + 1, np.int64)
+    change[first] += 1
+    change[last + 1] -= 1
     apart = len(grid.length) > 1 and (window is None or grid.length.max() < 2 * window)
-    enough = enough & (table["robots"] >= _USUAL * table["robots"].median()).to_numpy()
-    left, table = int((~enough).sum()), table[enough].reset_index(drop=True)
-    kept = _within(table.pop("first"), table.pop("last"), grid.frames)
     independent = exceedance.effective_number(
         table["max_neighbours"],
         table["mean_neighbours"],
@@ -171,81 +185,5 @@ def trials(over_time: pd.DataFrame, grid: Grid, window: int | None, most: float 
     )
     if kind == "window" and not apart:
         independent = min(independent, most)
-    return Trials(kind, table, int(np.median(size)) if window is None else window, left, independent, kept)
-
-
-def shorter_window(
-    over_time: pd.DataFrame, grid: Grid, longest: int, needed: int, most: float = np.inf
-) -> int | None:
-    """Return the longest window of which the record contains enough independent ones [frames], or None.
-
-    Parameters
-    ----------
-    over_time, grid, most
-        See `trials`.
-    longest : int
-        Upper limit, exclusive [frames].
-    needed : int
-        Number of independent windows that is enough.
-    """
-    window = min(longest - 1, grid.frames // needed)
-    while window >= 1:
-        count = int((grid.length // window).sum())
-        if count >= needed and trials(over_time, grid, window, most).independent >= needed:
-            return window
-        if count > _MOST_WINDOWS * needed:
-            return None
-        window = min(window - 1, int(window / 1.1))
-    return None
-
-
-def _within(first: pd.Series[int], last: pd.Series[int], frames: int) -> NDArray[np.bool_]:
-    """Return whether each frame is between the first and the last frame of a trial."""
-    change = np.zeros(frames + 1, np.int64)
-    change[first] += 1
-    change[last + 1] -= 1
-    return np.cumsum(change)[:-1] > 0
-
-
-def _windows(over_time: pd.DataFrame, grid: Grid, window: int) -> pd.DataFrame:
-    count = grid.length // window
-    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    first = np.repeat(grid.split(False), count) + window * within
-    frames = first[:, np.newaxis] + np.arange(window)
-    return _table(
-        over_time,
-        first,
-        first + window - 1,
-        over_time["robots"].to_numpy()[frames].mean(axis=1),
-        over_time["max_degree"].to_numpy()[frames].max(axis=1),
-        over_time["mean_degree"].to_numpy()[frames].mean(axis=1),
-    )
-
-
-def _whole(over_time: pd.DataFrame, first: Ints, size: Ints) -> pd.DataFrame:
-    robots, largest, mean = (over_time[name].to_numpy() for name in ("robots", "max_degree", "mean_degree"))
-    return _table(
-        over_time,
-        first,
-        first + size - 1,
-        np.add.reduceat(robots, first) / size,
-        np.maximum.reduceat(largest, first),
-        np.add.reduceat(mean, first) / size,
-    )
-
-
-def _table(over_time: pd.DataFrame, first: Ints, last: Ints, robots: Any, largest: Any, mean: Any) -> pd.DataFrame:
-    time = over_time["time"].to_numpy()
-    return pd.DataFrame(
-        {
-            "window": np.arange(len(first)),
-            "run": over_time["run"].to_numpy()[first],
-            "start": time[first],
-            "end": time[last],
-            "robots": robots,
-            "max_neighbours": largest,
-            "mean_neighbours": mean,
-            "first": first,
-            "last": last,
-        }
-    )
+    length = int(np.median(size)) if window is None else window
+    return Trials(kind, table, length, int((~enough).sum()), independent, np.cumsum(change)[:-1] > 0)

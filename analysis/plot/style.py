@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import itertools
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -16,6 +18,21 @@ SEQUENTIAL, DIVERGING = "viridis", "RdBu"
 COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: The colour of each degree of awareness.
 DEGREE = dict(zip(("none", "ring", "pairwise", "shared", "nearest"), COLOURS, strict=False))
+#: The colour of each policy of robots, in every figure: none is that of a degree of awareness.
+POLICY = {
+    "random-walk": "#999933",
+    "stationary": "#bbbbbb",
+    "a-cmommt": "#882255",
+    "b-cmommt": "#AA4499",
+    "p-cmommt": "#332288",
+    "centroid": "#117733",
+    "evolved": "#44AA99",
+    "lazy-cooperative": "#661100",
+    "lazy-collective": "#CC6677",
+    "lattice-walk": "#DDCC77",
+}
+#: The colour of targets, which is that of no policy and no degree.
+TARGETS = "#d1242f"
 INK, FAINT = "#1a1a1a", "#5f5f5f"
 _DPI = 110
 # The usual compression takes half as long again, and makes files smaller by 6 %.
@@ -30,6 +47,14 @@ FORMATS: dict[str, dict[str, str | None]] = {
 
 RADIUS_LABEL = "arena radius R  [sensing ranges]"
 ROBOTS_LABEL = "robots N"
+
+
+def colours_of(names: Sequence[str]) -> list[str]:
+    """Return a colour for each name: that of the degree or the policy, if all are such; else the first `COLOURS`."""
+    for known in (DEGREE, POLICY):
+        if set(names) <= set(known):
+            return [known[name] for name in names]
+    return list(itertools.islice(itertools.cycle(COLOURS[1:] + COLOURS[:1]), len(names)))
 
 
 def canvas(width: float, height: float) -> Canvas:

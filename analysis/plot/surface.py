@@ -2,36 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.plot.heat_map import draw_heat_map
+from teamsight.analysis.plot.kinds import Look, draw_heat_map, texts_of
 from teamsight.analysis.plot.style import DIVERGING, RADIUS_LABEL, ROBOTS_LABEL, SEQUENTIAL
 
 if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
 
+__all__ = ["HEAD", "HEIGHT", "WIDTH", "Look", "draw_row", "draw_surface", "facets_of"]
+
 #: Size of a row of surface and heat map, and height of the head [inches].
 WIDTH, HEIGHT, HEAD = 13.6, 7.6, 1.0
 # Edges of the facets against the facets: darker, and opaque.
 _EDGES = 0.82, 0.82, 0.82, 1.0
-
-
-class Look(NamedTuple):
-    """Label, format and range of a quantity."""
-
-    label: str
-    write: Callable[[float], str]
-    low: float
-    high: float
-    around_zero: bool = False
-    #: Range of the surface's axis, if it differs from the range of the colours.
-    heights: tuple[float, float] | None = None
 
 
 def draw_row(
@@ -71,7 +60,7 @@ def draw_row(
     solid.set_xticks(_ticks(list(grid.index), 5))
     solid.set_yticks(grid.columns.to_numpy())
     flat = figure.add_axes((0.595, bottom + 0.085 * height, 0.32, 0.88 * height))
-    draw_heat_map(flat, grid, _texts(grid, look, open_cells), norm, colours)
+    draw_heat_map(flat, grid, texts_of(grid, look, open_cells), norm, colours)
     scale = figure.add_axes((0.93, bottom + 0.085 * height, 0.014, 0.88 * height))
     bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), cax=scale, ticks=MaxNLocator(9, integer=True))
     if look.around_zero:
@@ -83,20 +72,12 @@ def draw_row(
     bar.outline.set_visible(False)
 
 
-def _texts(grid: pd.DataFrame, look: Look, open_cells: pd.DataFrame | None) -> list[str]:
-    texts = [look.write(value) for value in grid.to_numpy(float).flat]
-    if open_cells is None:
-        return texts
-    return [f"({text})" if is_open else text for text, is_open in zip(texts, open_cells.to_numpy().flat, strict=True)]
-
-
 def draw_surface(
     axes: Any,
     grid: pd.DataFrame,
     look: Look,
     norm: Normalize,
     colours: Colormap,
-    labels: tuple[str, str] = (ROBOTS_LABEL, RADIUS_LABEL),
 ) -> None:
     """Draw a grid as a surface.
 
@@ -110,8 +91,6 @@ def draw_surface(
         Label and range of the values.
     norm, colours : matplotlib Normalize, Colormap
         The colour of each value.
-    labels : tuple of str
-        Labels of the rows and of the columns.
     """
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -125,8 +104,8 @@ def draw_surface(
     # The viewpoint is above few robots in a large arena, where every surface of the paper is low and hides nothing.
     axes.view_init(elev=27, azim=128)
     axes.set_box_aspect((1.15, 1.15, 0.92), zoom=0.97)
-    axes.set_xlabel(labels[0], labelpad=8)
-    axes.set_ylabel(labels[1], labelpad=8)
+    axes.set_xlabel(ROBOTS_LABEL, labelpad=8)
+    axes.set_ylabel(RADIUS_LABEL, labelpad=8)
     axes.set_zlabel(look.label, labelpad=8)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((0.97, 0.97, 0.97, 1.0))

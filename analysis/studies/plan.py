@@ -12,11 +12,9 @@ from numpy.typing import NDArray
 
 from teamsight.analysis.runs.run import Run, task_seed
 from teamsight.analysis.runs.seeds import SCENARIO, Pairing, derived_seed
-from teamsight.analysis.studies.definition.components import Components
-from teamsight.analysis.studies.definition.grid import Block
-from teamsight.analysis.studies.definition.identity import setting_ids
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, integers_of, task_named
-from teamsight.analysis.studies.definition.values import text_of, thawed
+from teamsight.analysis.studies.definition.settings import Block
+from teamsight.analysis.studies.definition.values import Components, setting_ids, text_of, thawed
 
 if TYPE_CHECKING:
     from teamsight.tasks.task import Task

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from teamsight.analysis.stats.paired import half_width
-from teamsight.analysis.studies.definition.identity import hex_of
+from teamsight.analysis.studies.definition.values import hex_of
 from teamsight.analysis.studies.describe import conditions, described, described_in_html, what_is_missing
 from teamsight.analysis.studies.folder.parts import runs_in
 from teamsight.analysis.studies.shard import OWN_COLUMNS
@@ -578,11 +578,11 @@ class StudyResults(StudyTables):
         ----------
         out : path, optional
             A file to write: PNG, SVG or PDF by its suffix.
-        kind : {"auto", "heat-map", "lines", "surface", "scatter", "runs"}
+        kind : {"auto", "heat-map", "lines", "distribution", "scatter"}
             The kind of picture; "auto" chooses one that suits the axes.
         x, y : str, optional
-            The axes along the picture's two directions; lines have a line for each value of `y`. Further axes become
-            panels.
+            The axes along the picture's two directions; lines and distributions have a curve for each value of
+            `y`. Further axes become panels.
         measure : str, optional
             What is drawn; the first measure by default.
         minus : StudyResults or path, optional
@@ -605,8 +605,7 @@ class StudyResults(StudyTables):
         ValueError
             If there is nothing to draw, the axes do not suit the kind, or the file cannot be written.
         """
-        from teamsight.analysis.studies.figures.draw import draw
-        from teamsight.analysis.studies.figures.save import check_picture, save_picture
+        from teamsight.analysis.studies.figures.draw import check_picture, draw, save_picture
 
         if out is not None:
             check_picture(out, force=force)

@@ -20,9 +20,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 
 from teamsight.analysis.runs.executor import advance, shortened, without_middle
-from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.model import TASK_PREFIX, measure_of, model_of, task_named
-from teamsight.analysis.studies.definition.values import stored
+from teamsight.analysis.studies.definition.values import Components, stored
 from teamsight.analysis.studies.folder import parts as part_files
 from teamsight.analysis.studies.same_code import check_same_code
 from teamsight.core import checks, plugins, references

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.definition.recording import Until
+from teamsight.analysis.studies.definition.model import Until
 from teamsight.analysis.studies.folder.parts import IDENTITY, RunSet, joined, runs_in
 
 if TYPE_CHECKING:

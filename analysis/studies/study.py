@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Self
 
 from teamsight.analysis.runs.limits import Steps
 from teamsight.analysis.runs.seeds import Pairing
-from teamsight.analysis.studies.definition.check import check_plan
-from teamsight.analysis.studies.definition.grid import Block, blocks_of
-from teamsight.analysis.studies.definition.recording import Record, Until
-from teamsight.analysis.studies.definition.resolved import MOST_RUNS, resolved
+from teamsight.analysis.studies.definition.check import MOST_RUNS, check_plan, resolved
+from teamsight.analysis.studies.definition.model import Record, Until
+from teamsight.analysis.studies.definition.settings import Block, blocks_of
 from teamsight.analysis.studies.definition.values import are_equal, thawed
 from teamsight.analysis.studies.plan import Plan
 from teamsight.core import checks, references

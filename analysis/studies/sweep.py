@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 
 from teamsight.analysis.runs.executor import advancing
 from teamsight.analysis.runs.processes import WorkerPool, check_workers, workers_for
-from teamsight.analysis.studies.definition.identity import hex_of
-from teamsight.analysis.studies.definition.model import in_full
-from teamsight.analysis.studies.definition.recording import check_measured
+from teamsight.analysis.studies.definition.model import check_measured, in_full
+from teamsight.analysis.studies.definition.values import hex_of
 from teamsight.analysis.studies.folder.parts import joined
 from teamsight.analysis.studies.same_code import DECIDING, check_same_code, source_digests
 from teamsight.analysis.studies.shard import (

@@ -64,7 +64,7 @@ class PlotSettings(Writes):
 
 
 def plot(settings: PlotSettings) -> None:
-    """Draw a study: a heat map with intervals, lines, a surface.
+    """Draw a study: a heat map with intervals, lines, a distribution.
 
     Further axes become panels. A study that is not complete is drawn and marked as partial. The difference of two
     studies is that of their runs under the same noise, so that its intervals are narrow; it needs studies of the same
@@ -78,7 +78,7 @@ def plot(settings: PlotSettings) -> None:
       teamsight plot aware --minus unaware --out gain.svg
       teamsight plot policies --minus random --across policy --out gains.svg
     """
-    from teamsight.analysis.studies.figures.save import check_picture
+    from teamsight.analysis.studies.figures.draw import check_picture
     from teamsight.analysis.studies.results import open_study
     from teamsight.cli.show import say
 

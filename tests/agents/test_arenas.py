@@ -10,7 +10,7 @@ from arenas import Cylinder, Ellipse, Hall
 from scipy.spatial import cKDTree
 
 from teamsight import Box, Circle, Polygon, Robot, Target, Torus, World
-from teamsight.analysis.delta.from_trajectories import neighbours_over_time
+from teamsight.analysis.delta.resample import neighbours_over_time
 from teamsight.analysis.neighbour_graph import over_trajectory
 from teamsight.policies import ACmommt, RandomWalk
 from teamsight.world import Arena

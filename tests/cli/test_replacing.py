@@ -19,7 +19,7 @@ COMMANDS: dict[str, tuple[list[str], str, list[str]]] = {
     "run": (["run", *SMALL], "--save", ["x.parquet"]),
     "delta": (
         ["delta", *SMALL, "--runs", "3"], "--out",
-        [*(f"delta_{name}.parquet" for name in ("exceedance", "maxima", "ring", "merging", "cost")), "delta_exceedance.png", "delta.md"],
+        [*(f"delta_{name}.parquet" for name in ("exceedance", "maxima", "ring", "cost")), "delta_exceedance.png", "delta.md"],
     ),
     "reproduce": (
         ["reproduce", "2", "8", "ledger", "--steps", "2", "--runs", "1", "--workers", "1", "--quick", "--preset", "defaults", "--format", "png, svg,pdf"], "--out",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from teamsight.analysis.paper.figures.interface import Conditions, Figure, Tables
-from teamsight.analysis.plot.curves import draw_curves
+from teamsight.analysis.plot.kinds import draw_curves
 from teamsight.analysis.plot.style import FAINT, canvas, head
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.stats.paired import cell_means, grid_of, maxima

@@ -1,36 +1,178 @@
-"""The check of a study before its first run: all that it names is imported, and worlds are built."""
+"""The checks of a study: of its fields, of what it names before its first run, and against one that it continues."""
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from teamsight.analysis.runs.run import Run
-from teamsight.analysis.studies.definition.components import Components
 from teamsight.analysis.studies.definition.model import (
     CMOMMT_NAME,
+    Record,
+    Until,
+    check_measured,
     check_parameters,
     measure_of,
     model_of,
-    signature_of,
+    takes_any,
 )
-from teamsight.analysis.studies.definition.recording import check_measured
-from teamsight.analysis.studies.definition.values import text_of
+from teamsight.analysis.studies.definition.settings import (
+    axis_values,
+    blocks_of,
+    check_blocks,
+    check_names,
+    columns_of,
+    large,
+    sample_of,
+    table_of,
+)
+from teamsight.analysis.studies.definition.values import Components, Table, frozen, stored, text_of, thawed
 from teamsight.analysis.studies.shard import declared_columns, failure_of
 from teamsight.core import checks, references
+from teamsight.core.component import Component, declared
+from teamsight.core.files import check_name
 from teamsight.tasks.model import TREATMENT, TaskModel
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.definition.recording import Until
     from teamsight.analysis.studies.plan import Plan
+    from teamsight.analysis.studies.study import Study
 
-# Settings of which a world is built: enough for each value of all usual studies.
-_MOST_BUILT = 100
-# Robots and targets of such a world, at most.
-_MOST_AGENTS = 2
+C = TypeVar("C", bound=Component)
+
+#: Runs of a study, with all replicates that `until` allows.
+MOST_RUNS = 100_000_000
+
+# References of the model that has a name.
+_CMOMMT = ("teamsight:CMOMMT", "teamsight.agents:CMOMMT", "teamsight.agents.cmommt:CMOMMT")
+# Arguments of a model and columns of the table that are not parameters, and what is meant instead.
+_PLACES = {
+    **dict.fromkeys(("rng", "seed"), "the key seed, from which the seeds of all runs derive"),
+    "steps": "the key steps of the study",
+    "replicate": "the key replicates of the study",
+    **dict.fromkeys(("setting", "run", "error", "traceback"), "the parameter another name"),
+}
+# Settings of which a world is built: enough for each value of all usual studies; and robots and targets of such a
+# world, at most.
+_MOST_BUILT, _MOST_AGENTS = 100, 2
+# Values of a parameter that a line of a difference names.
+_MOST_SHOWN = 5
+
+
+def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of a study in the form in which it keeps them.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one is wrong.
+    """
+    made = {name: check(name, given[name]) for name, check in _FIELDS.items()}
+    for where in ("fixed", "axes", "points", "sample"):
+        for name in made[where] or ():
+            if name in _PLACES:
+                raise ValueError(f"{where}: {name!r} cannot be a parameter; give {_PLACES[name]}")
+            if not all(map(str.isidentifier, name.split(".", 1))):
+                raise ValueError(f"{where}: {checks.shown(name)} is no name of a parameter; give one such as robots")
+    blocks = blocks_of(made["axes"], made["zip"], made["points"], made["sample"])
+    for block in blocks:
+        for name, values in block.columns.items():
+            _check_distinct(name, values)
+    settings = check_blocks(blocks, made["fixed"])
+    where, replicates, until = "replicates", given["replicates"], made["until"]
+    if until is not None:
+        if until.limit < replicates:
+            raise ValueError(f"until.limit={until.limit}: must be at least replicates={replicates}; raise it")
+        where, replicates = "until.limit", until.limit
+    if settings * replicates > MOST_RUNS:
+        raise ValueError(
+            f"{where}={replicates}: {settings:,} settings make {large(settings * replicates)} runs, at most "
+            f"{MOST_RUNS:,}; give fewer replicates or settings"
+        )
+    return made
+
+
+def _check_distinct(name: str, values: Sequence[object]) -> None:
+    """Refuse values of a parameter that results could not tell apart, as 1 and "1" in a column of texts."""
+    texts = {value for value in values if isinstance(value, str)}
+    for value in values if texts else ():
+        if not isinstance(value, str) and (text := stored(thawed(value), "text")) in texts:
+            same = f"{checks.shown(value)} and the text {checks.shown(text)}"
+            raise ValueError(f"{name}: has {same}, which are the same in results; give one")
+
+
+def _model(name: str, given: object) -> str:
+    text = frozen(name, given)
+    if not isinstance(text, str) or not text:
+        raise TypeError(f"model={checks.shown(given)}: must be 'cmommt', a plug-in or 'package.module:Name'")
+    return CMOMMT_NAME if text in _CMOMMT else text
+
+
+def _parameters(value: Callable[[str, Any], Any]) -> Callable[[str, object], Table]:
+    """Return the check of a table of parameters, whose values `value` checks."""
+
+    def checked(where: str, given: object) -> Table:
+        if not isinstance(given, Mapping):
+            raise TypeError(f"{where}={checks.shown(given)}: must be a table of parameters, as {{robots = …}}")
+        check_names(where, given)
+        return Table({name: value(name, one) for name, one in given.items()})
+
+    return checked
+
+
+def _groups(name: str, given: Any) -> tuple[tuple[str, ...], ...]:
+    def is_list(value: object) -> bool:
+        return isinstance(value, Sequence) and not isinstance(value, str)
+
+    if not is_list(given) or not all(is_list(group) and len(group) > 1 for group in given):
+        raise TypeError(
+            f"{name}={checks.shown(given)}: must be a list of groups of axes, such as [['robots', 'targets']]"
+        )
+    return tuple(tuple(frozen(name, group)) for group in given)
+
+
+def _component(kind: type[C]) -> Callable[[str, Any], C]:
+    """Return the check of a table that makes a component; errors name the place."""
+
+    def made(where: str, given: Any) -> C:
+        return given if isinstance(given, kind) else kind(**table_of(where, given, declared(kind)))
+
+    return made
+
+
+def _optional(check: Callable[[str, Any], Any]) -> Callable[[str, Any], Any]:
+    return lambda name, given: None if given is None else check(name, given)
+
+
+def _name(name: str, given: object) -> str:
+    if not isinstance(given, str):
+        raise TypeError(f"{name}={checks.shown(given)}: must be a text")
+    return str(frozen(name, given))
+
+
+def _folder(name: str, given: object) -> str:
+    if not isinstance(given, (str, os.PathLike)):
+        raise TypeError(f"{name}={checks.shown(given)}: must be the folder of the study file, or None")
+    check_name(given)
+    return os.path.abspath(given)
+
+
+# The check of each field of a study that its annotation does not say.
+_FIELDS: Mapping[str, Callable[[str, Any], Any]] = {
+    "model": _model,
+    "fixed": _parameters(lambda name, value: frozen(f"fixed.{name}", value)),
+    "axes": _parameters(axis_values),
+    "zip": _groups,
+    "points": _optional(columns_of),
+    "sample": lambda _, given: sample_of(given),
+    "record": _component(Record),
+    "name": _optional(_name),
+    "path": _optional(_folder),
+    "until": _optional(_component(Until)),
+}
 
 
 def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | None = None) -> None:
@@ -53,7 +195,7 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | 
             if isinstance(value, (str, list, dict)):
                 with _one_line(name):
                     components.made(name, value)
-    if any(one.kind is one.VAR_KEYWORD for one in (signature_of(model) or {}).values()):
+    if takes_any(model):
         _pass_on(plan, model, components)
     if model == CMOMMT_NAME:
         for k in _typical(plan):
@@ -126,3 +268,67 @@ def _one_line(name: str) -> Iterator[None]:
         raise
     except (Exception, SystemExit) as error:
         raise ValueError(f"{name}: {references.failure(error)}; correct the component") from error
+
+
+def difference(old: Study, new: Study) -> list[str]:
+    """Return a line for each difference of two studies; none if `new` is equal, or only adds settings or replicates.
+
+    A study may grow: more replicates, more values, and a fixed parameter that becomes an axis with its value among
+    others. Until when replicates are added may change freely, since it decides only how many there are. With anything
+    else, the results are those of another study. The name and the folder of the study file do not matter.
+
+    Parameters
+    ----------
+    old : Study
+        The study of the folder.
+    new : Study
+        The study that shall continue it.
+
+    Returns
+    -------
+    list of str
+        Lines such as ``steps: 600 in the folder, 800 now``.
+    """
+    if old == new:
+        return []
+    pairs = [(name, getattr(old, name), getattr(new, name)) for name in ("model", "steps", "seed", "pairing")]
+    pairs += [(f"record.{name}", getattr(old.record, name), getattr(new.record, name)) for name in declared(Record)]
+    lines = [_line(*pair) for pair in pairs if pair[1] != pair[2]]
+    if new.replicates < old.replicates:
+        lines.append(f"{_line('replicates', old.replicates, new.replicates)}, which is fewer")
+    before, now = old.plan(), new.plan()
+    settings: list[str] = []
+    for name in dict.fromkeys((*before.names, *now.names)):
+        if name not in now.names:
+            settings.append(f"{name}: {_shown(before.values(name))} in the folder, not given now")
+        elif name not in before.names:
+            settings.append(f"{name}: not given in the folder, {_shown(now.values(name))} now")
+        else:
+            settings.extend(_changed_values(name, before.values(name), now.values(name)))
+    gone = int((now.index_of(before.ids) < 0).sum())
+    if gone and not settings:
+        settings.append(f"settings: {gone:,} of {before.settings:,} in the folder are not planned now")
+    return lines + settings
+
+
+def _line(name: str, old: object, new: object) -> str:
+    return f"{name}: {checks.shown(old)} in the folder, {checks.shown(new)} now"
+
+
+def _changed_values(name: str, old: list[object], new: list[object]) -> Iterator[str]:
+    """Yield lines about values of a parameter that are gone, or of another type than before."""
+    planned = set(map(text_of, new))
+    gone = [value for value in old if text_of(value) not in planned]
+    words = []
+    for values in (old, new):
+        kinds = set(map(type, values))
+        words.append("numbers" if kinds <= {int, float} else "booleans" if kinds == {bool} else "texts")
+    if gone:
+        yield f"{name}: {_shown(gone)} in the folder, not among {_shown(new)} now"
+    elif words[0] != words[1]:
+        yield f"{name}: {words[0]} in the folder, {words[1]} now; a column has one type"
+
+
+def _shown(values: list[object]) -> str:
+    shown = [checks.shown(value) for value in values[:_MOST_SHOWN]]
+    return ", ".join(shown) + (f" and {len(values) - _MOST_SHOWN} more" if len(values) > _MOST_SHOWN else "")

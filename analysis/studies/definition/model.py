@@ -1,12 +1,15 @@
-"""The model of a study: a class or function, found by name, and its parameters."""
+"""What a study runs and records: the model and the measure, found by name, and until when replicates are added."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
+from teamsight.analysis.studies.definition.values import frozen
 from teamsight.core import checks, plugins, references
+from teamsight.core.component import Allowed, Component, Flag, Positive
 
 if TYPE_CHECKING:
     from teamsight.agents.world import World
@@ -22,8 +25,83 @@ MEASURES = {
     "evenness": "teamsight.analysis.runs.run_many:evenness",
 }
 
-# Two names for the seed, which the study gives.
-_SEEDS = ("rng", "seed")
+
+def _measure(name: str, given: Any) -> str:
+    measure = given if isinstance(given, str) else frozen(name, given)
+    if not isinstance(measure, str) or not measure:
+        shown = checks.shown(measure)
+        raise TypeError(f"{name}={shown}: must be a text, such as 'summary' or 'package.module:function'")
+    return str(measure)
+
+
+@dataclass(frozen=True)
+class Record(Component):
+    """What is recorded of each run.
+
+    Parameters
+    ----------
+    measure : str
+        What is measured of a whole run: "summary", "evenness", a plug-in, or the function "package.module:name", which
+        is called as ``measure(world, steps)`` and returns a NamedTuple or a mapping.
+    steps : bool
+        Whether one row for each step is recorded.
+    trajectories : int
+        Record positions at every so many steps; 0 for never.
+    events : bool
+        Whether the log of events is recorded.
+    """
+
+    measure: Annotated[str, Allowed(check=_measure)] = "summary"
+    steps: Flag = False
+    trajectories: Annotated[int, Allowed(least=0, cure="0 records none")] = 0
+    events: Flag = False
+
+
+@dataclass(frozen=True)
+class Until(Component):
+    """Until when replicates are added to a setting.
+
+    Parameters
+    ----------
+    interval : float
+        The largest width of the 95 % interval of the mean, from its low to its high end, in the unit of the measure.
+    measure : str
+        The column of results whose mean it is.
+    limit : int
+        The most replicates of a setting.
+
+    Notes
+    -----
+    The interval is Student's; for True and False it is Wilson's. A setting has at least 38 replicates, or the limit;
+    see `teamsight.analysis.studies.adaptive` for what the intervals are worth.
+    """
+
+    interval: Positive
+    measure: Annotated[str, Allowed(check=_measure)] = "observed_fraction"
+    limit: Annotated[int, Allowed(least=2)] = 1000
+
+
+def check_measured(until: Until, kinds: Mapping[str, str | None]) -> None:
+    """Check that what decides how many replicates there are is a number.
+
+    Parameters
+    ----------
+    until : Until
+        Its measure is looked for.
+    kinds : mapping of str to str or None
+        What each measured column holds: "text" or another; None where it is not known.
+
+    Raises
+    ------
+    ValueError
+        If it is not measured, or a text.
+    """
+    shown = f"until.measure={checks.shown(until.measure)}"
+    if until.measure not in kinds:
+        hint = checks.suggestion(until.measure, kinds)
+        raise ValueError(f"{shown}: is not measured; {hint}give one of {', '.join(kinds)}")
+    if kinds[until.measure] == "text":
+        raise ValueError(f"{shown}: holds texts; give a measure that is a number")
 
 
 def model_of(model: str) -> Callable[..., World]:
@@ -109,23 +187,19 @@ def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int],
 
 def _callable(key: str, value: str, own: tuple[str, ...], cure: str) -> Callable[..., Any]:
     """Return what a reference or a plug-in names; errors call it `key`, and teamsight's `own` is known, too."""
+    group = f"teamsight.{key.rpartition('.')[2]}s"
     if references.is_reference(value):
         found = references.load(value, key)
     else:
-        found = plug_in(key, f"teamsight.{key.rpartition('.')[2]}s", value, own)
+        if not plugins.has(group, value):
+            checks.choice(key, value, (*own, *plugins.names(group), "package.module:Name"))
+        found = plugins.find(group, value, key)
     if not callable(found):
         raise TypeError(f"{key}={checks.shown(value)}: cannot be called; give {cure}")
     return found
 
 
-def plug_in(name: str, group: str, value: str, own: tuple[str, ...]) -> object:
-    """Return a plug-in; the error for an unknown one also names those that are no plug-ins."""
-    if not plugins.has(group, value):
-        checks.choice(name, value, (*own, *plugins.names(group), "package.module:Name"))
-    return plugins.find(group, value, name)
-
-
-def signature_of(model: str) -> Mapping[str, inspect.Parameter] | None:
+def parameters_of(model: str) -> Mapping[str, inspect.Parameter] | None:
     """Return the parameters of a model by name; None if its signature cannot be read. Imports its module."""
     try:
         return inspect.signature(model_of(model)).parameters
@@ -137,7 +211,12 @@ def signature_of(model: str) -> Mapping[str, inspect.Parameter] | None:
 
 def integers_of(model: str) -> frozenset[str]:
     """Return the parameters that the signature of a model declares as integers. Imports its module."""
-    return frozenset(name for name, one in (signature_of(model) or {}).items() if one.annotation in (int, "int"))
+    return frozenset(name for name, one in (parameters_of(model) or {}).items() if one.annotation in (int, "int"))
+
+
+def takes_any(model: str) -> bool:
+    """Whether a model takes any parameter, by ``**kwargs``."""
+    return any(one.kind is one.VAR_KEYWORD for one in (parameters_of(model) or {}).values())
 
 
 def check_parameters(model: str, names: Iterable[str]) -> None:
@@ -148,19 +227,17 @@ def check_parameters(model: str, names: Iterable[str]) -> None:
     TypeError, ValueError
         If there is such a parameter; the message suggests the nearest.
     """
-    parameters = signature_of(model)
-    if parameters is None or any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+    parameters = parameters_of(model)
+    if parameters is None or takes_any(model):
         return
-    known = {
-        name: one
-        for name, one in parameters.items()
-        if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY) and name not in _SEEDS
-    }
     if "rng" not in parameters:
         raise TypeError(
             f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
             "as in super().__init__(arena, rng=rng)"
         )
+    kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    # Two names for the seed, which the study gives.
+    known = {name: one for name, one in parameters.items() if one.kind in kinds and name not in ("rng", "seed")}
     # "policy.gain" is a setting of the component that is the parameter policy.
     given = {name.partition(".")[0] for name in names}
     for name in sorted(given - known.keys()):

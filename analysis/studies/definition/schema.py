@@ -1,4 +1,4 @@
-"""The JSON Schema of study files, by which editors complete and check them; see `keys`.
+"""The JSON Schema of study files, by which editors complete and check them.
 
 ``python -m teamsight.analysis.studies.definition.schema`` prints it; ``study.schema.json`` beside this file is its
 output.
@@ -6,51 +6,67 @@ output.
 
 from __future__ import annotations
 
-import copy
 import json
+from collections.abc import Mapping
 from dataclasses import MISSING
 from typing import Any
 
-from teamsight.analysis.studies.definition import keys
-from teamsight.analysis.studies.definition.model import CMOMMT_NAME, model_of
-from teamsight.analysis.studies.definition.recording import Record, Until
+from teamsight.analysis.studies.definition.model import CMOMMT_NAME, Record, Until, model_of
+from teamsight.analysis.studies.definition.settings import RANGE, SAMPLE, SAMPLE_AXIS
 from teamsight.analysis.studies.study import Study
-from teamsight.core.component import Component, declared
+from teamsight.core.component import Declared, declared
+
+Form = dict[str, Any]
+
+_VALUE: Form = {"type": ["string", "number", "boolean", "array", "object"]}
+_LIST: Form = {"type": "array", "items": _VALUE, "minItems": 1}
+_TABLE_FILE = r"\.([cC][sS][vV]|[pP][aA][rR][qQ][uU][eE][tT])$"
+_AXIS: Form = {"$ref": "#/definitions/axis"}
 
 
-def study_keys() -> dict[str, dict[str, Any]]:
-    """Return the keys of a study file and the schema of each: the settings of a `Study`."""
-    known = declared(Study)
-    found = {
-        name: {"description": one.meaning, **keys.TABLES[name]} if name in keys.TABLES else one.schema()
-        for name, one in known.items()
-        if name != "path"
-    }
-    for name, kind in (("record", Record), ("until", Until)):
-        found[name] |= {"type": "object", **_table(kind)}
-    return found
-
-
-def _table(kind: type[Component]) -> dict[str, Any]:
-    """Return the schema of a table whose keys are the settings of a component."""
-    known = declared(kind)
+def _table(known: Mapping[str, Declared], **more: Any) -> Form:
+    """Return the schema of a table with these keys."""
     required = [name for name, one in known.items() if one.default is MISSING]
     properties = {name: one.schema() for name, one in known.items()}
-    return {"properties": properties, "additionalProperties": False} | ({"required": required} if required else {})
+    form: Form = {"type": "object", "properties": properties, "additionalProperties": False}
+    return form | ({"required": required} if required else {}) | more
 
 
-def schema() -> dict[str, Any]:
+def _parameters(form: Form, **more: Any) -> Form:
+    """Return the schema of a table whose keys are parameters of the model."""
+    return {"type": "object", "additionalProperties": form, **more}
+
+
+def study_keys() -> dict[str, Form]:
+    """Return the keys of a study file and the schema of each: the settings of a `Study`."""
+    sample = _table(SAMPLE)
+    sample["properties"]["axes"] |= _parameters(_table(SAMPLE_AXIS), minProperties=1)
+    tables = {
+        "fixed": _parameters(_VALUE),
+        "axes": _parameters(_AXIS),
+        "zip": {"type": "array", "items": {"type": "array", "items": {"type": "string"}, "minItems": 2}},
+        "points": {"anyOf": [{"type": "string", "pattern": _TABLE_FILE}, _parameters(_LIST)]},
+        "sample": sample,
+        "record": _table(declared(Record)),
+        "until": _table(declared(Until)),
+    }
+    known = {name: one for name, one in declared(Study).items() if name != "path"}
+    return {
+        name: {"description": one.meaning, **tables[name]} if name in tables else one.schema()
+        for name, one in known.items()
+    }
+
+
+def schema() -> Form:
     """Return the JSON Schema of a study file; editors propose the parameters of the usual model in it."""
-    properties = copy.deepcopy(study_keys())
-    axis = properties["axes"]["additionalProperties"]
-    refers = {"$ref": "#/definitions/axis"}
+    properties = study_keys()
     known = {name: one for name, one in declared(model_of(CMOMMT_NAME)).items() if name not in ("rng", "seed")}
     # A draft-07 validator ignores what stands beside a reference.
-    properties["axes"] |= {
-        "additionalProperties": refers,
-        "properties": {name: {"description": one.meaning, "allOf": [refers]} for name, one in known.items()},
+    properties["axes"]["properties"] = {
+        name: {"description": one.meaning, "allOf": [_AXIS]} for name, one in known.items()
     }
     properties["fixed"]["properties"] = {name: one.schema() for name, one in known.items()}
+    values = _table(RANGE, oneOf=[{"required": ["step"]}, {"required": ["count"]}])
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "A study of teamsight",
@@ -58,7 +74,7 @@ def schema() -> dict[str, Any]:
         "type": "object",
         "properties": properties,
         "additionalProperties": False,
-        "definitions": {"axis": axis},
+        "definitions": {"axis": {"anyOf": [_LIST, values]}},
     }
 
 

@@ -1,18 +1,29 @@
-"""Values of parameters as a study holds them: texts, numbers, booleans, null, lists and tables, all immutable."""
+"""Values of a study's parameters: how they are held, the components that they name, and the ids that they give.
+
+A study holds texts, numbers, booleans, null, lists and tables, all immutable. A policy, a sensor or an event source is
+written as a reference, or as a table with the reference under "use" beside the options. The id of a setting is a digest
+of the values of all its parameters.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import is_dataclass
 from numbers import Integral, Real
 from typing import Any, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 
+from teamsight.agents.settings import Settings
 from teamsight.analysis.runs.seeds import canonical
-from teamsight.analysis.studies.definition.components import described
-from teamsight.core import checks
+from teamsight.core import checks, plugins, references
+from teamsight.core.component import declared, of_name
 
 #: Whole numbers are kept as 64-bit integers.
 MOST_INTEGER = 2**63 - 1
@@ -20,8 +31,21 @@ MOST_INTEGER = 2**63 - 1
 MOST_LEVELS = 16
 #: Characters of a text.
 MOST_CHARACTERS = 10_000
+#: The key of a table that makes it a component.
+USE = "use"
 
+# Half a character, which no file can hold.
+_HALF = re.compile("[\ud800-\udfff]")
 _SCALARS = frozenset({int, float, bool, str})
+# Parameters whose components may also be plug-ins.
+_GROUPS = {
+    "policy": "teamsight.policies",
+    "target_policy": "teamsight.policies",
+    "awareness": "teamsight.awareness",
+    "sensor": "teamsight.sensors",
+}
+# Settings whose ids are computed in one go, which bounds the memory for their texts.
+_CHUNK = 65_536
 
 
 class Table(dict[str, Any]):
@@ -59,9 +83,18 @@ def frozen(name: str, value: object, level: int = 0) -> Any:
     if value is None or isinstance(value, (bool, np.bool_)):
         return value if value is None else bool(value)
     if isinstance(value, str):
-        return _text(name, str(value))
+        if len(value) > MOST_CHARACTERS:
+            raise ValueError(
+                f"{name}={checks.shown(value)}: must have at most {MOST_CHARACTERS} characters; shorten it"
+            )
+        if _HALF.search(value):
+            raise ValueError(f"{name}={checks.shown(value)}: is no valid text; remove odd characters")
+        return str(value)
     if isinstance(value, Integral):
-        return _integer(name, int(value))
+        if abs(int(value)) > MOST_INTEGER:
+            shown = checks.shown(int(value))
+            raise ValueError(f"{name}={shown}: must be between -(2^63 - 1) and 2^63 - 1; give a smaller one")
+        return int(value)
     if isinstance(value, Real):
         return checks.number(name, value, cure="give one, or remove it")
     if isinstance(value, Mapping):
@@ -72,36 +105,43 @@ def frozen(name: str, value: object, level: int = 0) -> Any:
     if isinstance(value, np.ndarray):
         return frozen(name, value.tolist(), level)
     if isinstance(value, (list, tuple, range)) and not hasattr(value, "_fields"):
-        plain = _plain(value)
-        return tuple(frozen(f"{name}[{i}]", one, level + 1) for i, one in enumerate(value)) if plain is None else plain
-    return frozen(name, described(name, value), level)
+        return _plain(value) or tuple(frozen(f"{name}[{i}]", one, level + 1) for i, one in enumerate(value))
+    return frozen(name, _described(name, value), level)
 
 
-def _plain(values: Sequence[object]) -> tuple[Any, ...] | None:
-    """Return a tuple of valid numbers and booleans, of which there may be millions, at once; None for any other."""
+def _plain(values: Sequence[Any]) -> tuple[Any, ...]:
+    """Return a tuple of valid numbers and booleans, of which there may be millions, at once; () for any other."""
     kinds = set(map(type, values))
     if not kinds <= {int, float, bool}:
-        return None
-    found: tuple[Any, ...] = tuple(values)
-    if int in kinds and not -MOST_INTEGER <= min(found) <= max(found) <= MOST_INTEGER:
-        return None
-    return found if float not in kinds or all(map(math.isfinite, found)) else None
+        return ()
+    if int in kinds and not -MOST_INTEGER <= min(values) <= max(values) <= MOST_INTEGER:
+        return ()
+    return tuple(values) if float not in kinds or all(map(math.isfinite, values)) else ()
 
 
-def _integer(name: str, value: int) -> int:
-    if not -MOST_INTEGER <= value <= MOST_INTEGER:
-        raise ValueError(f"{name}={checks.shown(value)}: must be between -(2^63 - 1) and 2^63 - 1; give a smaller one")
-    return value
-
-
-def _text(name: str, value: str) -> str:
-    if len(value) > MOST_CHARACTERS:
-        raise ValueError(f"{name}={checks.shown(value)}: must have at most {MOST_CHARACTERS} characters; shorten it")
+def _described(name: str, value: object) -> str | dict[str, object]:
+    """Return the reference of a class or function, or the table from which an object is rebuilt."""
+    if inspect.isclass(value) or inspect.isroutine(value):
+        return references.reference_to(value, name)
+    kind, given = type(value), f"{name}={checks.shown(value)}"
+    cure = "give text, numbers, lists, a class or function of a module, or {'use': 'package.module:Class', …}"
+    is_ours = kind.__module__.startswith("teamsight.")
+    if not (is_ours or (is_dataclass(value) and kind.__dataclass_params__.frozen)):  # type: ignore[attr-defined]
+        raise TypeError(f"{given}: a study cannot hold this {kind.__name__}; {cure}")
     try:
-        value.encode()
-    except UnicodeEncodeError as error:  # half a character, as in "\ud800"
-        raise ValueError(f"{name}={checks.shown(value)}: is no valid text; remove odd characters") from error
-    return value
+        options = {}
+        for parameter in inspect.signature(kind).parameters.values():
+            if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD, parameter.POSITIONAL_ONLY):
+                raise TypeError(f"its class takes {parameter}")
+            option = getattr(value, parameter.name)
+            if parameter.default is parameter.empty or repr(option) != repr(parameter.default):
+                options[parameter.name] = option
+        reference, rebuilt = references.reference_to(kind, name), kind(**options)
+    except (TypeError, ValueError, AttributeError) as error:
+        raise TypeError(f"{given}: cannot be rebuilt from its options ({error}); {cure}") from error
+    if repr(rebuilt) != repr(value):
+        raise TypeError(f"{given}: its options do not rebuild it; {cure}")
+    return {USE: reference, **options}
 
 
 def thawed(value: object) -> Any:
@@ -115,30 +155,12 @@ def thawed(value: object) -> Any:
 
 def text_of(value: object) -> str:
     """Return one text for equal values: 2 and 2.0 give the same, also within lists and tables."""
-    return canonical(thawed(value) if isinstance(value, (dict, tuple)) else value)
+    return canonical(thawed(value))
 
 
 def are_equal(one: object, other: object) -> bool:
     """Whether two values of a study are equal; 2 and 2.0 are, True and 1 are not."""
     return one is other or (one == other and text_of(one) == text_of(other))
-
-
-def check_distinct(name: str, values: Sequence[object]) -> None:
-    """Refuse values of a parameter that results could not tell apart, as 1 and "1" in a column of texts.
-
-    Raises
-    ------
-    ValueError
-        If there are such values.
-    """
-    texts = {value for value in values if isinstance(value, str)}
-    if not texts:
-        return
-    for value in values:
-        if not isinstance(value, str) and stored(thawed(value), "text") in texts:
-            text = checks.shown(stored(thawed(value), "text"))
-            same = f"{checks.shown(value)} and the text {text}"
-            raise ValueError(f"{name}: has {same}, which are the same in results; give one")
 
 
 def stored(value: object, kind: str) -> int | float | bool | str:
@@ -156,3 +178,138 @@ def stored(value: object, kind: str) -> int | float | bool | str:
     made = {"int": int, "number": float, "flag": bool}[kind]
     result: int | float | bool = made(value)  # type: ignore[arg-type]
     return result
+
+
+class Components:
+    """Turns values of a study into those that a model takes; references are loaded once.
+
+    Functions, classes and objects of this package, which are immutable, are shared by all runs; other objects are made
+    for each run, so that no run finds what another one has left in them.
+    """
+
+    def __init__(self) -> None:
+        self._shared: dict[str, object] = {}
+        # How many objects were made that are not shared.
+        self._unshared = 0
+
+    def resolved(self, parameters: Mapping[str, object]) -> dict[str, object]:
+        """Return parameters with their components made.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a reference does not load, or options are wrong.
+        """
+        options: dict[str, dict[str, object]] = {}
+        for name in parameters:
+            base, dot, option = name.partition(".")
+            if dot:
+                options.setdefault(base, {})[option] = parameters[name]
+        return {
+            name: self._with_options(name, parameters.get(name), options[name])
+            if name in options
+            else self.made(name, parameters[name])
+            for name in dict.fromkeys((*(name for name in parameters if "." not in name), *options))
+        }
+
+    def _with_options(self, name: str, value: object, options: dict[str, object]) -> object:
+        """Return a component with some settings that the study names by themselves: ``policy.gain``."""
+        if isinstance(value, str) and not references.is_reference(value) and name in declared(Settings):
+            key = f"{name}={value}{canonical(options)}"
+            if key not in self._shared:
+                owner = of_name(declared(Settings)[name], value)
+                for option in options:
+                    if option not in (known := declared(owner)):
+                        listed = f"{checks.suggestion(option, known)}its settings are {', '.join(known)}"
+                        raise ValueError(f"{name}.{option}: {value!r} has none; {listed}")
+                self._shared[key] = owner(**options)
+            return self._shared[key]
+        table = {USE: value} if isinstance(value, str) else value
+        if not isinstance(table, Mapping):
+            first = f"{name}.{next(iter(options))}"
+            raise ValueError(f"{first}: is a setting of a component; give {name} too, by name or as a table")
+        return self.made(name, {**table, **options})
+
+    def made(self, name: str, value: object) -> object:
+        """Return one value of a parameter with the components in it made."""
+        if isinstance(value, str):
+            # A sensor takes no names of its own, so that any is one of a plug-in.
+            is_component = references.is_reference(value) or name == "sensor"
+            return self._component(name, value, {}) if is_component else value
+        if isinstance(value, (list, tuple)):
+            return [self.made(name, one) for one in value]
+        if not isinstance(value, Mapping):
+            return value
+        if USE in value:
+            return self._component(name, value[USE], {key: one for key, one in value.items() if key != USE})
+        return {key: self.made(f"{name}.{key}", one) for key, one in value.items()}
+
+    def _component(self, name: str, reference: Any, options: Mapping[str, object]) -> object:
+        key = f"{reference!r}{canonical(options)}"
+        if key in self._shared:
+            return self._shared[key]
+        before = self._unshared
+        if not isinstance(reference, str) or references.is_reference(reference) or name not in _GROUPS:
+            made = found = references.load(reference, name)
+        else:
+            made = found = plugins.find(_GROUPS[name], reference, name)
+        if inspect.isclass(found):
+            made = found(**{option: self.made(f"{name}.{option}", one) for option, one in options.items()})
+        elif options:
+            raise TypeError(f"{name}={checks.shown(reference)}: is no class and takes no options; give it alone")
+        # One of ours may hold one of theirs.
+        is_ours = type(made).__module__.startswith("teamsight.") and self._unshared == before
+        if made is found or is_ours:
+            self._shared[key] = made
+        else:
+            self._unshared += 1
+        return made
+
+
+def setting_ids(
+    values: Mapping[str, Sequence[object]], strides: Mapping[str, int], settings: int
+) -> NDArray[np.uint64]:
+    """Return the ids of all settings.
+
+    An id is the first 8 bytes of BLAKE2b of ``canonical`` of the setting: its parameters with their values, in the
+    order of their names. So it depends on neither the order of the axes nor on which parameters are swept.
+
+    Parameters
+    ----------
+    values : mapping of str to sequence
+        The values of each parameter.
+    strides : mapping of str to int
+        For each parameter, how many settings follow each other with one of its values.
+    settings : int
+        Their number.
+
+    Returns
+    -------
+    array of uint64
+        The ids, (settings,).
+    """
+    ids = np.empty(settings, np.uint64)
+    names = sorted(values)
+    # Those of an axis occur again and again.
+    texts = {name: [text_of(one) for one in values[name]] for name in names if len(values[name]) <= _CHUNK}
+    for start in range(0, settings, _CHUNK):
+        which = np.arange(start, min(start + _CHUNK, settings))
+        columns = []
+        for name in names:
+            places = (which // strides[name] % len(values[name])).tolist()
+            known = texts[name] if name in texts else {i: text_of(values[name][i]) for i in places}
+            columns.append([f"{name}={known[i]}" for i in places])
+        rows = map(", ".join, zip(*columns, strict=True)) if columns else [""] * len(which)
+        digests = b"".join([hashlib.blake2b(f"{{{row}}}".encode(), digest_size=8).digest() for row in rows])
+        ids[start : start + len(which)] = np.frombuffer(digests, ">u8")
+    return ids
+
+
+def hex_of(setting: int) -> str:
+    """Return the id of a setting as a text of 16 hexadecimal digits."""
+    return f"{int(setting):016x}"
+
+
+def run_id(setting: int, replicate: int) -> str:
+    """Return the id of a run: that of its setting, and the number of the replicate."""
+    return f"{hex_of(setting)}-{replicate}"

@@ -1,20 +1,144 @@
-"""What a picture shows: the settings of a study with their statistics, by dimension."""
+"""What a picture shows: the settings of a study by dimension, their statistics, and how the measure is written."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.figures.dimension import Dimension, dimension_of
 from teamsight.analysis.studies.results import summarise
 from teamsight.core import checks
+from teamsight.core.component import number_in
 
 # Values that an error lists.
 _MOST_LISTED = 8
+# Characters of a value that a picture shows.
+_LONGEST_TEXT = 26
+# A logarithmic scale is used from this ratio of the largest to the smallest value on.
+_LEAST_RATIO = 8.0
+# Digits of a quantity whose intervals are unknown.
+_DIGITS = 3
+_MOST_DECIMALS = 6
+# Relative to the mean.
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Dimension:
+    """An axis, or axes that advance together, as levels: numbers in ascending order, texts in that of the study.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The axes.
+    texts : tuple of str
+        What is written at each level.
+    numbers : ndarray of float64, shape (levels,), or None
+        The value of the first axis at each level; None if these are texts, or not different.
+    levels : ndarray of int64, shape (settings,)
+        The level of each setting.
+    values : tuple of tuple
+        The values of all axes at each level.
+    """
+
+    names: tuple[str, ...]
+    texts: tuple[str, ...]
+    numbers: NDArray[np.float64] | None
+    levels: NDArray[np.int64]
+    values: tuple[tuple[object, ...], ...]
+
+    def __len__(self) -> int:
+        return len(self.texts)
+
+    @property
+    def label(self) -> str:
+        """The names of the axes as a picture writes them."""
+        return ", ".join(name.replace("_", " ") for name in self.names)
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """Whether the numbers are spread more evenly on a logarithmic scale."""
+        numbers = self.numbers
+        if numbers is None or len(numbers) < 3 or numbers[0] <= 0 or numbers[-1] < _LEAST_RATIO * numbers[0]:
+            return False
+        return _unevenness(np.log(numbers)) < 0.5 * _unevenness(numbers)
+
+    @property
+    def places(self) -> NDArray[np.float64]:
+        """Where each level is drawn: its number, or for texts 0, 1, 2, …."""
+        return np.arange(len(self), dtype=float) if self.numbers is None else self.numbers
+
+    def among(self, settings: NDArray[np.bool_]) -> Dimension:
+        """Return the dimension of some settings; levels that none of them has are left out."""
+        kept, levels = np.unique(self.levels[settings], return_inverse=True)
+        return replace(
+            self,
+            texts=tuple(self.texts[level] for level in kept),
+            numbers=None if self.numbers is None else self.numbers[kept],
+            levels=levels,
+            values=tuple(self.values[level] for level in kept),
+        )
+
+
+def dimension_of(settings: pd.DataFrame, names: Sequence[str]) -> Dimension:
+    """Return the dimension of some axes of a table with one row for each setting."""
+    columns = [pd.factorize(settings[name]) for name in names]
+    together = np.stack([codes for codes, _ in columns], axis=1)
+    levels, first = pd.factorize(pd.MultiIndex.from_arrays(list(together.T)) if len(names) > 1 else together[:, 0])
+    rows = [code if isinstance(code, tuple) else (code,) for code in first]
+    values = [tuple(found[code] for code, (_, found) in zip(row, columns, strict=True)) for row in rows]
+    numbers = None
+    if values and all(_is_number(value[0]) for value in values):
+        numbers = np.array([value[0] for value in values], float)
+        order = np.argsort(numbers, kind="stable")
+        numbers, values = numbers[order], [values[place] for place in order]
+        levels = np.argsort(order)[levels]
+        if len(np.unique(numbers)) < len(numbers):
+            numbers = None
+    return Dimension(tuple(names), _texts(values), numbers, np.asarray(levels, np.int64), tuple(values))
+
+
+def text_of(value: object) -> str:
+    """Return a value as a picture writes it: a number with four digits, a component by its name and its options."""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if _is_number(value):
+        number: Any = value
+        return str(int(number)) if float(number).is_integer() and abs(number) < 1e7 else f"{number:.4g}"
+    text = str(value)
+    if text.startswith("{"):
+        try:
+            options = json.loads(text)
+        except ValueError:
+            return text
+        name = text_of(str(options.pop("use", "")))
+        return f"{name}({', '.join(f'{key}={text_of(one)}' for key, one in options.items())})"
+    # A reference "package.module:Name".
+    return text.rpartition(":")[2] if ":" in text and " " not in text else text
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def _texts(values: Sequence[tuple[object, ...]]) -> tuple[str, ...]:
+    """Return different texts for different values, short ones where possible."""
+    long = [", ".join(map(text_of, value)) for value in values]
+    half = _LONGEST_TEXT // 2
+    # The beginning is what values often have in common.
+    short = [text if len(text) <= _LONGEST_TEXT else f"{text[: half - 1]}…{text[-half:]}" for text in long]
+    exact = [", ".join(map(str, value)) for value in values]
+    return tuple(next((texts for texts in (short, long) if len(set(texts)) == len(texts)), exact))
+
+
+def _unevenness(numbers: NDArray[np.float64]) -> float:
+    steps = np.diff(numbers)
+    return float(steps.std() / steps.mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,13 +253,89 @@ def matching(settings: pd.DataFrame, where: Mapping[str, object]) -> NDArray[np.
 
 def is_same(one: object, given: object) -> bool:
     """Whether two values are equal; a text may spell a number."""
-    from teamsight.analysis.studies.figures.dimension import text_of
+    is_flag = isinstance(one, bool | np.bool_)
+    return str(given) in (str(one), text_of(one)) or bool(not is_flag and one == number_in(given))
 
-    if one == given or str(one) == str(given) or text_of(one) == str(given):
-        return True
-    if isinstance(one, int | float | np.number) and not isinstance(one, bool) and isinstance(given, str):
-        try:
-            return float(one) == float(given)
-        except ValueError:
-            return False
-    return False
+
+@dataclass(frozen=True)
+class Quantity:
+    """A measure, or the difference of a measure in two studies.
+
+    Attributes
+    ----------
+    name : str
+        Name of the measure; a fraction, whose name ends so, is written in percent.
+    is_difference : bool
+        Whether it is a difference, in which 0 is special.
+    decimals : int
+        Decimals of its numbers.
+    """
+
+    name: str
+    is_difference: bool = False
+    decimals: int = 1
+
+    @property
+    def is_percent(self) -> bool:
+        """Whether it is written in percent."""
+        return self.name.endswith("fraction")
+
+    @property
+    def factor(self) -> float:
+        """What values are multiplied by before they are written."""
+        return 100.0 if self.is_percent else 1.0
+
+    @property
+    def title(self) -> str:
+        """The name in words."""
+        words = self.name.replace("_", " ")
+        return f"difference in {words}" if self.is_difference else words
+
+    @property
+    def label(self) -> str:
+        """The name in words with its unit; of a difference, which is long, without the name of the measure."""
+        if self.is_difference:
+            return "difference" + "  [percentage points]" * self.is_percent
+        return self.title + "  [%]" * self.is_percent
+
+    def write(self, value: float) -> str:
+        """Return a value in the unit of the quantity; a difference has a sign."""
+        text = f"{value:{'+' if self.is_difference else ''}.{self.decimals}f}"
+        # What rounds to 0 has no sign.
+        text = text.lstrip("+-") if _is_zero(text) else text
+        return text.replace("-", "−")
+
+    def finer(self, wide: float, mean: float) -> Quantity:
+        """Return the quantity with one more decimal where the half width of an interval would be written as 0."""
+        text = f"{wide:.{self.decimals}f}"
+        # The half width of equal values is 0 or a rounding error.
+        is_hidden = np.isfinite(wide) and _is_zero(text) and wide > _ROUNDING * abs(mean)
+        return replace(self, decimals=self.decimals + 1) if is_hidden else self
+
+    def write_width(self, wide: float, mean: float) -> str:
+        """Return the half width of an interval around a mean; see `finer`. What would still be 0 is "<" a limit."""
+        own = self.finer(wide, mean)
+        text = f"{wide:.{own.decimals}f}"
+        return f"<{10.0**-own.decimals:.{own.decimals}f}" if own is not self and _is_zero(text) else text
+
+    def fitted(self, mean: NDArray[np.float64], half_width: NDArray[np.float64]) -> Quantity:
+        """Return the quantity with the decimals that half widths of intervals justify.
+
+        Parameters
+        ----------
+        mean, half_width : ndarray of float64, shape (n,)
+            Means and half widths in the unit of the quantity.
+        """
+        known = half_width[np.isfinite(half_width) & (half_width > _ROUNDING * np.abs(mean))]
+        means = np.abs(mean[np.isfinite(mean)])
+        if len(known):
+            decimals = -np.floor(np.log10(np.median(known) / 2))
+        elif len(means) and means.max() > 0 and (means % 1).any():
+            decimals = _DIGITS - 1 - np.floor(np.log10(means.max()))
+        else:
+            decimals = 0
+        return replace(self, decimals=int(np.clip(decimals, 0, _MOST_DECIMALS)))
+
+
+def _is_zero(text: str) -> bool:
+    return not any(digit in "123456789" for digit in text)

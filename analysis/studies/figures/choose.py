@@ -9,12 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.figures.cells import Cells
-from teamsight.analysis.studies.figures.dimension import Dimension, text_of
+from teamsight.analysis.studies.figures.cells import Cells, Dimension, text_of
 from teamsight.core import checks
 
 #: Kinds of pictures.
-KINDS = ("auto", "heat-map", "lines", "surface", "scatter", "runs")
+KINDS = ("auto", "heat-map", "lines", "distribution", "scatter")
 #: More panels, or more lines in one of them, cannot be read.
 MOST_PANELS, MOST_LINES = 12, 10
 # An axis with fewer numbers becomes lines beside each other rather than a side of a map.
@@ -55,11 +54,8 @@ def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None
         raise ValueError(f"y={y}: advances together with x={x}; give another axis")
     if kind == "auto":
         kind = _suitable(cells, given)
-    if kind == "runs":
-        if cells.dimensions:
-            verb = "varies" if len(cells.dimensions) == 1 else "vary"
-            raise ValueError(f"kind=runs: shows one setting, but {_names(cells)} {verb}; {_where(cells.dimensions)}")
-        return Choice("runs")
+    if kind == "distribution":
+        return _distribution(cells, given)
     if kind == "scatter":
         return Choice("scatter", given[0], given[1])
     return _on_a_grid(cells, kind, given)
@@ -67,7 +63,7 @@ def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None
 
 def _suitable(cells: Cells, given: list[Dimension | None]) -> str:
     if not cells.dimensions:
-        return "runs"
+        return "distribution"
     if not cells.is_grid:
         return "scatter"
     if len(cells.dimensions) == 1:
@@ -90,19 +86,32 @@ def _is_side(dimension: Dimension) -> bool:
     return dimension.numbers is not None and len(dimension) >= _LEAST_SIDE
 
 
+def _distribution(cells: Cells, given: list[Dimension | None]) -> Choice:
+    """Return the choice of one curve for each value of at most one axis."""
+    if given[0] is not None:
+        raise ValueError(f"x={given[0].names[0]}: a distribution has the measure along x; give --y")
+    y = given[1] or next(iter(cells.dimensions), None)
+    rest = tuple(one for one in cells.dimensions if one is not y)
+    _check_panels(rest)
+    if y is not None and len(y) > MOST_LINES:
+        raise ValueError(f"y={y.names[0]}: has {len(y)} values, at most {MOST_LINES} curves; {_where((y,))}")
+    return Choice("distribution", None, y, rest)
+
+
 def _on_a_grid(cells: Cells, kind: str, given: list[Dimension | None]) -> Choice:
     if not cells.dimensions:
-        raise ValueError(f"kind={kind}: needs an axis, but the study has one setting; give --kind runs")
+        raise ValueError(f"kind={kind}: needs an axis, but the study has one setting; give --kind distribution")
     x, y = _directions(cells, given)
     if kind != "lines" and y is None:
         raise ValueError(f"kind={kind}: needs two axes, but only {x.names[0]} varies; give --kind lines")
-    if kind == "surface":
-        for side in (x, y):
-            if side is not None and side.numbers is None:
-                raise ValueError(f"kind=surface: needs numbers, but {side.names[0]} has none; give --kind heat-map")
     rest = tuple(one for one in cells.dimensions if one is not x and one is not y)
     _check_panels(rest)
-    _check_filled(cells, kind, x, y, rest)
+    combinations = np.prod([float(len(one)) for one in (x, y, *rest) if one is not None])
+    if combinations > max(_MOST_EMPTY, 2 * len(cells.statistics)):
+        raise ValueError(
+            f"kind={kind}: the {len(cells.statistics):,} settings are no grid ({combinations:,.0f} combinations of "
+            "their values); give --kind scatter"
+        )
     if kind == "lines" and y is not None and len(y) > MOST_LINES:
         raise ValueError(
             f"y={y.names[0]}: has {len(y)} values, at most {MOST_LINES} lines; give another --y, {_where((y,))}, or "
@@ -118,29 +127,17 @@ def _check_panels(rest: tuple[Dimension, ...]) -> None:
         raise ValueError(f"{names}: {panels:,} panels, one for each combination, at most {MOST_PANELS}; {_where(rest)}")
 
 
-def _check_filled(cells: Cells, kind: str, x: Dimension, y: Dimension | None, rest: tuple[Dimension, ...]) -> None:
-    combinations = np.prod([float(len(one)) for one in (x, y, *rest) if one is not None])
-    if combinations > max(_MOST_EMPTY, 2 * len(cells.statistics)):
-        raise ValueError(
-            f"kind={kind}: the {len(cells.statistics):,} settings are no grid ({combinations:,.0f} combinations of "
-            "their values); give --kind scatter"
-        )
-
-
-def panels_of(choice: Choice) -> list[tuple[str, NDArray[np.bool_] | None]]:
-    """Return title and settings of each panel; None stands for all settings."""
-    if not choice.panels:
-        return [("", None)]
+def panels_of(choice: Choice, settings: int) -> list[tuple[str, NDArray[np.bool_]]]:
+    """Return title and settings of each panel."""
     found = []
     for levels in product(*(range(len(one)) for one in choice.panels)):
         chosen = list(zip(choice.panels, levels, strict=True))
         title = ", ".join(f"{one.label} = {one.texts[level]}" for one, level in chosen)
-        found.append((title, np.logical_and.reduce([one.levels == level for one, level in chosen])))
+        own = np.ones(settings, bool)
+        for one, level in chosen:
+            own &= one.levels == level
+        found.append((title, own))
     return found
-
-
-def _names(cells: Cells) -> str:
-    return ", ".join(one.names[0] for one in cells.dimensions)
 
 
 def _where(dimensions: tuple[Dimension, ...]) -> str:

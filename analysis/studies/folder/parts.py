@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.definition.identity import run_id
+from teamsight.analysis.studies.definition.values import run_id
 from teamsight.core import files
 from teamsight.core.checks import shown
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
 import numpy as np
 
-from teamsight.analysis.studies.definition.identity import hex_of, run_id
 from teamsight.analysis.studies.definition.model import TASK_PREFIX
+from teamsight.analysis.studies.definition.values import hex_of, run_id
 from teamsight.analysis.studies.folder import parts, progress
 from teamsight.analysis.studies.folder import parts as part_files
 from teamsight.analysis.studies.folder.file_lock import opened
@@ -353,7 +353,7 @@ def settled(folder: Path, kinds: Mapping[str, str | None]) -> Mapping[str, str]:
 
 def _grown(folder: Path, found: Manifest, study: Study, types: Mapping[str, str]) -> Manifest:
     """Return the manifest with the additions of a study to that of the folder."""
-    from teamsight.analysis.studies.definition.difference import difference
+    from teamsight.analysis.studies.definition.check import difference
     from teamsight.analysis.studies.study import Study
 
     lines = difference(Study.from_dict(found.study), study)

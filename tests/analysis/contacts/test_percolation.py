@@ -10,22 +10,6 @@ from hypothesis import strategies as st
 
 from teamsight import Torus
 from teamsight.analysis.contacts import percolation
-from teamsight.analysis.contacts.union_find import largest_components
-
-
-@settings(deadline=None)
-@given(seed=st.integers(0, 2**32 - 1))
-def test_union_and_find_joins_as_networkx_does(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    size, edges = int(rng.integers(1, 12)), int(rng.integers(0, 30))
-    one, other = rng.integers(0, size, (2, edges))
-    network = nx.Graph()
-    network.add_nodes_from(range(size))
-    expected = []
-    for pair in zip(one.tolist(), other.tolist(), strict=True):
-        network.add_edge(*pair)
-        expected.append(max(map(len, nx.connected_components(network))))
-    assert largest_components(one, other, size).tolist() == expected
 
 
 @settings(deadline=None, max_examples=40)

@@ -14,8 +14,8 @@ from teamsight import CMOMMT, Box, Cycle, Disc, EventSource, Robot, Target, Worl
 from teamsight.agents.components import Failures, SensorDropouts, UnreliableAwareness
 from teamsight.agents.recording.explore import explore as explore_world
 from teamsight.analysis import neighbour_graph
-from teamsight.analysis.delta import choose, team_conditions
-from teamsight.analysis.delta.degrees import CountDegrees
+from teamsight.analysis.delta import choose
+from teamsight.analysis.delta.degrees import SQUARE_RANGES, CountDegrees, conditions, predict
 from teamsight.policies import RandomWalk
 
 
@@ -260,8 +260,8 @@ def test_failed_robots_are_nobodys_neighbours() -> None:
     assert found.bearings is not None
     assert found.bearings.degree.tolist() == [3] * 4 * 5
     for reliable in (CMOMMT(robots=4, radius=1.0, rng=1), world):
-        met = team_conditions.conditions(reliable)
-        assert (team_conditions.predict({met}, met.robots, 5) is None) == (reliable is world)
+        met = conditions(reliable)
+        assert (predict({met}, met.robots, 5) is None) == (reliable is world)
 
 
 def test_the_report_on_robots_that_fail_says_so() -> None:
@@ -415,6 +415,6 @@ def test_delta_of_square_ranges_is_larger_and_has_no_closed_form() -> None:
     assert (maxima["square"] > maxima["disc"]).any()
     assert found["disc"].prediction is not None
     assert found["square"].prediction is None
-    assert [team_conditions.SQUARE_RANGES in report.notes for report in found.values()] == [False, True]
+    assert [SQUARE_RANGES in report.notes for report in found.values()] == [False, True]
     as_mapping = choose.choose_delta({"robots": 5, "radius": 2.0, "range_shape": "square"}, runs=2, steps=5, rng=1)
-    assert team_conditions.SQUARE_RANGES in as_mapping.notes
+    assert SQUARE_RANGES in as_mapping.notes

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from teamsight.analysis.delta import from_trajectories, resample, trajectory_files, trajectory_neighbours
+from teamsight.analysis.delta import from_trajectories, resample, trajectory_files
 from teamsight.world.arena import Disc, Torus
 
 GOOD = "time,robot,x,y\n0,a,0,0\n1,a,1,0\n0,b,0,1\n1,b,1,1\n"
@@ -59,8 +59,8 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
         ("time,robot_id,x,y\n0,1,0,0\n", "no column 'robot'; found time, robot_id, x, y; rename 'robot_id' to 'robot'"),
         ("Time,robot,X,y\n0,1,0,0\n", "no columns 'time', 'x'; .* rename 'Time' to 'time', rename 'X' to 'x'"),
         ("a,b\n0,1\n", "no columns 'time', 'robot', 'x', 'y'; found a, b; needed are time, robot, x, y"),
-        ("time;robot;x;y\n0;1;0;0\n", "separate the columns by commas"),
-        ("time;robot;x;y\n0,0;1;0,5;0,5\n", "its header is time;robot;x;y.*columns by commas.*points, as in 0.5"),
+        ("time;robot;x;y\n0;1;0;0\n", "found time;robot;x;y; .*separated by commas"),
+        ("time;robot;x;y\n0,0;1;0,5;0,5\n", "separate them by commas.*points, as in 0.5"),
         ("time,robot,x,y,x\n0,1,0,0,0\n", "column 'x' twice"),
         (GOOD + "2,a,abc,0\n", "x='abc' in row 5: must be a number"),
         (
@@ -216,7 +216,7 @@ def test_a_gap_of_all_robots_holds_no_frames() -> None:
 
 def test_on_a_torus_the_line_goes_over_the_edge() -> None:
     record = pd.DataFrame({"time": [0.0, 2, 0, 1, 2], "robot": list("aabbb"), "x": [4.5, -4.5, 4.6, 5, 4.6], "y": 0.0})
-    found = trajectory_neighbours.neighbours_over_time(
+    found = resample.neighbours_over_time(
         trajectory_files.check_trajectories(record), 0.5, arena=Torus(10, 10), step=1.0
     )
     assert found.over_time["max_degree"].tolist() == [1, 1, 0]
@@ -224,7 +224,7 @@ def test_on_a_torus_the_line_goes_over_the_edge() -> None:
 
 def test_degrees_are_those_of_each_frame() -> None:
     record = _walk(20, 30, generator())
-    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(record), 1.0)
+    found = resample.neighbours_over_time(trajectory_files.check_trajectories(record), 1.0)
     for row, (_, frame) in zip(found.over_time.itertuples(), record.groupby("time"), strict=True):
         tree = cKDTree(frame[["x", "y"]])
         degree = tree.query_ball_point(frame[["x", "y"]], 1.0, return_length=True) - 1
@@ -237,14 +237,14 @@ def test_robots_without_a_position_are_not_there() -> None:
     gone = record.copy()
     away = gone["robot"].isin([1, 5]) & gone["time"].between(10, 14) | gone["time"].eq(20)
     gone.loc[away, ["x", "y"]] = np.nan
-    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(gone), 1.0)
+    found = resample.neighbours_over_time(trajectory_files.check_trajectories(gone), 1.0)
     for row, (time, frame) in zip(found.over_time.itertuples(), gone.groupby("time"), strict=True):
         there = frame[["x", "y"]].dropna().to_numpy()
         degree = cKDTree(there).query_ball_point(there, 1.0, return_length=True) - 1 if len(there) else np.zeros(1)
         assert row.time == time
         assert (row.robots, row.max_degree) == (len(there), degree.max())
     # At half steps a robot is absent on both sides of a sample without a position.
-    finer = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(gone), 1.0, step=0.5)
+    finer = resample.neighbours_over_time(trajectory_files.check_trajectories(gone), 1.0, step=0.5)
     robots = finer.over_time.set_index("time")["robots"]
     assert robots[[9.0, 9.5, 10.0, 14.5, 15.0, 19.5, 20.0, 20.5]].tolist() == [8, 6, 6, 6, 8, 0, 0, 0]
     assert from_trajectories.delta_from_trajectories(gone, 1.0, window=5.0, risk=0.4).delta >= 0
@@ -353,11 +353,3 @@ def test_square_ranges_count_by_the_chebyshev_distance(arena: Torus | None) -> N
     assert not any("squares" in note for note in disc.notes)
     with pytest.raises(ValueError, match="range_shape='round': unknown; known are disc, square"):
         from_trajectories.delta_from_trajectories(trajectories, 0.8, range_shape="round")
-
-
-def test_the_nearest_two_are_measured_as_ranges_are() -> None:
-    time, robot = np.mgrid[:10, :2]
-    apart = pd.DataFrame({"time": time.ravel() * 1.0, "robot": robot.ravel(), "x": 3.0 * robot.ravel(), "y": 4.0 * robot.ravel()})
-    for shape, distance in (("disc", 5), ("square", 4)):
-        with pytest.warns(UserWarning, match=f"the nearest two were {distance} apart"):
-            from_trajectories.delta_from_trajectories(apart, 1.0, range_shape=shape, risk=0.5)

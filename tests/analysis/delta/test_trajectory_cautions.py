@@ -17,8 +17,8 @@ from teamsight.analysis.delta import (
     delta_from_trajectories,
     read_trajectories,
     resample,
-    trajectory_cautions,
     trajectory_files,
+    trajectory_notes,
 )
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.stats import exceedance
@@ -75,22 +75,17 @@ def test_robots_that_never_meet_are_doubted_before_delta_is_0() -> None:
     record = walk(5, step=0.01)
     apart = record.assign(x=record["x"] + 100 * record["robot"])
     report = doubtful(apart, 1.0)
-    places = apart.sort_values(["time", "robot"])[["x", "y"]].to_numpy().reshape(400, 6, 1, 2)
-    distance = np.hypot(*np.moveaxis(places - places.transpose(0, 2, 1, 3), -1, 0))
-    least = distance[distance > 0].min()
-    assert f"the nearest two were {least:.3g} apart, {least:.3g} ranges" in report.cautions[0]
+    assert "no two robots were ever within the awareness range of 1 (the positions span" in report.cautions[0]
     assert report.delta == 0
 
 
-def test_the_nearest_of_a_torus_may_be_over_its_edge() -> None:
+def test_a_move_over_the_edge_of_a_torus_is_short() -> None:
     record = trajectory_files.check_trajectories(
         pd.DataFrame({"time": [0.0, 1, 0, 1], "robot": [1, 1, 2, 2], "x": [4.9, 4.9, -4.9, -4.9], "y": [-5.0, 5, 0, 5]})
     )
     grid = resample.make_grid(record)
-    assert trajectory_cautions.nearest(record, grid, Torus(10, 10)) == pytest.approx(0.2)
-    assert trajectory_cautions.nearest(record, grid, Box(10, 10)) == pytest.approx(9.8)
-    assert trajectory_cautions.scale_of(record, grid, Torus(10, 10)).move == pytest.approx(5)
-    assert trajectory_cautions.scale_of(record, grid, Box(10, 10)).move == pytest.approx(7.5)
+    assert trajectory_notes.motion_of(record, grid, Torus(10, 10)).typical == pytest.approx(5)
+    assert trajectory_notes.motion_of(record, grid, Box(10, 10)).typical == pytest.approx(7.5)
 
 
 @pytest.mark.parametrize("unit", [0.1, 0.001])

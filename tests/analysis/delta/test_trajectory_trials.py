@@ -18,15 +18,13 @@ from teamsight.analysis.delta import (
     from_trajectories,
     resample,
     trajectory_files,
-    trajectory_neighbours,
     trajectory_trials,
 )
-from teamsight.analysis.delta.advice import rounded_up
-from teamsight.analysis.delta.report import DeltaReport
+from teamsight.analysis.delta.report import DeltaReport, rounded_up
 from teamsight.analysis.stats import exceedance
 
 # Robots that are anywhere at each time move several ranges.
-pytestmark = pytest.mark.filterwarnings("ignore::teamsight.analysis.delta.trajectory_cautions.TrajectoryWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::teamsight.analysis.delta.trajectory_notes.TrajectoryWarning")
 
 
 def seed_of() -> int:
@@ -128,7 +126,7 @@ def test_nothing_is_interpolated_from_one_run_to_the_next() -> None:
     # One clock without a pause: the second run begins a step after the first has ended, elsewhere.
     rows = [(run, 3 * run + t, robot, 100 * run + robot, 0) for run in range(2) for t in range(3) for robot in range(2)]
     record = pd.DataFrame(rows, columns=["run", "time", "robot", "x", "y"])
-    found = trajectory_neighbours.neighbours_over_time(trajectory_files.check_trajectories(record), 1.5, step=0.5)
+    found = resample.neighbours_over_time(trajectory_files.check_trajectories(record), 1.5, step=0.5)
     assert found.over_time["time"].tolist() == [0, 0.5, 1, 1.5, 2, 3, 3.5, 4, 4.5, 5]
     assert found.over_time["run"].tolist() == [0] * 5 + [1] * 5
     assert found.over_time["max_degree"].tolist() == [1] * 10
@@ -281,24 +279,16 @@ def test_advice_when_windows_are_too_few() -> None:
     assert report.supported_delta == report.maxima["max_neighbours"].max() < 9, seed
     assert f"{1500 * 149 / report.independent:.4g} instead of 1500" in text, seed
     assert f"about {1500 * (149 / report.independent - 1):,.0f} more frames" in text, seed
-    assert report.shorter is not None, seed
-    assert f"For windows of at most {report.shorter:g} this record is long enough" in text, seed
-    shorter = from_trajectories.delta_from_trajectories(record, 1.0, risk=0.02, window=report.shorter)
-    assert shorter.supported, seed
-    assert shorter.shorter is None, seed
     stated = from_trajectories.delta_from_trajectories(record, 1.0, risk=rounded_up(report.supported_risk))
     assert stated.supported, seed
     assert stated.delta_safe == report.supported_delta, seed
 
 
-def test_advice_when_there_is_no_cure_but_motion() -> None:
+def test_advice_when_all_trials_are_the_same() -> None:
     record = thrown(1, 100)
     still = record.assign(x=record["robot"] * 0.7, y=0.0)
     text = unwrapped(from_trajectories.delta_from_trajectories(still, 1.0, risk=0.02))
-    assert "All windows are the same: record while the robots move." in text
-    apart = record.assign(x=record["x"] * 0.01 + record["robot"] * 3, y=record["y"] * 0.01)
-    text = unwrapped(from_trajectories.delta_from_trajectories(apart, 1.0, risk=0.02))
-    assert "All windows are the same, so nothing shows that they are independent, and they count as one" in text
+    assert "All windows are the same, so that they count as one: record while the robots move, or runs that" in text
 
 
 @pytest.mark.parametrize(("met", "needed"), [(1, False), (30, True)])

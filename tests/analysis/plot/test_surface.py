@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from matplotlib.colors import Normalize
 
-from teamsight.analysis.plot.heat_map import outline
+from teamsight.analysis.plot.kinds import outline
 from teamsight.analysis.plot.style import canvas, signed
 from teamsight.analysis.plot.surface import Look, draw_row, facets_of
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from teamsight.analysis.studies.definition.recording import Until
+from teamsight.analysis.studies.definition.model import Until
 from teamsight.analysis.studies.standing import FIRST_LOOK, _Intervals, all_needed, looks, replicates_needed
 
 Values = list[float]

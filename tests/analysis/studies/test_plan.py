@@ -19,8 +19,7 @@ from hypothesis import strategies as st
 from teamsight import Study, run_many
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import canonical, model_seed, run_seed, setting_seed
-from teamsight.analysis.studies.definition.identity import hex_of, run_id
-from teamsight.analysis.studies.definition.values import frozen, text_of, thawed
+from teamsight.analysis.studies.definition.values import frozen, hex_of, run_id, text_of, thawed
 
 NUMBERS = st.integers(-50, 50) | st.floats(-50, 50)
 VALUES = NUMBERS | st.booleans() | st.sampled_from(["a", "b", "ü,=x"]) | st.lists(NUMBERS, max_size=2)

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Cycle, Failures, Study
 from teamsight.analysis.runs.run_many import summary
-from teamsight.analysis.studies.definition.recording import Record, Until
+from teamsight.analysis.studies.definition.model import Record, Until
 from tests.analysis.studies.folders import odd
 
 NAMES = ("robots", "targets", "radius", "policy", "speed", "a", "b")
@@ -130,7 +130,7 @@ def test_what_python_gives_is_what_a_file_says() -> None:
     [
         ({"points": "points.csv"}, ["points='points.csv'", "pandas.read_csv"]),
         ({"points": {"robots": [1], "radius": [1, 2]}}, ["different lengths"]),
-        ({"points": {"robots": []}}, ["no rows"]),
+        ({"points": {"robots": []}}, ["points.robots=[]", "no values"]),
         ({"points": {"robots": 5}}, ["points.robots=5", "list"]),
         ({"points": pd.DataFrame([[1, 2]], columns=["a", "a"])}, ["twice"]),
         ({"points": pd.DataFrame({"a": [1.0, np.nan]})}, ["points.a[1]=nan", "finite"]),

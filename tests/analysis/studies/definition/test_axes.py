@@ -11,7 +11,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from teamsight.analysis.studies.definition.axes import axis_values
+from teamsight.analysis.studies.definition.settings import axis_values
 
 
 @pytest.mark.short
@@ -81,7 +81,7 @@ def test_ends_belong_to_a_range(first: float, last: float, count: int) -> None:
         ({"from": 2, "to": 2, "step": 1}, ValueError, ["from=2", "less than to=2"]),
         ({"from": 0, "to": 1e12, "step": 1}, ValueError, ["1,000,000,000,001 values", "10,000,000", "larger step"]),
         ({"from": 0, "to": 1e300, "step": 1e-300}, ValueError, ["about 10^600 values"]),
-        ({"from": 0, "to": 1, "step": 0}, ValueError, ["axes.x.step=0", "greater than 0"]),
+        ({"from": 0, "to": 1, "step": 0}, ValueError, ["axes.x.step=0", "above 0"]),
         ({"from": 0, "to": 1, "step": math.inf}, ValueError, ["axes.x.step=inf", "finite"]),
         ({"from": 0, "to": math.nan, "step": 1}, ValueError, ["axes.x.to=nan", "finite"]),
         ({"from": "a", "to": 2, "step": 1}, TypeError, ["axes.x.from='a'", "number"]),

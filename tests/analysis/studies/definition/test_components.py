@@ -13,8 +13,7 @@ import pytest
 from teamsight import Batteries, Cycle, Failures, Sensor, Weibull
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.components.durations import Times
-from teamsight.analysis.studies.definition.components import Components
-from teamsight.analysis.studies.definition.values import frozen, thawed
+from teamsight.analysis.studies.definition.values import Components, frozen, thawed
 from teamsight.policies import ACmommt, Centroid, RandomWalk
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teamsight import Study
-from teamsight.analysis.studies.definition.difference import difference
+from teamsight.analysis.studies.definition.check import difference
 
 OLD = Study(
     axes={"robots": [5, 10], "radius": [2.0, 3.0]}, fixed={"targets": 5}, replicates=3, steps=600,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from teamsight.analysis.studies.definition.sampling import sample_of
+from teamsight.analysis.studies.definition.settings import sample_of
 
 AXES = {"radius": {"from": 2, "to": 9.5}, "speed": {"from": 0.01, "to": 10, "scale": "log"}}
 

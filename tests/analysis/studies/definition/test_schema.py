@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from teamsight import CMOMMT, Study
-from teamsight.analysis.studies.definition import keys
 from teamsight.analysis.studies.definition.schema import schema, schema_text, study_keys
+from teamsight.analysis.studies.definition.settings import RANGE, SAMPLE, SAMPLE_AXIS
 
 COMMAND = "python -m teamsight.analysis.studies.definition.schema > analysis/studies/definition/study.schema.json"
 
@@ -40,9 +40,8 @@ def test_editors_propose_the_parameters_of_cmommt() -> None:
 
 
 def test_each_key_says_what_it_means() -> None:
-    for table in (keys.RANGE, keys.SAMPLE, keys.SAMPLE_AXIS):
-        for name, key in table.items():
-            assert key.help.endswith("."), name
+    for table in (RANGE, SAMPLE, SAMPLE_AXIS):
+        assert all(key.meaning.endswith(".") for key in table.values())
     for one in (study_keys(), study_keys()["record"]["properties"], study_keys()["until"]["properties"]):
         assert all(key["description"].endswith(".") for key in one.values())
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from teamsight import Study
-from teamsight.analysis.studies.definition.recording import Record, Until
+from teamsight.analysis.studies.definition.model import Record, Until
 
 TEN_LINES = """
 replicates = 3
@@ -137,7 +137,7 @@ BAD = {
         ["10000 × 10000 × 10000 = 1,000,000,000,000 settings", "10,000,000"],
     ),
     "limit of until": ("until.interval = 1\naxes.robots = {from = 1, to = 200000, step = 1}", ["until.limit=1000", "200,000,000 runs"]),
-    "until without": ("until = {limit = 5}", ["until: has no interval"]),
+    "until without": ("until = {limit = 5}", ["until: has no 'interval'; give interval"]),
     "interval": ("until.interval = 0", ["until.interval=0", "above 0"]),
     "limit": ("until = {interval = 1, limit = 3}\nreplicates = 5", ["until.limit=3", "replicates=5"]),
     "model": ("model = 'cmomt'", ["model='cmomt'", "did you mean 'cmommt'?"]),
@@ -235,7 +235,7 @@ def test_points_are_read_from_a_table(tmp_path: Path, suffix: str) -> None:
 CSV = {
     "NaN": ("radius\n1.5\nnan\n", ["row 2 has no value for 'radius'"]),
     "an empty cell": ("robots,radius\n1,2\n2,\n", ["row 2 has no value for 'radius'"]),
-    "no rows": ("robots,radius\n", ["no rows"]),
+    "no rows": ("robots,radius\n", ["points.robots=[]", "no values"]),
     "nothing": ("", ["cannot be read as a table"]),
     "a short row": ("robots,radius\n1,2\n3\n", ["cannot be read as a table"]),
     "a wrong column": ("robots,radus\n1,2\n", ["radus: is no parameter", "did you mean 'radius'?"]),
@@ -287,8 +287,8 @@ def test_points_are_in_the_folder_of_the_study(tmp_path: Path) -> None:
         ("none.csv", "No such file"),
         ("loop.csv", "cannot be read|loop"),
         ("p.txt", "must end in"),
-        ("dir.csv", "no regular"),
-        ("pipe.csv", "no regular"),
+        ("dir.csv", "Is a directory"),
+        ("pipe.csv", "Not a regular file"),
     ):
         with pytest.raises(ValueError, match=why):
             read(inside, f"points = '{name}'")

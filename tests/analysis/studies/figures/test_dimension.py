@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from teamsight.analysis.studies.figures.dimension import dimension_of, text_of
+from teamsight.analysis.studies.figures.cells import dimension_of, text_of
 
 pytestmark = pytest.mark.short
 

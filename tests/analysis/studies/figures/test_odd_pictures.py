@@ -15,8 +15,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from teamsight.analysis.studies.figures.cells import Quantity
 from teamsight.analysis.studies.figures.difference import pair
-from teamsight.analysis.studies.figures.quantity import Quantity
 from teamsight.analysis.studies.results import StudyResults
 from teamsight.analysis.studies.study import Study
 
@@ -72,18 +72,6 @@ def test_points_between_gaps_have_intervals() -> None:
     assert ends == [pytest.approx(one) for one in wanted]
 
 
-def test_a_surface_without_faces_is_refused_and_one_with_holes_says_so() -> None:
-    radius = [1.0, 2.0, 3.0]
-    with pytest.raises(ValueError, match="kind=surface: .*neighbours.*--kind heat-map"):
-        holed(Study(axes={"robots": [2, 4, 8], "radius": radius})).plot(kind="surface")
-    values = [1.0, 2.0, 4.0, 8.0, 16.0]
-    with pytest.raises(ValueError, match="--kind scatter"):
-        results(Study(points={"radius": values, "mean_time": values})).plot(kind="surface")
-    with_hole = holed(Study(axes={"robots": [1, 2, 4, 8], "radius": radius})).plot(kind="surface")
-    assert "no surface beside settings without runs" in words(with_hole)
-    assert "no surface" not in words(results(Study(axes={"robots": [1, 2], "radius": radius})).plot(kind="surface"))
-
-
 def test_runs_without_a_value_are_not_called_missing() -> None:
     study = Study(axes={"robots": [2, 3, 5], "radius": [1.0, 2.0, 3.0]}, replicates=2)
     text = words(results(study, lambda parameters, rng: np.nan).plot())
@@ -104,28 +92,6 @@ def test_points_of_one_run_are_not_said_to_have_bars() -> None:
     assert "intervals need two runs" in words(results(Study(axes={"robots": [1, 2, 3]})).plot(kind="scatter"))
     twice = results(Study(axes={"robots": [1, 2, 3]}, replicates=2)).plot(kind="scatter")
     assert "bars are 95 % intervals" in words(twice)
-
-
-@pytest.mark.short
-@pytest.mark.parametrize(
-    ("largest", "power", "label"),
-    [(9e15, 15, "loss  [10¹⁵]"), (2e7, 6, "loss  [10⁶]"), (9.9e6, 0, "loss"), (1e-4, 0, "loss"), (5e-9, -9, "loss  [10⁻⁹]"),
-     (0.0, 0, "loss"), (np.inf, 0, "loss"), (np.nan, 0, "loss"), (5e-324, -300, "loss  [10⁻³⁰⁰]")],
-)  # fmt: skip
-def test_very_large_and_very_small_values_are_divided_by_a_power_of_ten(largest: float, power: int, label: str) -> None:
-    found = Quantity("loss").of_size(np.array([0.1 * largest, -largest, np.nan]))
-    assert (found.power, found.label) == (power, label)
-    assert Quantity("lost_fraction").of_size(np.array([1e9])).factor == 100.0
-
-
-def test_cells_of_huge_values_are_short() -> None:
-    study = Study(axes={"robots": [2, 3, 5], "radius": [1.0, 2.0, 3.0]}, replicates=3)
-    made = results(study)
-    table = made._folder.read("runs")
-    values = 1e15 * table["observed_fraction"].to_numpy()
-    found = type(made)(made._folder, study, table.append_column("huge", [values]), table.slice(0, 0))
-    narrow, wide = (found.plot(measure=name).get_figwidth() for name in ("observed_fraction", "huge"))
-    assert wide == pytest.approx(narrow, rel=0.1)
 
 
 @pytest.mark.short
@@ -155,11 +121,11 @@ def test_several_values_of_one_axis_are_refused() -> None:
 
 
 def test_the_value_that_an_error_suggests_can_be_chosen() -> None:
-    axes = {"robots": [1, 2], "policy": ["with a space that makes it long", "centroid"]}
-    found = results(Study(axes=axes, zip=[["robots", "policy"]]))
-    with pytest.raises(ValueError, match="as in --where robots=1$"):
-        found.plot(kind="runs")
-    long = results(Study(axes={"policy": axes["policy"]}))
+    policies = ["with a space that makes it long", *(f"policy {number}" for number in range(10))]
+    found = results(Study(axes={"robots": list(range(11)), "policy": policies}, zip=[["robots", "policy"]]))
+    with pytest.raises(ValueError, match="as in --where robots=0$"):
+        found.plot(kind="distribution")
+    long = results(Study(axes={"policy": policies}))
     with pytest.raises(ValueError, match="as in --where 'policy=with a space that makes it long'$"):
-        long.plot(kind="runs")
-    assert long.plot(kind="runs", where={"policy": "with a space that makes it long"})
+        long.plot(kind="distribution")
+    assert long.plot(kind="distribution", where={"policy": "with a space that makes it long"})

@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from teamsight.analysis.plot.heat_map import outline
-from teamsight.analysis.studies.figures.quantity import Quantity
+from teamsight.analysis.plot.kinds import outline
+from teamsight.analysis.studies.figures.cells import Quantity
 from teamsight.analysis.studies.study import Study
 
 POLICIES = ["a-cmommt", "random-walk", "centroid", "evolved"]
@@ -45,8 +45,7 @@ SHAPES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "long texts below": ({"policy": LONG, "awareness": ["none", "ring"]}, {}),
     "panels": ({"robots": [2, 4, 8, 16], "radius": [1.0, 2.5, 4.0], "policy": POLICIES}, {}),
     "panels of lines": ({"robots": [2, 4, 8, 16], "radius": [1.0, 2.5], "policy": POLICIES}, {"y": "policy"}),
-    "surface": ({"robots": MANY, "radius": [1.0, 2.0, 3.0]}, {"kind": "surface"}),
-    "surfaces": ({"robots": [2, 4, 8], "radius": [1.0, 2.0, 3.0], "policy": POLICIES}, {"kind": "surface"}),
+    "distributions": ({"policy": POLICIES, "awareness": ["none", "ring"]}, {"kind": "distribution"}),
     "scatter": ({"robots": MANY, "radius": [1.0, 2.0]}, {"kind": "scatter"}),
     "plane": ({"robots": MANY, "radius": [1.0, 2.0]}, {"kind": "scatter", "x": "robots", "y": "radius"}),
 }
@@ -184,7 +183,7 @@ def gain(parameters: Any, rng: np.random.Generator) -> float:
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("shape", ["one setting", "numbers", "small map", "surface", "scatter", "panels"])
+@pytest.mark.parametrize("shape", ["one setting", "numbers", "small map", "distributions", "scatter", "panels"])
 def test_a_partial_study_is_marked(shape: str) -> None:
     axes, how = SHAPES[shape]
     study = Study(axes=axes, replicates=8)
