@@ -49,10 +49,11 @@ def _of_paper(paper: str, name: str) -> Callable[[], bytes]:
 
 def _unreliable(sweep: str) -> Callable[[], bytes]:
     def drawn() -> bytes:
-        from teamsight.analysis.unreliable.figure import draw
-        from teamsight.analysis.unreliable.plan import Plan
+        from teamsight.analysis.papers.unreliable import PAPER, Unreliable
 
-        return draw(pd.read_parquet(ROOT / "docs" / "unreliable.parquet"), sweep, Plan())
+        points = pd.read_parquet(ROOT / "docs" / "unreliable.parquet")
+        # The figures need no runs.
+        return PAPER.picture(f"unreliable-{sweep}", Unreliable(points, points), PAPER.plan())
 
     return drawn
 

@@ -29,7 +29,6 @@ from teamsight.cli import (
     submit,
     sweep,
     tasks,
-    unreliable,
     verify,
     watch,
 )
@@ -119,8 +118,7 @@ _COMMANDS: dict[str, list[tuple[Any, type[Options]]]] = {
         (submit.submit, submit.SubmitSettings), (schema.schema, schema.SchemaSettings),
     ],
     "Reproduce": [
-        (gathering.gathering, gathering.GatheringSettings),
-        (unreliable.unreliable, unreliable.UnreliableSettings), (calibrate.calibrate, calibrate.CalibrateSettings),
+        (gathering.gathering, gathering.GatheringSettings), (calibrate.calibrate, calibrate.CalibrateSettings),
     ],
 }  # fmt: skip
 _LEARN: list[tuple[Any, type[Options]]] = [

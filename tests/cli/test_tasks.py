@@ -12,13 +12,13 @@ import pytest
 
 from teamsight import TASKS, Study, open_study
 from teamsight.analysis.delta import choose_delta
+from teamsight.analysis.papers import PAPERS
 from teamsight.cli import main
 from teamsight.cli.gathering import GatheringSettings
 from teamsight.cli.gathering import plan_of as gathering_plan
 from teamsight.cli.learn_explore import ExploreSettings
 from teamsight.cli.options import InputError
-from teamsight.cli.unreliable import UnreliableSettings
-from teamsight.cli.unreliable import plan_of as unreliable_plan
+from teamsight.cli.reproduce import command_of, plan_in
 from teamsight.cli.watch import WatchSettings
 
 
@@ -213,7 +213,8 @@ def test_analyses_take_a_task_of_a_module() -> None:
     wanted = importlib.import_module("toy_tasks").GATHER
     assert gathering_plan(GatheringSettings.read({"task": OWN, "sizes": "3,5", "out": "x"}, {})).all_tasks == (wanted,)
     assert ExploreSettings.read({"task": OWN, "out": "x.safetensors", "steps": "2"}, {}).task_given() is wanted
-    assert unreliable_plan(UnreliableSettings.read({"task": OWN, "out": "x"}, {})).subject.task is wanted
+    unreliable = PAPERS["unreliable"]
+    assert plan_in(command_of("unreliable").settings.read({"task": OWN, "out": "x"}, {}), unreliable).task is wanted
     given = {"risk": 0.3, "runs": 10, "steps": 3, "rng": 1}
     assert str(choose_delta(OWN, **given)) == str(choose_delta(wanted, **given))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.analysis.papers import PAPERS
+from teamsight.analysis.papers import PAPERS, unreliable
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 #: By the name of the paper: the page, and the runs that it is made of.
@@ -38,3 +38,12 @@ def test_a_page_has_the_tables_that_its_command_makes(name: str) -> None:
     for one in made:
         assert one in text or one.splitlines()[0] not in text
     assert f"teamsight reproduce {name}" in text
+
+
+@pytest.mark.parametrize("sweep", unreliable.SWEEPS)
+def test_the_page_on_unreliable_teams_has_the_tables_of_its_points(sweep: str) -> None:
+    points, plan = pd.read_parquet(DOCS / "unreliable.parquet"), unreliable.Unreliability()
+    text = (DOCS / "unreliable.md").read_text(encoding="utf-8")
+    assert points.attrs["unreliable"] == plan.conditions()
+    assert unreliable.sweep_table(points, sweep, plan) in text
+    assert "teamsight reproduce unreliable" in text

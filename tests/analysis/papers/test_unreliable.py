@@ -14,15 +14,23 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.components import Failures
 from teamsight.agents.teammates import of_team
+from teamsight.analysis.papers.unreliable import (
+    PAPER,
+    RISK,
+    Unreliability,
+    Unreliable,
+    changes,
+    draw,
+    page,
+    points,
+    sentences,
+    time_to_failure,
+)
 from teamsight.analysis.runs.planned_runs import run_rows
 from teamsight.analysis.stats import exceedance
-from teamsight.analysis.unreliable import results
-from teamsight.analysis.unreliable.page import page, sentences
-from teamsight.analysis.unreliable.plan import Plan, time_to_failure
-from teamsight.analysis.unreliable.points import RISK, changes, points
 from teamsight.tasks import TASKS
 
-SMALL = Plan(
+SMALL = Unreliability(
     runs=3, steps=12, repair=5.0, availabilities=(1.0, 0.5), periods=(1, 4), scenarios=((4, 1.5), (3, 2.0)), seed=5
 )
 
@@ -99,35 +107,22 @@ def test_changes_are_paired_with_the_first_condition(table: pd.DataFrame) -> Non
         assert row["low"] <= row["change"] <= row["high"]
 
 
-def test_files_are_complete_and_resume(tmp_path: Path, table: pd.DataFrame) -> None:
-    seen: list[float] = []
-    again, found = results.make_results(SMALL, tmp_path, watch=lambda phase, done, total: seen.append(done / total))
-    pd.testing.assert_frame_equal(again, table)
-    assert (seen[0], seen[-1]) == (0.0, 1.0)
-    names = ["unreliable-failures.png", "unreliable-periods.png", "unreliable-points.parquet"]
-    assert sorted(file.name for file in tmp_path.iterdir()) == sorted([*names, "unreliable.md", "unreliable.parquet"])
-    stored = pd.read_parquet(tmp_path / "unreliable.parquet")
-    pd.testing.assert_frame_equal(stored, table, check_like=True)
-    assert stored.attrs["unreliable"] == SMALL.conditions()
-    text = page(again, found, SMALL)
-    assert all(line in text.replace("\n  ", " ") for line in sentences(again, found, "periods", SMALL))
+def test_the_page_has_all_sentences_and_runs_that_conditions_share_are_kept_once(tmp_path: Path) -> None:
+    found = PAPER.make(SMALL, None, lambda *given: None, PAPER.checkpoint(tmp_path))
+    text = page(found, SMALL)
+    assert all(line in text.replace("\n  ", " ") for line in sentences(found, "periods", SMALL))
     assert "A gain is over A-CMOMMT without awareness" in text.replace("\n", " ")
-    with pytest.raises(ValueError, match="other settings"):
-        results.check_results(Plan(runs=4), tmp_path)
-    run_rows(SMALL.planned(), checkpoint=results.checkpoint_in(tmp_path))
-    kept = results.checkpoint_in(tmp_path)
-    # Runs that several conditions share are kept once.
+    kept = PAPER.checkpoint(tmp_path)
     assert kept.count(run.key for _, run in SMALL.planned()) > kept.count() == 3 * 2 * 3 * 3
 
 
 def test_panels_of_one_row_have_one_axis(table: pd.DataFrame) -> None:
-    from teamsight.analysis.unreliable.figure import draw_on_canvas
-
-    panels = draw_on_canvas(points(table, SMALL), "failures", SMALL).axes
+    found = Unreliable(table, points(table, SMALL))
+    panels = draw(found, SMALL, "failures").axes
     for row in (panels[:2], panels[2:4], panels[4:]):
         assert len(row) == 2
         assert row[0].get_ylim() == row[1].get_ylim()
-    most = points(table, SMALL).query("sweep == 'failures'")["delta"].max()
+    most = found.points.query("sweep == 'failures'")["delta"].max()
     assert panels[4].get_ylim()[0] == 0.0
     assert panels[4].get_ylim()[1] > most
 
@@ -137,12 +132,12 @@ def test_the_team_of_any_task_can_be_unreliable(name: str, tmp_path: Path) -> No
     task: Any = TASKS[name]
     if callable(task.skilled):
         task = replace(task, skilled=partial(task.skilled, steps=100))
-    plan = Plan(runs=3, steps=60, repair=5.0, availabilities=(1.0, 0.5), periods=(1, 4), task=task, seed=5)
-    runs, found = results.make_results(plan, tmp_path)
+    plan = Unreliability(runs=3, steps=60, repair=5.0, availabilities=(1.0, 0.5), periods=(1, 4), task=task, seed=5)
+    runs, found = PAPER.reproduce(plan, tmp_path)
     assert len(runs) == 3 * 2 * 4
     assert len(found) == 4
     assert set(task.metrics) <= set(runs)
-    text = (tmp_path / results.PAGE).read_text(encoding="utf-8")
+    text = (tmp_path / "unreliable.md").read_text(encoding="utf-8")
     assert f"{task.size} = {task.scenario[task.size]}: gain" in text
     assert task.objective.metric in text
     assert "A gain is over the same team without awareness" in text.replace("\n", " ")
@@ -151,7 +146,7 @@ def test_the_team_of_any_task_can_be_unreliable(name: str, tmp_path: Path) -> No
         assert point["gain"] == pytest.approx(task.objective.sign * (point["aware"] - point["unaware"]))
     # Unreliable runs can be repeated from their rows.
     row = runs[(runs["sweep"] == "failures") & (runs["value"] == 0.5) & runs["aware"]].iloc[0]
-    world = task.world(**plan.subject.parameters("skilled", True, {}), rng=int(row["seed"]))
+    world = task.world(**plan.parameters("skilled", True, {}), rng=int(row["seed"]))
     for group in of_team(world.groups, task.team):
         world.attach(Failures(5.0, 5.0), group)
     world.run(60)
@@ -159,14 +154,24 @@ def test_the_team_of_any_task_can_be_unreliable(name: str, tmp_path: Path) -> No
 
 
 def test_censored_runs_count_as_their_length() -> None:
-    plan = Plan(runs=2, steps=50, availabilities=(1.0,), periods=(1,), task="push", seed=1)
+    plan = Unreliability(runs=2, steps=50, availabilities=(1.0,), periods=(1,), task="push", seed=1)
     runs = run_rows(plan.planned())
     assert np.isinf(runs["completion_time"]).all()
     assert (points(runs, plan)["aware"] == 50).all()
 
 
-def test_scenarios_of_cmommt_are_fixed() -> None:
-    with pytest.raises(ValueError, match="fixed; leave it out"):
-        Plan(setting={"robots": 3}).conditions()
-    with pytest.raises(ValueError, match="robts.*did you mean 'robots'"):
-        Plan(task="graze", setting={"robts": 3}).conditions()
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"set": {"robots": 3}}, "fixed; leave it out"),
+        ({"task": "graze", "set": {"robts": 3}}, "robts.*did you mean 'robots'"),
+        ({"task": "graze", "policies": ("evolved",)}, "policies=evolved: the task graze has skilled; give these"),
+        ({"policies": ("skilled",)}, "policies=skilled: the task cmommt has a-cmommt, evolved; give these"),
+        ({"task": "grase"}, "task='grase': unknown; did you mean 'graze'"),
+        ({"steps": 49}, "steps=49: must be at least 50, the longest sensing period; give more steps"),
+        ({"repair": 0.0}, "repair=0.0: must be"),
+    ],
+)
+def test_what_has_no_meaning_for_a_task_is_refused(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Unreliability(**given)
