@@ -73,7 +73,7 @@ class Until(Component):
     Notes
     -----
     The interval is Student's; for True and False it is Wilson's. A setting has at least 38 replicates, or the limit;
-    see `teamsight.analysis.studies.adaptive` for what the intervals are worth.
+    see `teamsight.analysis.studies.standing` for what the intervals are worth.
     """
 
     interval: Positive
