@@ -3,7 +3,7 @@
 python benchmarks/designed_feature.py [--explorations 100] [--workers 2]
 
 Each exploration of 600 transitions is used by every treatment and reward, in the same worlds; intervals are 95 %, over
-explorations. The table is in docs/learning.md.
+explorations. The table is in docs/learning-results.md.
 """
 
 from __future__ import annotations

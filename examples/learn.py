@@ -2,7 +2,7 @@
 
 The same transitions serve every learner and every reward. Not every learner succeeds: here the paper's LazyQ observes
 no more than robots that walk at random, and LinearQ a third more. This is one exploration and one world; for results
-over many see docs/learning.md.
+over many see docs/learning-results.md.
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class GainReward(Component):
 def keep_reward(memory: LazyMemory) -> Floats:
     """Return −1 for each target that the robot alone sensed of its team, and that it no longer senses alone.
 
-    The paper has no such reward; docs/learning.md shows its effect.
+    The paper has no such reward; docs/learning-results.md shows its effect.
     """
     return -np.asarray(memory.fact("alone_lost"), float)
 

@@ -348,7 +348,7 @@ class LazyRegression(Learner):
     *Source:* §8, one exploration for any reward; locally weighted regression after Atkeson, Moore and Schaal (1997).
     *Departs:* the paper matches whole situations (eq. 1), which does not learn here; docs/lazy-q.md shows why. The
     distance after the robot's own move uses that it knows its own motion. That a taken target exerts no force unless
-    the transitions show one is an assumption; docs/learning.md shows what it is worth.
+    the transitions show one is an assumption; docs/learning-results.md shows what it is worth.
     """
 
     reward: Reward = keep_reward

@@ -77,15 +77,11 @@ def test_the_page_of_the_settings_is_what_its_program_makes() -> None:
     assert (ROOT / "docs" / "settings.md").read_text(encoding="utf-8") == made, "run python .ci/settings_page.py"
 
 
-def test_the_index_lists_every_page() -> None:
-    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
-    for page in (ROOT / "docs").glob("*.md"):
-        assert page.name == "index.md" or f"]({page.name})" in index, page.name
-    for folder in (ROOT / "docs").glob("*/index.md"):
-        assert f"]({folder.parent.name}/index.md)" in index, folder
-        listed = folder.read_text(encoding="utf-8")
-        for page in folder.parent.glob("*.md"):
-            assert page == folder or f"]({page.name})" in listed, page
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_code_fits_on_a_narrow_page(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for block in re.findall(r"^```\w*\n(.*?)^```$", text, re.DOTALL | re.MULTILINE):
+        assert [line for line in block.splitlines() if len(line) > 88] == []
 
 
 # The moving picture of the README.

@@ -1,4 +1,4 @@
-"""The numbers in the tables of docs/learning.md are those that its commands print."""
+"""The numbers in the tables of docs/learning-results.md are those that its commands print."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGE = (DOCS / "learning.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "learning-results.md").read_text(encoding="utf-8")
 LEARNERS = (*Curves.learners, BEST)
 GAINS = pd.read_parquet(DOCS / "learning-curves.parquet")
 # A number and its interval, as in "36.3 % (34.5 to 38.0)" of the page and "36.3 (34.5 to 38.0) %" of the command.

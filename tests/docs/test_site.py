@@ -35,8 +35,8 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert CHECK["main"](site) == 0, capsys.readouterr().out
-    page = (site / "how-to" / "write-a-sensor.html").read_text(encoding="utf-8")
-    assert 'href="../reference/sensors.html#teamsight.agents.sensing.View"' in page
+    page = (site / "sensors.html").read_text(encoding="utf-8")
+    assert 'href="reference/policies.html#teamsight.agents.sensing.View"' in page
     worlds = (site / "reference" / "worlds.html").read_text(encoding="utf-8")
     for method in ("add", "run", "step", "record", "senses", "attach"):
         assert f'id="teamsight.World.{method}"' in worlds
@@ -46,7 +46,7 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
         assert not re.search(r"(?:default:\s*|=\s?)_[A-Za-z]\w*", text), reference.name
     assert re.search(r"<b><code>radius</code></b>[^–]*default:\s*<code>.*5\.0.*</code>", worlds)
     # Parameters that share an entry have the default of each.
-    environments = (site / "reference" / "environments.html").read_text(encoding="utf-8")
+    environments = (site / "reference" / "tasks.html").read_text(encoding="utf-8")
     assert re.search(r"<b><code>targets</code></b>[^–]*default:\s*<code>15</code>", environments)
     assert (site / "source" / "examples" / "predators.py.html").is_file()
     shown = (site / "gallery.html").read_text(encoding="utf-8")

@@ -69,7 +69,7 @@ def test_all_commands_and_code_of_the_page_work_as_written(tmp_path: Path) -> No
         elif language == "sh":
             said = ""
             # A command in the background belongs to the line after it, which ends it.
-            for line in content.replace(" &\n", " & ").splitlines():
+            for line in content.replace("\\\n", " ").replace(" &\n", " & ").splitlines():
                 if "RUN_ID" in line:
                     line = line.replace("RUN_ID", re.findall(r"teamsight rerun own (\w+-\d+)", said)[-1])
                 status, output = run("bash", "-c", line)
