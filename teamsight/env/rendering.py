@@ -162,64 +162,54 @@ class Views:
     def __init__(self, mode: str | None) -> None:
         self._mode = mode
         self._picture: tuple[Any, Picture] | None = None
-        self._shown: Window | None = None
+        # The picture in a window, if there is one.
+        self._shown: Any = None
 
     def draw(self, place: Place) -> npt.NDArray[np.uint8] | None:
-        """Return a picture of a world, or show it and return None."""
+        """Return a picture of a world, or show it in a window, which does not stop the program, and return None.
+
+        Raises
+        ------
+        RuntimeError
+            If matplotlib cannot open a window here.
+        """
         if self._picture is None or self._picture[0] is not place.arena:
             self._picture = place.arena, Picture(place.arena)
         pixels = self._picture[1].draw(place.groups)
         if self._mode == "rgb_array":
             return pixels
+        from matplotlib import pyplot
+
         if self._shown is None:
-            self._shown = Window(pixels)
-        self._shown.show(pixels)
+            self._shown = _window(pyplot, pixels)
+        figure = self._shown.figure
+        # Nothing is shown once the user has closed the window.
+        if pyplot.fignum_exists(figure.number):
+            self._shown.set_data(pixels)
+            figure.canvas.draw_idle()
+            figure.canvas.start_event_loop(_PAUSE)
         return None
 
     def close(self) -> None:
         """Close the window, if there is one. Idempotent."""
         if self._shown is not None:
-            self._shown.close()
+            from matplotlib import pyplot
+
+            pyplot.close(self._shown.figure)
         self._shown = None
 
 
-class Window:
-    """A window of matplotlib that shows pictures without stopping the program.
-
-    Parameters
-    ----------
-    pixels : ndarray, shape (height, width, 3), uint8
-        The first picture.
-
-    Raises
-    ------
-    RuntimeError
-        If matplotlib cannot open a window here.
-    """
-
-    def __init__(self, pixels: npt.NDArray[np.uint8]) -> None:
-        from matplotlib import pyplot
-
-        self._pyplot = pyplot
-        try:
-            self._figure, axes = pyplot.subplots(num="teamsight", figsize=(6.0, 6.0))
-        except ImportError as error:
-            raise RuntimeError(_NO_WINDOW) from error
-        # None of a canvas that only makes files, which matplotlib chooses where there is no display.
-        if getattr(self._figure.canvas, "required_interactive_framework", None) is None:
-            pyplot.close(self._figure)
-            raise RuntimeError(_NO_WINDOW)
-        axes.set_axis_off()
-        self._image = axes.imshow(pixels)
-        self._figure.show()
-
-    def show(self, pixels: npt.NDArray[np.uint8]) -> None:
-        """Show another picture; does nothing once the user has closed the window."""
-        if self._pyplot.fignum_exists(self._figure.number):
-            self._image.set_data(pixels)
-            self._figure.canvas.draw_idle()
-            self._figure.canvas.start_event_loop(_PAUSE)
-
-    def close(self) -> None:
-        """Close the window."""
-        self._pyplot.close(self._figure)
+def _window(pyplot: Any, pixels: npt.NDArray[np.uint8]) -> Any:
+    """Open a window, and return the picture in it."""
+    try:
+        figure, axes = pyplot.subplots(num="teamsight", figsize=(6.0, 6.0))
+    except ImportError as error:
+        raise RuntimeError(_NO_WINDOW) from error
+    # None of a canvas that only makes files, which matplotlib chooses where there is no display.
+    if getattr(figure.canvas, "required_interactive_framework", None) is None:
+        pyplot.close(figure)
+        raise RuntimeError(_NO_WINDOW)
+    axes.set_axis_off()
+    image = axes.imshow(pixels)
+    figure.show()
+    return image

@@ -224,7 +224,7 @@ class Session:
                         self._report()
                 except (Exception, SystemExit) as error:  # of a model, for whatever reason
                     self.is_running, self._left = False, 0
-                    self._tell(error)
+                    self._show_error(error)
                 self.begun.set()
 
     def _take(self) -> list[Message]:
@@ -252,12 +252,12 @@ class Session:
         try:
             act(**fields)
         except (Exception, SystemExit) as error:  # of a model that refuses its arguments, for whatever reason
-            self._tell(error)
+            self._show_error(error)
             # The pages show the values that hold, not the one that was refused.
             self._show_controls()
         self._report()
 
-    def _tell(self, error: BaseException) -> None:
+    def _show_error(self, error: BaseException) -> None:
         if not self.worlds.tracks:
             self.failure = error
         said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)

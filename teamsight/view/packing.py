@@ -123,10 +123,12 @@ def unpack(data: bytes, scene: Scene) -> list[Frame]:
         columns.append(_cut(np.cumsum(table, axis=0, dtype=np.uint16)[is_there], sizes))
     lists = [_unpacked_links(reader, count, is_measured=one.measured) for one in scene.links]
     reader.end()
-    return [
-        Frame(float(times[k]), numbers[k].copy(), *(column[k] for column in columns), tuple(each[k] for each in lists))
-        for k in range(count)
-    ]
+    frames = []
+    for k in range(count):
+        x, y, heading, flags = (column[k] for column in columns)
+        of_frame = tuple(links[k] for links in lists)
+        frames.append(Frame(float(times[k]), numbers[k].copy(), x, y, heading, flags, of_frame))
+    return frames
 
 
 def _table(sizes: npt.NDArray[np.int64]) -> tuple[Words, npt.NDArray[np.bool_]]:

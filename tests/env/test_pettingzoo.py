@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import pyplot
+from matplotlib.backend_bases import FigureCanvasBase
+from matplotlib.figure import Figure
 from pettingzoo.test import api_test, max_cycles_test, parallel_api_test, parallel_seed_test, render_test, seed_test
 from pettingzoo.utils import aec_to_parallel, wrappers
 
@@ -89,22 +92,13 @@ def test_episodes_have_the_length_that_is_asked_for() -> None:
     max_cycles_test(SimpleNamespace(parallel_env=parallel_env, env=env))
 
 
-class Shown:
-    """Stands for a window, since the tests have no display."""
-
-    pictures = 0
-
-    def __init__(self, pixels: Any) -> None:
-        pass
-
-    def show(self, pixels: Any) -> None:
-        Shown.pictures += pixels.dtype == np.uint8
-
-    def close(self) -> None:
-        pass
-
-
 def test_renders_in_all_modes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rendering, "Window", Shown)
+    # Stands for a window, since the tests have no display.
+    monkeypatch.setattr(rendering, "_window", lambda pyplot, pixels: Figure().add_axes((0, 0, 1, 1)).imshow(pixels))
+    monkeypatch.setattr(Figure, "number", 0, raising=False)
+    shown: list[np.ndarray] = []
+    monkeypatch.setattr(FigureCanvasBase, "draw_idle", lambda canvas: shown.append(canvas.figure.axes[0].images[0].get_array()))
+    monkeypatch.setattr(pyplot, "fignum_exists", lambda number: True)
     render_test(lambda render_mode=None: env(robots=3, render_mode=render_mode))
-    assert Shown.pictures > 5
+    assert len(shown) > 5
+    assert {one.shape for one in shown} == {(600, 600, 3)}
