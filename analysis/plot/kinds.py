@@ -112,7 +112,7 @@ def panels(
     return figure, found[: len(names)]
 
 
-def colour_bar(figure: Canvas, shown: Any, panels: list[Axes], label: str) -> Any:
+def colour_bar(figure: Canvas, shown: Any, panels: list[Any], label: str) -> None:
     """Draw the scale of colours on the right of some panels, as wide beside wide ones as beside narrow ones."""
     columns = {panel.get_subplotspec().colspan.start for panel in panels}
     width = figure.get_figwidth() * len(columns) / panels[0].get_gridspec().ncols
@@ -120,7 +120,6 @@ def colour_bar(figure: Canvas, shown: Any, panels: list[Axes], label: str) -> An
     bar.set_label(label, size=10)
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=9)
-    return bar
 
 
 def draw_means(

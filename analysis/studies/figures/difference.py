@@ -74,29 +74,23 @@ def check_comparable(
             f"give across={MODEL} (--across {MODEL}) if they do"
         )
     for name in dict.fromkeys((*results.axes, *minus.axes)):
-        is_shared = name in results.axes and name in minus.axes
-        if not (is_shared or name in across or name in where):
-            _check_value(name, results, minus)
-
-
-def _check_value(name: str, results: StudyTables, minus: StudyTables) -> None:
-    """Raise an error if a parameter that one of two studies varies has other values than in the other study."""
-    varied, fixed = (results, minus) if name in results.axes else (minus, results)
-    is_given = name in fixed.study.fixed
-    if not is_given and varied is minus:
-        # Several runs to subtract from one are refused by `pair`.
-        return
-    values = list(varied.settings[name].unique())
-    wanted = scalars([fixed.study.fixed[name]])[0] if is_given else None
-    if is_given and all(is_same(value, wanted) for value in values):
-        return
-    listed = ", ".join(map(str, values[:_MOST_LISTED])) + ", …" * (len(values) > _MOST_LISTED)
-    other = str(wanted) if is_given else "not given"
-    shown = (listed, other) if varied is results else (other, listed)
-    raise ValueError(
-        f"{name}: is {shown[0]} in the study, {shown[1]} in that which is subtracted; choose a value by "
-        f"where={name}=VALUE (--where), or give across={name} (--across) to subtract runs that differ in it"
-    )
+        if (name in results.axes and name in minus.axes) or name in across or name in where:
+            continue
+        varied, fixed = (results, minus) if name in results.axes else (minus, results)
+        values, wanted = list(varied.settings[name].unique()), "not given"
+        if name in fixed.study.fixed:
+            wanted = scalars([fixed.study.fixed[name]])[0]
+            if all(is_same(value, wanted) for value in values):
+                continue
+        elif varied is minus:
+            # Several runs to subtract from one are refused by `pair`.
+            continue
+        listed = ", ".join(map(str, values[:_MOST_LISTED])) + ", …" * (len(values) > _MOST_LISTED)
+        shown = (listed, wanted) if varied is results else (wanted, listed)
+        raise ValueError(
+            f"{name}: is {shown[0]} in the study, {shown[1]} in that which is subtracted; choose a value by "
+            f"where={name}=VALUE (--where), or give across={name} (--across) to subtract runs that differ in it"
+        )
 
 
 def pair(table: pd.DataFrame, base: pd.DataFrame, axes: Sequence[str], measure: str) -> Pairs:
@@ -132,16 +126,14 @@ def pair(table: pd.DataFrame, base: pd.DataFrame, axes: Sequence[str], measure: 
 
 
 def _keyed(table: pd.DataFrame, keys: list[str], measure: str) -> pd.DataFrame:
-    found = pd.DataFrame({name: table[name].map(_key) if _is_text(table[name]) else table[name] for name in keys})
-    return found.assign(value=table[measure].astype(float)).reset_index(drop=True)
+    """Return a table by the values of its keys, of which those that are no numbers are texts."""
 
+    def key(value: object) -> str:
+        return value if isinstance(value, str) else json.dumps(value, sort_keys=True, default=str)
 
-def _is_text(column: pd.Series) -> bool:  # type: ignore[type-arg]
-    return not pd.api.types.is_numeric_dtype(column) or pd.api.types.is_bool_dtype(column)
-
-
-def _key(value: object) -> str:
-    return value if isinstance(value, str) else json.dumps(value, sort_keys=True, default=str)
+    are_numbers = {name: table[name].dtype.kind in "iuf" for name in keys}
+    found = {name: table[name] if is_number else table[name].map(key) for name, is_number in are_numbers.items()}
+    return pd.DataFrame(found).assign(value=table[measure].astype(float)).reset_index(drop=True)
 
 
 def _unpaired(left: pd.DataFrame, right: pd.DataFrame, axes: list[str]) -> str:
