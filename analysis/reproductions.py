@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 #: Draws the figures of a task and judges its claims; returns what there is to say, in lines.
 Reproduce = Callable[["Request", "WorkerPool", "Watch"], Sequence[str]]
 
-#: The reproductions by the name of the task, but for CMOMMT's, which is `teamsight.analysis.paper.reproduce`.
+#: The reproductions by the name of the task, but for CMOMMT's, which is `teamsight.analysis.papers.touzet2000`.
 REPRODUCTIONS: Registry[Reproduce] = Registry(
     {
         "pursuit": "teamsight.analysis.pursuit.reproduce:reproduce",

@@ -16,7 +16,7 @@ from teamsight.cli.values import CellRuns, Folder, Format
 from teamsight.core.component import Allowed, Flag, Seed
 
 if TYPE_CHECKING:
-    from teamsight.analysis.paper.reproduce import Plan
+    from teamsight.analysis.papers.touzet2000.reproduce import Plan
 
 _LEDGER = "ledger"
 #: The task whose figures have the numbers of the paper.
@@ -32,7 +32,7 @@ def _tasks() -> Iterable[str]:
 
 
 def _figures() -> Iterable[str]:
-    from teamsight.analysis.paper.figures import FIGURES
+    from teamsight.analysis.papers.touzet2000.figures import FIGURES
 
     return (*FIGURES, _LEDGER)
 
@@ -98,8 +98,8 @@ def reproduce(settings: ReproduceSettings) -> None:
       teamsight reproduce --quick --workers 1     coarse and fast
       teamsight reproduce ledger --seed 7         the claims with other noise
     """
-    from teamsight.analysis.paper.reproduce import check_results
-    from teamsight.analysis.paper.reproduce import reproduce as make
+    from teamsight.analysis.papers.touzet2000.reproduce import check_results
+    from teamsight.analysis.papers.touzet2000.reproduce import reproduce as make
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, show_ledger, working
 
@@ -138,13 +138,13 @@ def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
 
 def plan_of(settings: ReproduceSettings) -> Plan:
     """Return the plan that the settings describe."""
-    from teamsight.analysis.paper.figures import FIGURES
-    from teamsight.analysis.paper.reproduce import DEFAULTS, Plan
+    from teamsight.analysis.papers.touzet2000.figures import FIGURES
+    from teamsight.analysis.papers.touzet2000.reproduce import Plan
     from teamsight.analysis.runs.experiment import PAPER, QUICK
 
     everything = not settings.figures
     return Plan(
-        settings={settings.preset: PRESETS.get(settings.preset, {}), DEFAULTS: {}},
+        settings={settings.preset: PRESETS.get(settings.preset, {}), "defaults": {}},
         figures=tuple(name for name in FIGURES if everything or name in settings.figures),
         ledger=everything or _LEDGER in settings.figures,
         grid=QUICK if settings.quick else PAPER,
@@ -158,7 +158,7 @@ def plan_of(settings: ReproduceSettings) -> Plan:
 def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
     import pandas as pd
 
-    from teamsight.analysis.paper.figures import FIGURES
+    from teamsight.analysis.papers.touzet2000.figures import FIGURES
 
     for name in plan.figures:
         if summarise := FIGURES[name].summarise:
@@ -174,7 +174,7 @@ def _kept_of_task(folder: Path) -> str:
 
 
 def _kept(folder: Path) -> str:
-    from teamsight.analysis.paper.reproduce import checkpoint_in
+    from teamsight.analysis.papers.touzet2000.reproduce import checkpoint_in
 
     kept = checkpoint_in(folder).count()
     return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"

@@ -1,0 +1,97 @@
+"""Reproduction makes only what the plan's figures and claims read."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from teamsight.analysis.papers.touzet2000 import experiments
+from teamsight.analysis.papers.touzet2000 import reproduce as paper
+from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, needed
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, chosen
+from teamsight.analysis.papers.touzet2000.figures import FIGURES
+from teamsight.analysis.papers.touzet2000.reproduce import Plan, reproduce
+from teamsight.analysis.runs.experiment import QUICK
+from teamsight.analysis.runs.workers import WorkerPool
+
+ROOT = Path(__file__).parents[4]
+REPRODUCE_2 = """
+import sys
+from pathlib import Path
+from teamsight.analysis.papers.touzet2000.reproduce import Plan, reproduce
+from teamsight.analysis.runs.workers import WorkerPool
+
+with WorkerPool(1) as pool:
+    reproduce(Plan({"defaults": {}}, ("2",), ledger=False), Path(sys.argv[1]), pool)
+print(*sys.modules)
+"""
+
+
+@pytest.mark.short
+def test_a_figure_in_closed_form_imports_neither_worlds_nor_policies(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", REPRODUCE_2, str(tmp_path)], capture_output=True, text=True, check=True,
+        env=dict(os.environ, PYTHONPATH=str(ROOT)),
+    )  # fmt: skip
+    assert (tmp_path / "figure-2.parquet").exists()
+    policies = tuple(f"teamsight.policies.{name}" for name in ("handmade", "memory", "lazy", "eager", "evolved"))
+    others = ("teamsight.agents.world", "teamsight.world", "teamsight.analysis.learning", "mesa")
+    assert [name for name in done.stdout.split() if name.startswith((*policies, *others))] == []
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_only_the_runs_of_figure_11_explore(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def explored(*of: object) -> None:
+        raise AssertionError("explored")
+
+    monkeypatch.setattr(experiments, "exploration", explored)
+    monkeypatch.setattr(experiments, "_learner", experiments._learner.__wrapped__)
+    found = chosen(FIGURES[name].needs, QUICK, {})
+    assert {one.name for one in found} == set(FIGURES[name].needs)
+    with pytest.raises(AssertionError, match="explored") if name == "11" else nullcontext():
+        for one in found:
+            next(one.rows({}, root=1, runs=1, steps=1))
+
+
+def test_every_experiment_is_read_and_every_name_exists() -> None:
+    drawn = {name for figure in FIGURES.values() for name in figure.needs}
+    assert needed() | drawn == set(EXPERIMENTS)
+
+
+def test_a_figure_alone_is_the_same_as_among_others(tmp_path: Path) -> None:
+    grid = QUICK._replace(robots=(1, 5), radius=(2.0, 3.0))
+    for figures in (("5",), ("4", "5", "6")):
+        folder = tmp_path / "-".join(figures)
+        folder.mkdir()
+        with WorkerPool(1) as pool:
+            reproduce(Plan({"defaults": {}}, figures, False, grid, runs=1, steps=3), folder, pool)
+    for kind in ("parquet", "png"):
+        alone, among = ((tmp_path / folder / f"figure-5.{kind}").read_bytes() for folder in ("5", "4-5-6"))
+        assert alone == among
+
+
+def test_claims_near_their_limit_are_judged_under_the_seeds_that_follow(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = []
+
+    def make(asked: list[tuple[object, set[str]]], *of: object, root: int, **how: object) -> list[dict[str, object]]:
+        given.append(root)
+        assert asked == [({}, {"a-cmommt-small-arenas"})]
+        share = 0.995 if root % 4 else 0.5
+        runs = {"robots": [10], "radius": [1.0], "observed_fraction": [share]}
+        return [{"a-cmommt-small-arenas": pd.DataFrame(runs)} for _ in asked]
+
+    monkeypatch.setattr(Claim, "is_near", lambda claim, tables, runs: claim is CLAIMS["acmommt-full"])
+    monkeypatch.setattr(paper, "make_chosen", make)
+    plan = Plan({"defaults": {}}, (), grid=QUICK, root=2000)
+    with WorkerPool(1) as pool:
+        shares = paper._repeated(plan, pool, {"defaults": {}}, lambda *of: None, paper.checkpoint_in(tmp_path))
+    assert given == list(range(2001, 2021))
+    assert shares == {"defaults": {"acmommt-full": 0.75}}
