@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from teamsight import __version__
 from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, Tables, needed
 from teamsight.analysis.papers.touzet2000.experiments import LEARNED, make_chosen
@@ -92,7 +91,6 @@ SCREEN = Phase(
 )  # fmt: skip
 FINAL = Phase("final", _FINER, ROOTS["calibration: final"], OPEN_CLAIMS, runs=5)
 REPORT = Phase("report", _FINER, ROOTS["calibration: report"], OPEN_CLAIMS, runs=5)
-PHASES = (SCREEN, FINAL, REPORT)
 
 
 def candidates() -> list[dict[str, Any]]:
@@ -151,8 +149,8 @@ def calibrate(
     checkpoint = checkpoint_in(folder)
     results.check_results(folder, names, checkpoint=checkpoint, force=force)
     table = search(pool, watch, checkpoint)
-    contents = dict(zip(names, (table, page(table)), strict=True))
-    results.write_results(folder, contents, {"version": __version__}, force=force)
+    contents: tuple[results.Content, ...] = (table, page(table))
+    results.write_results(folder, dict(zip(names, contents, strict=True)), {}, force=force)
     checkpoint.forget()
     return tuple(folder / name for name in names)
 
@@ -161,10 +159,6 @@ def search(
     pool: WorkerPool | None = None,
     watch: Watch = lambda phase, done, total: None,
     checkpoint: Checkpoint | None = None,
-    *,
-    values: Sequence[Mapping[str, Any]] | None = None,
-    phases: tuple[Phase, Phase, Phase] = PHASES,
-    finalists: int = FINALISTS,
 ) -> pd.DataFrame:
     """Screen all combinations of values, judge the best of them and the defaults, and report the winner.
 
@@ -172,12 +166,6 @@ def search(
     ----------
     pool, watch, checkpoint
         See `assess`.
-    values : sequence of mapping, optional
-        Values of `PARAMETERS`; by default those of `candidates`.
-    phases : tuple of Phase
-        Screening, final and report.
-    finalists : int
-        How many of the screened are judged again.
 
     Returns
     -------
@@ -185,12 +173,12 @@ def search(
         See `assess`. The ranking of the final decides; the report decides nothing.
     """
     how = pool, watch, checkpoint
-    rows = assess(phases[0], candidates() if values is None else values, *how)
-    best = ranked(pd.DataFrame(rows))[PARAMETERS].head(finalists).to_dict("records")
-    final = assess(phases[1], _with_defaults(best), *how)
+    rows = assess(SCREEN, candidates(), *how)
+    best = ranked(pd.DataFrame(rows))[PARAMETERS].head(FINALISTS).to_dict("records")
+    final = assess(FINAL, _with_defaults(best), *how)
     winner = best_of(pd.DataFrame(final))
     gains = [winner, *(winner | {"gain": gain} for gain in VALUES["gain"] if gain != winner["gain"])]
-    return pd.DataFrame(rows + final + assess(phases[2], _with_defaults(gains), *how))
+    return pd.DataFrame(rows + final + assess(REPORT, _with_defaults(gains), *how))
 
 
 def _with_defaults(values: list[dict[Any, Any]]) -> list[dict[Any, Any]]:
@@ -224,11 +212,11 @@ def assess(
     list of dict
         Columns phase, the values, root, holding, distance_from_paper, and one for each claim: whether it holds.
     """
-    rows = []
+    rows: list[dict[str, Any]] = []
     names = needed(phase.claims.values(), beside=False)
     for first in range(0, len(tried), _BATCH):
         batch = tried[first : first + _BATCH]
-        made = []
+        made: list[list[dict[str, pd.DataFrame]]] = []
         for root in phase.roots:
 
             def progress(done: float, total: float, start: int = first, share: float = len(batch) / len(phase.roots),
@@ -296,7 +284,7 @@ def never_together(table: pd.DataFrame) -> list[tuple[str, str]]:
 
 def page(table: pd.DataFrame) -> str:
     """Return the page in Markdown about a table that `search` returned."""
-    screened, final, report = (table[table["phase"] == phase.name] for phase in PHASES)
+    screened, final, report = (table[table["phase"] == phase.name] for phase in (SCREEN, FINAL, REPORT))
     best = best_of(final)
     like = report[(report[[*best]].drop(columns="gain") == report[[*best]].drop(columns="gain").iloc[0]).all(axis=1)]
     gains = sorted(VALUES["gain"])
@@ -332,12 +320,13 @@ def page(table: pd.DataFrame) -> str:
         "## Effect of each value",
         "Number of claims that hold in the screening: the largest number and the mean over all values of the other "
         "parameters.",
-        _effects(screened),
-        "## How often each claim holds",
-        "Percentage of the settings in the screening, and of the settings and root seeds in the final.",
         markdown.table(
-            ["claim", "rule", "screened", "final"],
-            ([name, CLAIMS[name].rule, _share(screened[name]), _share(final[name])] for name in _claims_of(final)),
+            ["parameter", "value", "best", "mean"],
+            (
+                [name, str(value), f"{most}", f"{mean:.1f}"]
+                for name in PARAMETERS
+                for value, most, mean in screened.groupby(name)["holding"].agg(["max", "mean"]).itertuples()
+            ),
         ),
         "## What no setting satisfies",
         f"Over the {len(screened)} screened settings and those of the final and the report. A claim or pair of claims "
@@ -424,18 +413,6 @@ def _row(row: Mapping[Any, Any]) -> list[str]:
     differ = ", ".join(name if row[name] == 0 else f"({name})" for name in doubtful) or "none"
     holding = f"{row['holding']:.1f} ({row['fewest']}–{row['most']})"
     return [*(str(row[name]) for name in PARAMETERS), holding, f"{row['distance_from_paper']:.2f}", differ]
-
-
-def _effects(screened: pd.DataFrame) -> str:
-    ratio = (screened["target_speed"] / screened["robot_speed"]).round(2)
-    table = screened.assign(target_speed=ratio).rename(columns={"target_speed": "target_speed / robot_speed"})
-    first, _, *others = PARAMETERS
-    rows = (
-        [name, str(value), f"{part.max()}", f"{part.mean():.1f}"]
-        for name in (first, "target_speed / robot_speed", *others)
-        for value, part in table.groupby(name, sort=False)["holding"]
-    )
-    return markdown.table(["parameter", "value", "best", "mean"], rows)
 
 
 def _share(holds: pd.Series[bool]) -> str:

@@ -83,24 +83,6 @@ _DPI = 90
 _GAIN = ("mean", "low", "high")
 
 
-class Generation(NamedTuple):
-    """The state after a generation.
-
-    Attributes
-    ----------
-    number : int
-        Number of generations so far.
-    fitness : float
-        Mean fitness of the candidates.
-    mean : ndarray of float64
-        Mean of the search distribution: the constants found so far.
-    """
-
-    number: int
-    fitness: float
-    mean: Floats
-
-
 def cells_tried() -> list[tuple[int, float]]:
     """Return the worlds (robots, radius) in which every candidate is tried."""
     return [(robots, radius) for robots, radius in GRID.cells if robots <= _CROWDED * radius**2]
@@ -149,8 +131,8 @@ def _run(
 
 def evolve(
     evolution: Evolution, generations: int, checkpoint: Checkpoint, pool: WorkerPool | None = None
-) -> Iterator[Generation]:
-    """Yield every generation; those in the checkpoint are not tried again.
+) -> Iterator[Floats]:
+    """Yield the constants found after each generation; those in the checkpoint are not tried again.
 
     Parameters
     ----------
@@ -194,7 +176,7 @@ def evolve(
             found = fitness([np.asarray(one) for one in candidates], strategy.countiter, pool, root=worlds_of)
             checkpoint.add({key: found})
         strategy.tell(candidates, [-value for value in found])
-        yield Generation(strategy.countiter, float(np.mean(found)), np.array(strategy.mean, float))
+        yield np.array(strategy.mean, float)
 
 
 def begin(evolution: Evolution) -> Floats:
@@ -251,7 +233,7 @@ def train(
     policies = {"0": Evolved(tuple(begin(evolution)))}
     further = f" --start {CONSTANTS} --spread {evolution.spread:g}" if evolution.start else ""
     marked = {"software": "teamsight", "settings": settings}
-    for number, _, mean in evolve(evolution, generations, checkpoint, pool):
+    for number, mean in enumerate(evolve(evolution, generations, checkpoint, pool), 1):
         watch("evolving", number, generations)
         if number % _SAVE_EVERY == 0 or number == generations:
             policies[str(number)] = Evolved(tuple(mean))
@@ -268,8 +250,9 @@ def train(
         policies, options, pool, root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "validating")
     )
     points = [
-        {"generation": int(name), "robot_steps": int(name) * evolution.population * robot_steps(), **gain}
-        for name, gain in gains_by(table, "policy").set_index("name")[[*_GAIN]].to_dict("index").items()
+        {"generation": int(row["name"]), "robot_steps": int(row["name"]) * evolution.population * robot_steps()}
+        | {name: row[name] for name in _GAIN}
+        for row in gains_by(table, "policy").to_dict("records")
     ]
     files.write_json(folder / TRAINING, marked | {"options": options, "points": points}, force=force)
 
@@ -319,12 +302,12 @@ def evaluate(
     points, trained = _validated(training)
     more, continued = _validated(further)
     about = {
-        "version": __version__, "runs": runs, "made": made(constants) if constants else made(),
+        "runs": runs, "made": made(constants) if constants else made(),
         "trained": trained, "continued": continued, "further": made(further / CONSTANTS) if further else None,
     }  # fmt: skip
     screened = screen(_SCREEN_RUNS, pool, partial(watch, "screening"))
     options = options_of(screened)[0]
-    found = compare({"evolved": policy}, options, pool, root=TEST, runs=runs, progress=partial(watch, "comparing"))
+    on_grid = compare({"evolved": policy}, options, pool, root=TEST, runs=runs, progress=partial(watch, "comparing"))
     ablated = {name: Evolved(tuple(silenced(np.array(policy.constants), name))) for name in SILENCED}
     ablations = compare(
         {"none": policy, **ablated}, options, pool,
@@ -336,8 +319,8 @@ def evaluate(
     )  # fmt: skip
     parts = {
         "screen": screened,
-        "cell": by_cell(found),
-        "overall": gains_by(found, "policy")[[*_GAIN]],
+        "cell": by_cell(on_grid),
+        "overall": gains_by(on_grid, "policy")[[*_GAIN]],
         "ablation": gains_by(ablations, "policy")[["name", *_GAIN]],
         "generalisation": gains_by(elsewhere, "variation"),
         "training": pd.DataFrame(points),
@@ -345,8 +328,8 @@ def evaluate(
     }
     table = pd.concat([rows.assign(part=part) for part, rows in parts.items()], ignore_index=True)
     files.prepare_folder(folder / "images")
-    contents = dict(zip(names, (table, page(table, about), picture(table, about)), strict=True))
-    results.write_results(folder, contents, about, force=force)
+    found: tuple[results.Content, ...] = (table, page(table, about), picture(table, about))
+    results.write_results(folder, dict(zip(names, found, strict=True)), about, force=force)
 
 
 def _validated(folder: Path | None) -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -729,7 +712,10 @@ def _screened(screened: pd.DataFrame) -> tuple[str, str, float]:
     )
     tuned = screened.merge(first[rules].head(_FINALISTS))
     grid = tuned.pivot(index=[*rules, "turn_probability"], columns="gain", values="observed")
-    rows = ([*of, f"{turn:g}", *(f"{value:.2f}" for value in row)] for (*of, turn), row in grid.iterrows())  # type: ignore[misc]
+    rows = (
+        [*row[:3], f"{row[3]:g}", *(f"{value:.2f}" for value in row[4:])]
+        for row in grid.reset_index().itertuples(index=False, name=None)
+    )
     by_gain = markdown.table([*rules, "turn_probability", *(f"gain {gain:g}" for gain in grid.columns)], rows)
     return by_rule, by_gain, screened["observed"].iloc[0] - first["observed"].iloc[0]
 

@@ -229,7 +229,7 @@ def _peak(grid: pd.DataFrame) -> tuple[float, float, str]:
     """Return the largest value of a grid, its radius, and its cell in words; of equals the first by team size."""
     cells = grid.T.unstack()
     robots, radius = cells.index[int(cells.to_numpy(dtype=float).argmax())]
-    return float(cells.max()), float(radius), f"N = {robots}, R = {radius:g}"
+    return float(cells.to_numpy().max()), float(radius), f"N = {robots}, R = {radius:g}"
 
 
 def pooled(se: pd.DataFrame) -> pd.DataFrame:
@@ -790,7 +790,7 @@ def learned_hurts(gains: Gains) -> Finding:
     ("literal-cooperative", "random-walk-more", "a-cmommt-more"),
     remark=(
         ("slopes-cooperative", "random-walk-more", "a-cmommt-more"),
-        lambda *tables: _other(tables[0], learned_below_designed.decide(*tables)),
+        lambda *tables: _other(tables[0], CLAIMS["learned-below-designed"].decide(*tables)),
     ),
 )
 def learned_below_designed(cooperative: pd.DataFrame, walk: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:

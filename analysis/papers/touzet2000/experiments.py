@@ -198,21 +198,25 @@ class Design(NamedTuple):
         return tuple(one for one in grid.cells if self.cells(*one)) if callable(self.cells) else self.cells
 
 
+def _are_small(robots: int, radius: float) -> bool:
+    return robots >= 10 and radius <= 2
+
+
+def _have_larger_teams(robots: int, radius: float) -> bool:
+    return robots >= 10 and 3 <= radius <= 9
+
+
 #: Every experiment by name.
 EXPERIMENTS: Mapping[str, Design] = {
     "random-walk": Design(_WALK),
     "centroid": Design(_CENTROID),
     "a-cmommt": Design(_A_CMOMMT),
-    "a-cmommt-small-arenas": Design(_A_CMOMMT, lambda robots, radius: robots >= 10 and radius <= 2),
-    "random-walk-small-arenas": Design(_WALK, lambda robots, radius: robots >= 10 and radius <= 2),
+    "a-cmommt-small-arenas": Design(_A_CMOMMT, _are_small),
+    "random-walk-small-arenas": Design(_WALK, _are_small),
     "random-walk-crowded": Design(_WALK, ((30, 2.0),), replicates=_RARE),
     "random-walk-half-range": Design({**_WALK, **_HALF}),
-    "centroid-larger-teams": Design(
-        _CENTROID, lambda robots, radius: robots >= 10 and 3 <= radius <= 9, replicates=_MANY
-    ),
-    "random-walk-larger-teams": Design(
-        _WALK, lambda robots, radius: robots >= 10 and 3 <= radius <= 9, replicates=_MANY
-    ),
+    "centroid-larger-teams": Design(_CENTROID, _have_larger_teams, replicates=_MANY),
+    "random-walk-larger-teams": Design(_WALK, _have_larger_teams, replicates=_MANY),
     "a-cmommt-largest-gain": Design(_A_CMOMMT, replicates=_MANY, is_again=True),
     "centroid-largest-gain": Design(_CENTROID, replicates=_MANY, is_again=True),
     "half-range": Design({**_A_CMOMMT, **_HALF}),

@@ -13,7 +13,7 @@ import pandas as pd
 
 from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.papers.touzet2000.claims import shortfall
-from teamsight.analysis.papers.touzet2000.experiments import READINGS
+from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS
 from teamsight.analysis.plot.curves import draw_band, draw_curves
 from teamsight.analysis.plot.style import (
     DEGREE,
@@ -236,46 +236,24 @@ def _level_figure(name: str, title: str, experiment: str, value: str) -> Figure:
         if in_percent:
             cells[["mean", "low", "high"]] *= 100
         grid = grid_of(cells) if in_percent else maxima(tables[""])
-        robots, radius, runs = grid.index, grid.columns, conditions.runs
+        robots, radius = grid.index, grid.columns
         extent = f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}"
+        figure = canvas(WIDTH, HEAD + HEIGHT + _CURVES)
+        what = "mean" if in_percent else "of each cell the maximum"
+        head(figure, f"Fig. {name}   {title}", f"{what} over {conditions.line()}; 15 targets, ranges 1; {extent}")
+        label = "observed targets  [%]" if in_percent else "largest number of neighbours  [robots]"
         # All teammates of the largest team: both figures have one scale, even if one of them is drawn alone.
         most = 100 if in_percent else max(1, robots.max() - 1)
-        figure = canvas(WIDTH, HEAD + HEIGHT + _CURVES)
-        head(
-            figure,
-            f"Fig. {name}   {title}",
-            f"mean over {conditions.line()}; 15 targets, sensing range 1; {extent}"
-            if in_percent
-            else f"of each cell the maximum of all {runs} runs, of {conditions.steps} steps each; setting "
-            f"{conditions.name}, seed {conditions.root}; awareness range 1; {extent}",
-        )
-        label = "observed targets  [%]" if in_percent else "largest number of neighbours  [robots]"
         draw_row(figure, grid, Look(label, "{:.0f}".format, 0, most))
         total = figure.get_figheight()
         axes = figure.add_axes((0.065, 0.62 / total, 0.81, (_CURVES - 1.25) / total))
         draw_curves(axes, cells, label if in_percent else "largest number in a run  [robots]")
         axes.set(xlim=(robots.min(), robots.max()), ylim=(0, 1.02 * most))
-        note = _uncertainty(cells, " points" if in_percent else "")
-        if not in_percent:
-            note = (
-                f"mean over the {runs} runs of the largest number in one run, which the maximum of all exceeds\n{note}"
-            )
-        axes.set_title(note, loc="left", size=11, color=FAINT)
+        what = "mean over the runs" if in_percent else "mean of the runs' maxima, which the maximum of all exceeds"
+        axes.set_title(f"{what}; bands: 95 % confidence interval of the mean", loc="left", size=11, color=FAINT)
         return figure
 
     return Figure(title, (experiment,), tabulate, draw)
-
-
-def _uncertainty(cells: pd.DataFrame, unit: str) -> str:
-    """Return the half-widths of the confidence intervals in words."""
-    if (cells["count"] < 2).any():
-        return "one run per cell gives no confidence intervals"
-    half = cells["high"] - cells["mean"]
-    worst = int(half.argmax())
-    return (
-        f"bands: 95 % confidence interval of the mean; its half-width is {half.median():.1f}{unit} in the median cell "
-        f"and at most {half.max():.1f} (N = {cells['robots'].iloc[worst]}, R = {cells['radius'].iloc[worst]:g})"
-    )
 
 
 # Figs. 8, 10 and 11: paired differences of each team size in each arena.
@@ -293,28 +271,24 @@ class _Contrast(NamedTuple):
     caption: str
 
 
-def _difference_figure(
-    name: str,
-    title: str,
-    subtitle: Callable[[Tables, Conditions], str],
-    *contrasts: _Contrast,
-    caption: Callable[[_Contrast, Tables], str] = lambda contrast, tables: contrast.caption,
-    summarise: Callable[[Tables], str] | None = None,
-) -> Figure:
-    """Return a figure of paired differences in percentage points, one row for each contrast, all on one scale."""
+def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
+    """Return a figure of paired differences in percentage points, one row for each contrast, all on one scale.
+
+    Of learned teams each replicate of a cell is another exploration, and the figure says how far these differ.
+    """
+    are_learned = contrasts[0].treated in LEARNED
 
     def tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
         parts = []
         for contrast in contrasts:
-            treated = tables[contrast.treated]
-            part = paired(treated, tables[contrast.base])
-            if "exploration" in treated and summarise:
-                seeds = treated.drop_duplicates("replicate").set_index("replicate")["exploration"]
+            part = paired(tables[contrast.treated], tables[contrast.base])
+            if are_learned:
+                seeds = tables[contrast.treated].drop_duplicates("replicate").set_index("replicate")["exploration"]
                 part["exploration"] = part["replicate"].map(seeds)
             parts.append(part.assign(variant=contrast.variant))
         runs = pd.concat(parts, ignore_index=True)
         found = {"": runs, "cells": cell_means(runs, "difference", ("variant", *CELL))}
-        if "exploration" in runs:
+        if are_learned:
             means = runs.groupby(["variant", "exploration"], sort=False)[["with", "without", "difference"]].mean()
             found["explorations"] = means.reset_index()
         return found
@@ -322,7 +296,10 @@ def _difference_figure(
     def draw(tables: Tables, conditions: Conditions) -> Canvas:
         cells = tables["cells"]
         figure = canvas(WIDTH, HEIGHT * len(contrasts) + HEAD)
-        head(figure, f"Fig. {name}   {title}", subtitle(tables, conditions))
+        runs = conditions._replace(runs=int(cells["count"].iloc[0])).line()
+        each = ", each with another unselected exploration" if are_learned else ""
+        subtitle = f"paired on common noise, mean over {runs}{each}; in brackets: the 95 % interval includes 0"
+        head(figure, f"Fig. {name}   {title}", subtitle)
         # One scale for all, in which noise looks as small as it is: whole points, or fives from ten on.
         most = 100 * float(cells["mean"].abs().max())
         step = 1.0 if most < 10 else 5.0
@@ -330,30 +307,26 @@ def _difference_figure(
         # Most differences have one sign: cut the axis where no cell reaches.
         heights = (min(0.0, float(np.floor(100 * cells["mean"].min() + 0.05))), limit)
         look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, True, heights)
-        for row, contrast in enumerate(contrasts):
-            of = cells[cells["variant"] == contrast.variant]
+        for row, (*_, variant, text) in enumerate(contrasts):
+            of = cells[cells["variant"] == variant]
             draw_row(figure, grid_of(of) * 100, look, row=row, open_cells=includes_zero(of))
-            text = textwrap.fill(caption(contrast, tables), _CAPTION, break_long_words=False, break_on_hyphens=False)
+            if are_learned:
+                text += f": {_spread(variant, tables)}; standard error of a cell up to {100 * of['se'].max():.1f} pp"
+            lines = textwrap.fill(text, _CAPTION, break_long_words=False, break_on_hyphens=False)
             top = 1 - (HEAD + row * HEIGHT + 0.12) / figure.get_figheight()
-            figure.text(0.03, top, text, size=11, color=FAINT, va="top", linespacing=1.4)
+            figure.text(0.03, top, lines, size=11, color=FAINT, va="top", linespacing=1.4)
         return figure
 
-    needs = tuple(dict.fromkeys(name for contrast in contrasts for name in (contrast.treated, contrast.base)))
-    return Figure(title, needs, tabulate, draw, summarise)
+    def summarise(tables: Tables) -> str:
+        lines = []
+        for *_, variant, text in contrasts:
+            most = tables["cells"].query("variant == @variant").nlargest(1, "mean").iloc[0]
+            cell = f"N = {most['robots']:.0f}, R = {most['radius']:g}"
+            lines.append(f"{text}: {_spread(variant, tables)}; largest {100 * most['mean']:+.1f} pp at {cell}")
+        return f"gain from awareness over {most['count']:.0f} explorations: " + "; ".join(lines)
 
-
-def _on_common_noise(tables: Tables, conditions: Conditions) -> str:
-    return (
-        f"paired on common noise, mean over {conditions.line()}; in brackets: the 95 % confidence interval includes 0"
-    )
-
-
-def _over_explorations(tables: Tables, conditions: Conditions) -> str:
-    return (
-        f"mean over {tables['explorations']['exploration'].nunique()} unselected explorations of 600 transitions, each "
-        f"with one run of {conditions.steps} steps a cell, setting {conditions.name}, seed {conditions.root}; in "
-        "brackets: the 95 % interval includes 0"
-    )
+    needs = tuple(dict.fromkeys(name for contrast in contrasts for name in contrast[:2]))
+    return Figure(title, needs, tabulate, draw, summarise if are_learned else None)
 
 
 def _spread(variant: str, tables: Tables) -> str:
@@ -365,23 +338,6 @@ def _spread(variant: str, tables: Tables) -> str:
         f"{mean.mean:+.1f} pp on average over all cells{interval}, single explorations {gains.min():+.1f} to "
         f"{gains.max():+.1f}"
     )
-
-
-def _caption_of_learned(contrast: _Contrast, tables: Tables) -> str:
-    error = 100 * tables["cells"].loc[tables["cells"]["variant"] == contrast.variant, "se"].max()
-    return f"{contrast.caption}: {_spread(contrast.variant, tables)}; standard error of a cell up to {error:.1f} pp"
-
-
-def _gain_of_learned(tables: Tables) -> str:
-    lines = []
-    for reading in READINGS:
-        most = tables["cells"][tables["cells"]["variant"] == reading.name].nlargest(1, "mean").iloc[0]
-        lines.append(
-            f"{reading.title}: {_spread(reading.name, tables)}; largest {100 * most['mean']:+.1f} pp at "
-            f"N = {most['robots']:.0f}, R = {most['radius']:g}"
-        )
-    count = tables["explorations"]["exploration"].nunique()
-    return f"gain from awareness over {count} explorations: " + "; ".join(lines)
 
 
 # Fig. 9: the repulsive force between robots against their distance.
@@ -444,36 +400,35 @@ def _tabulate_delta(tables: Tables, conditions: Conditions) -> dict[str, pd.Data
 def _draw_delta(tables: Tables, conditions: Conditions) -> Canvas:
     runs, cells = tables[""], tables["cells"].copy()
     cells[["mean", "low", "high"]] *= 100
-    ring, pairwise = (runs[runs["awareness"] == degree] for degree in ("ring", "pairwise"))
-    short, enough = shortfall(ring, pairwise)
+    short, enough = shortfall(*(runs[runs["awareness"] == degree] for degree in ("ring", "pairwise")))
+    found = f"{enough} sectors are as good as Θ(N), to 1 point on average"
+    if enough is None:
+        found = f"no ring of up to {short.index[-1]} sectors is as good as Θ(N)"
     worlds = list(cells.groupby(["radius", "robots"]))
-    figure = canvas(14.2, 3.9 * -(-len(worlds) // 3) + 1.9)
+    rows = -(-len(worlds) // 3)
+    figure = canvas(14.2, 3.9 * rows + 1.9)
     head(
         figure,
-        "Fig. δ   Observed targets against the sectors δ of the ring: "
-        + (
-            f"no ring of up to {short.index[-1]} sectors is as good as Θ(N)"
-            if enough is None
-            else f"{enough} sectors are as good as Θ(N), to 1 point on average"
-        ),
+        f"Fig. δ   Observed targets against the sectors δ of the ring: {found}",
         f"A-CMOMMT: mean and 95 % confidence band over {int(cells['count'].iloc[0])} runs of {conditions.steps} steps; "
         f"15 targets, ranges 1; setting {conditions.name}, seed {conditions.root}",
     )
-    panels = figure.subplots(-(-len(worlds) // 3), 3, sharey=True, squeeze=False)
+    panels = figure.subplots(rows, 3, sharey=True, squeeze=False)
     height = figure.get_figheight()
     figure.subplots_adjust(left=0.055, right=0.97, bottom=1.4 / height, top=1 - 1.5 / height, wspace=0.12, hspace=0.3)
     for axes, ((radius, robots), of) in zip(panels.flat, worlds, strict=False):
         plain(axes)
-        by_degree = {degree: of[of["awareness"] == degree].sort_values("delta") for degree in _DEGREES}
-        deltas = by_degree["ring"]["delta"].to_numpy()
+        deltas = of.loc[of["awareness"] == "ring", "delta"].to_numpy()
         for degree in ("none", "pairwise", "ring"):
-            about, found = AWARENESS[degree], by_degree[degree]
-            label = f"{about.__name__}, {about.order}: {about.shows}"
-            look = {"marker": "o", "markersize": 4.5} if degree == "ring" else {"linestyle": "--"}
+            look = {"marker": "o"} if degree == "ring" else {"linestyle": "--"}
+            level = of[of["awareness"] == degree]
             # A degree without δ is the same at all of them.
-            level = found if degree == "ring" else found.loc[found.index.repeat(len(deltas))]
-            draw_band(axes, deltas, level, DEGREE[degree], label, **look)
-        most = pairwise.loc[(pairwise["robots"] == robots) & (pairwise["radius"] == radius), "max_neighbours"].max()
+            level = level.loc[level.index.repeat(len(deltas) // len(level))]
+            about = AWARENESS[degree]
+            draw_band(
+                axes, deltas, level, DEGREE[degree], f"{about.__name__}, {about.order}: {about.shows}", **look
+            )
+        most = runs.query("awareness == 'pairwise' and robots == @robots and radius == @radius")["max_neighbours"].max()
         axes.set_title(f"N = {robots}, R = {radius:g}   (at most {most} neighbours)", loc="left", size=11, color=INK)
         axes.set_xscale("log", base=2)
         axes.set_xticks(deltas, [str(delta) for delta in deltas])
@@ -481,7 +436,7 @@ def _draw_delta(tables: Tables, conditions: Conditions) -> Canvas:
         axes.tick_params(colors=FAINT)
         axes.set(xlabel="sectors δ of the ring", ylabel="observed targets  [%]")
         axes.label_outer()
-    handles, labels = figure.axes[0].get_legend_handles_labels()
+    handles, labels = panels.flat[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=3, frameon=False, bbox_to_anchor=(0.5, 0.005))
     return figure
 
@@ -497,12 +452,12 @@ FIGURES: dict[str, Figure] = {
     ),
     "7": _level_figure("7", "Observed targets: A-CMOMMT, pairwise awareness", "a-cmommt", "observed_fraction"),
     "8": _difference_figure(
-        "8", "Gain by awareness: A-CMOMMT − centroid", _on_common_noise,
+        "8", "Gain by awareness: A-CMOMMT − centroid",
         _Contrast("a-cmommt", "centroid", "a-cmommt - centroid", "Fig. 7 − Fig. 6"),
     ),
     "9": Figure("Repulsive force from a nearby robot", (), _tabulate_repulsion, _draw_repulsion),
     "10": _difference_figure(
-        "10", "Gain by an awareness range of 1 instead of 0.5: A-CMOMMT", _on_common_noise,
+        "10", "Gain by an awareness range of 1 instead of 0.5: A-CMOMMT",
         _Contrast(
             "a-cmommt", "half-range", "repulsion scaled with sensing range",
             "repulsion scaled with the sensing range (d1, d2 = 0.481, 0.769)",
@@ -513,7 +468,7 @@ FIGURES: dict[str, Figure] = {
         ),
     ),
     "11": _difference_figure(
-        "11", "Gain by awareness in lazy learning: 32 inputs − 16 inputs of the same transitions", _over_explorations,
+        "11", "Gain by awareness in lazy learning: 32 inputs − 16 inputs of the same transitions",
         *(
             _Contrast(
                 f"{reading.name}-cooperative", f"{reading.name}-collective", reading.name,
@@ -521,7 +476,6 @@ FIGURES: dict[str, Figure] = {
             )
             for letter, reading in zip("ab", READINGS, strict=True)
         ),
-        caption=_caption_of_learned, summarise=_gain_of_learned,
     ),
     "delta": Figure(
         "Observed targets against δ", tuple(f"delta-{degree}" for degree in _DEGREES), _tabulate_delta, _draw_delta

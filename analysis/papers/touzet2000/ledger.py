@@ -147,21 +147,11 @@ class Ledger:
         records = [
             {
                 "claim": name,
-                "where": claim.where,
-                "statement": claim.statement,
-                "paper": claim.figure,
-                "rule": claim.rule,
+                **{part: getattr(claim, part) for part in ("where", "statement", "figure", "rule")},
                 "scenario": self.scenarios[name],
                 "settings": {
-                    setting: {
-                        "holds": verdict.holds,
-                        "measured": verdict.measured,
-                        "beside": list(verdict.beside),
-                        "random_walk_holds": verdict.is_trivial,
-                        "share_of_seeds": verdict.share,
-                        "options": self.options[setting][name],
-                    }
-                    for setting, verdict in ((setting, found[name]) for setting, found in self.verdicts.items())
+                    setting: {**found[name]._asdict(), "options": self.options[setting][name]}
+                    for setting, found in self.verdicts.items()
                 },
             }
             for name, claim in CLAIMS.items()

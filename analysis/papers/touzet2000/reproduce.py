@@ -178,11 +178,9 @@ def _draw(plan: Plan, folder: Path, pool: WorkerPool, tables: _Made, watch: Watc
         for figure in plan.figures
     ]
     number = count(1)
-    for job, (made, pictures) in zip(
-        jobs,
-        pool.map(make, jobs, lambda _: watch("drawing", next(number), len(jobs)), lambda job: f"figure {job.name}"),
-        strict=True,
-    ):
+    progress = lambda _: watch("drawing", next(number), len(jobs))  # noqa: E731
+    drawn = pool.map(make, jobs, progress, lambda job: f"figure {job.name}")
+    for job, (made, pictures) in zip(jobs, drawn, strict=True):
         stem = f"figure-{job.name}"
         contents: dict[str, results.Content] = {
             stem + (f"-{suffix}" if suffix else "") + ".parquet": table for suffix, table in made.items()
@@ -194,40 +192,38 @@ def _draw(plan: Plan, folder: Path, pool: WorkerPool, tables: _Made, watch: Watc
 
 def _repeated(
     plan: Plan, pool: WorkerPool, tables: _Made, watch: Watch, checkpoint: Checkpoint
-) -> dict[str, dict[str, float]]:
-    """Return for each setting the share of further root seeds under which the claims near their limit hold."""
-    near = {
-        setting: {name: claim for name, claim in CLAIMS.items() if claim.is_near(made, plan.runs)}
+) -> dict[tuple[str, str], float]:
+    """Return, by setting and claim, the share of further root seeds under which those near their limit hold."""
+    held = {
+        (setting, name): 0
         for setting, made in tables.items()
+        for name, claim in CLAIMS.items()
+        if claim.is_near(made, plan.runs)
     }
-    names = needed((claim for claims in near.values() for claim in claims.values()), beside=False)
-    held = {setting: dict.fromkeys(claims, 0) for setting, claims in near.items()}
-    for number in range(1, SEEDS + 1) if names else ():
+    names = needed((CLAIMS[name] for _, name in held), beside=False)
+    for number in range(1, SEEDS + 1) if held else ():
         made = make_chosen(
             [(setting, names) for setting in plan.settings.values()], plan.grid, pool,
             root=plan.root + number, runs=plan.runs, steps=plan.steps, checkpoint=checkpoint,
         )  # fmt: skip
-        for (setting, claims), found in zip(near.items(), made, strict=True):
-            for name, claim in claims.items():
-                held[setting][name] += bool(claim.judge(found).holds)
+        found = dict(zip(plan.settings, made, strict=True))
+        for setting, name in held:
+            held[setting, name] += bool(CLAIMS[name].judge(found[setting]).holds)
         watch("repeating", number, SEEDS)
-    return {setting: {name: holding / SEEDS for name, holding in counts.items()} for setting, counts in held.items()}
+    return {one: count / SEEDS for one, count in held.items()}
 
 
-def _judged(plan: Plan, tables: _Made, shares: Mapping[str, Mapping[str, float]]) -> Ledger:
+def _judged(plan: Plan, tables: _Made, shares: Mapping[tuple[str, str], float]) -> Ledger:
     verdicts = {
         setting: {
-            name: claim.judge(made, beside=True)._replace(share=shares[setting].get(name))
+            name: claim.judge(made, beside=True)._replace(share=shares.get((setting, name)))
             for name, claim in CLAIMS.items()
         }
         for setting, made in tables.items()
     }
-    return Ledger(
-        verdicts,
-        plan.conditions(),
-        {name: scenario(claim, tables, plan.steps) for name, claim in CLAIMS.items()},
-        {
-            setting: {name: options(claim, plan.settings[setting]) for name, claim in CLAIMS.items()}
-            for setting in tables
-        },
-    )
+    scenarios = {name: scenario(claim, tables, plan.steps) for name, claim in CLAIMS.items()}
+    in_force = {
+        setting: {name: options(claim, given) for name, claim in CLAIMS.items()}
+        for setting, given in plan.settings.items()
+    }
+    return Ledger(verdicts, plan.conditions(), scenarios, in_force)

@@ -54,7 +54,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def run(generations: int, folder: Path, what: Evolution = SMALL) -> list[np.ndarray]:
-    return [found.mean for found in evolution.evolve(what, generations, checkpoint_in(folder))]
+    return list(evolution.evolve(what, generations, checkpoint_in(folder)))
 
 
 def test_an_interrupted_evolution_resumes_with_the_same_bits(tmp_path: Path, tried: list[int]) -> None:

@@ -489,13 +489,14 @@ def test_the_ledger_as_json_has_every_claim_and_rule() -> None:
     assert content["claims"][0]["settings"]["defaults"] == {
         "holds": False,
         "measured": "otherwise",
-        "beside": [],
-        "random_walk_holds": False,
-        "share_of_seeds": None,
+        "distance": 2.0,
+        "beside": (),
+        "is_trivial": False,
+        "share": None,
         "options": "gain=0.5",
     }
     assert content["claims"][0]["scenario"] == "N = 30, 600 steps"
-    assert all(record["where"] and record["paper"] for record in content["claims"])
+    assert all(record["where"] and record["figure"] for record in content["claims"])
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -94,4 +94,4 @@ def test_claims_near_their_limit_are_judged_under_the_seeds_that_follow(
     with WorkerPool(1) as pool:
         shares = paper._repeated(plan, pool, {"defaults": {}}, lambda *of: None, paper.checkpoint_in(tmp_path))
     assert given == list(range(2001, 2021))
-    assert shares == {"defaults": {"acmommt-full": 0.75}}
+    assert shares == {("defaults", "acmommt-full"): 0.75}
