@@ -34,15 +34,14 @@ def _figure_3() -> bytes:
     return make(Job("3", {}, Conditions(name, setting, plan.root, plan.runs, plan.steps)))[1]["png"]
 
 
-def _of_task(name: str, package: str) -> Callable[[], bytes]:
-    """Return what draws the figure of a task's reproduction."""
+def _of_paper(paper: str, name: str) -> Callable[[], bytes]:
+    """Return what draws the figure of a paper from its committed table."""
 
     def drawn() -> bytes:
-        from importlib import import_module
+        from teamsight.analysis.papers import PAPERS
 
-        plan = import_module(f"teamsight.analysis.{package}.plan").Plan()
-        table = pd.read_parquet(ROOT / "docs" / "tasks" / f"{name}.parquet")
-        return import_module(f"teamsight.analysis.{package}.figure").draw(table, plan)
+        found = pd.read_parquet(ROOT / "docs" / "tasks" / f"{name}.parquet")
+        return PAPERS[paper].picture(name, found, PAPERS[paper].plan())
 
     return drawn
 
@@ -82,15 +81,15 @@ def _evolved() -> bytes:
 
 #: What draws a picture from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
-    "collecting.png": _of_task("collecting", "collecting"),
+    "collecting.png": _of_paper("mataric", "collecting"),
     "evolved.png": _evolved,
     "figure-3.png": _figure_3,
-    "foraging.png": _of_task("foraging", "foraging"),
+    "foraging.png": _of_paper("balch_arkin1994", "foraging"),
     "lazy-q.png": _lazy_q,
     "learning-curves.png": _learning_curves,
-    "pursuit-modules.png": _of_task("pursuit-modules", "pursuit.ono"),
-    "pursuit.png": _of_task("pursuit", "pursuit"),
-    "pushing.png": _of_task("pushing", "pushing"),
+    "pursuit-modules.png": _of_paper("ono_fukumoto1996", "pursuit-modules"),
+    "pursuit.png": _of_paper("tan1993", "pursuit"),
+    "pushing.png": _of_paper("kube_zhang1992", "pushing"),
     "unreliable-failures.png": _unreliable("failures"),
     "unreliable-periods.png": _unreliable("periods"),
 }

@@ -1,1 +1,20 @@
-"""Papers that are reproduced, each in a file or folder: its experiments, claims, figures and page."""
+"""Reproductions: a file or folder for each paper, with its runs, claims, figures and the template of its page."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from teamsight.core.registry import Registry
+
+if TYPE_CHECKING:
+    from teamsight.analysis.papers.reproduction import Paper
+
+#: The papers by name, as ``teamsight reproduce NAME`` takes them; that of CMOMMT is `touzet2000`.
+PAPERS: Registry[Paper[Any, Any]] = Registry(
+    {
+        name: f"teamsight.analysis.papers.{name}:PAPER"
+        for name in (
+            "tan1993", "ono_fukumoto1996", "balch_arkin1994", "kube_zhang1992", "mataric",
+        )
+    }
+)  # fmt: skip

@@ -340,6 +340,7 @@ def _validated(folder: Path | None) -> tuple[list[dict[str, Any]], dict[str, Any
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
         names = ("generation", "robot_steps", *_GAIN)
+        # What is no number cannot be added to 0.
         points = [{name: point[name] + 0 for name in names} for point in content["points"]]
         return points, {name: content["options"][name] for name in OPTIONS}
     except (ValueError, TypeError, KeyError):

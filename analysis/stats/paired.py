@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
-from scipy.special import stdtrit
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 CELL = ("robots", "radius")
 _PAIR = ["robots", "targets", "radius", "replicate", "seed"]
@@ -16,6 +17,8 @@ _PAIR = ["robots", "targets", "radius", "replicate", "seed"]
 
 def half_width(se: NDArray[np.float64], count: NDArray[np.int64], level: float = 0.95) -> NDArray[np.float64]:
     """Return half the width of Student's confidence interval, which is infinite for a single run."""
+    from scipy.special import stdtrit  # which takes long to import
+
     with np.errstate(invalid="ignore"):
         wide = stdtrit(np.maximum(count - 1, 1), 0.5 + level / 2) * se
     return np.where(count > 1, wide, np.inf)

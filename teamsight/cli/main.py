@@ -93,6 +93,20 @@ def evolution() -> None:
     """
 
 
+@click.group("reproduce", cls=reproduce.Papers, section="Reproduce")
+def papers() -> None:
+    """Reproduce a paper: its runs, its figures and its claims.
+
+    Without the name of a paper, that of Touzet (2000), whose figures have numbers.
+
+    \b
+      teamsight reproduce                       all its figures, and its claims
+      teamsight reproduce 4 5                   two of its figures
+      teamsight reproduce tan1993 --quick       another paper, coarse and fast
+      teamsight reproduce tan1993 --help        its options
+    """
+
+
 _COMMANDS: dict[str, list[tuple[Any, type[Options]]]] = {
     "Look": [
         (demo.demo, demo.DemoSettings), (watch.watch, watch.WatchSettings), (run.run, run.RunSettings),
@@ -105,7 +119,7 @@ _COMMANDS: dict[str, list[tuple[Any, type[Options]]]] = {
         (submit.submit, submit.SubmitSettings), (schema.schema, schema.SchemaSettings),
     ],
     "Reproduce": [
-        (reproduce.reproduce, reproduce.ReproduceSettings), (gathering.gathering, gathering.GatheringSettings),
+        (gathering.gathering, gathering.GatheringSettings),
         (unreliable.unreliable, unreliable.UnreliableSettings), (calibrate.calibrate, calibrate.CalibrateSettings),
     ],
 }  # fmt: skip
@@ -121,6 +135,7 @@ for _section, _made in _COMMANDS.items():
     if _section == "Study":
         commands.add_command(learn)
         commands.add_command(evolution)
+        commands.add_command(papers)
 for _work, _settings in _LEARN:
     learn.add_command(Command(_work, _settings))
 evolution.add_command(Command(evolve.train, evolve.TrainSettings))

@@ -1,34 +1,34 @@
-"""``teamsight reproduce``: the figures of the paper and the ledger of its claims."""
+"""``teamsight reproduce``: a paper's runs, figures and claims; its options are the fields of its plan."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields
+from functools import cache
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
+
+import click
 
 from teamsight.agents.settings import PRESETS
+from teamsight.analysis.papers import PAPERS
 from teamsight.analysis.runs.limits import Steps
 from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Works, Writes
+from teamsight.cli.options import Command, Group, Works, Writes
 from teamsight.cli.values import CellRuns, Folder, Format
+from teamsight.core import checks
 from teamsight.core.component import Allowed, Flag, Seed
 
 if TYPE_CHECKING:
+    from teamsight.analysis.papers.reproduction import Paper
     from teamsight.analysis.papers.touzet2000.reproduce import Plan
+    from teamsight.analysis.runs.checkpoint import Checkpoint
 
 _LEDGER = "ledger"
-#: The task whose figures have the numbers of the paper.
-_PAPER = "cmommt"
-# Options that only the paper's reproduction has.
-_OF_PAPER = ("figures", "preset")
-
-
-def _tasks() -> Iterable[str]:
-    from teamsight.analysis.reproductions import REPRODUCTIONS
-
-    return (_PAPER, *REPRODUCTIONS)
+#: The paper whose figures have numbers.
+_FIRST = "touzet2000"
 
 
 def _figures() -> Iterable[str]:
@@ -41,17 +41,32 @@ _Figure = Annotated[str, Allowed(choices=_figures)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReproduceSettings(Works, Writes):
-    """Options of ``teamsight reproduce``.
+class PaperSettings(Works, Writes):
+    """Options of the command of each paper, beside the fields of its plan.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for the results.
+    format : sequence of str
+        Formats of the pictures, with commas between them.
+    quick : bool
+        Make a coarse result.
+    """
+
+    out: Folder = Path("results")
+    format: Annotated[tuple[Format, ...], Allowed()] = ("png",)
+    quick: Flag = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReproduceSettings(PaperSettings):
+    """Options of ``teamsight reproduce touzet2000``.
 
     Parameters
     ----------
     figures : sequence of str
         Which figures.
-    task : str
-        The task whose source is reproduced.
-    out : Path
-        Folder for the results.
     runs : int
         Number of runs of each cell.
     steps : int
@@ -60,35 +75,95 @@ class ReproduceSettings(Works, Writes):
         Seed of all runs.
     preset : str
         Settings with which figures are drawn, or 'defaults' for the default of every parameter.
-    format : sequence of str
-        Formats of the pictures, with commas between them.
-    quick : bool
-        Use a coarse grid of scenarios.
     """
 
     figures: Annotated[tuple[_Figure, ...], Allowed(metavar="[FIGURE]...", is_argument=True, is_repeated=True)] = ()
-    task: Annotated[str, Allowed(choices=_tasks)] = _PAPER
-    out: Folder = Path("results")
-    runs: Annotated[CellRuns, Allowed(shown="5, or that of the task")] = 5
-    steps: Annotated[Steps, Allowed(shown="600, or that of the task")] = 600
-    seed: Annotated[Seed, Allowed(shown="2000, or that of the task")] = 2000
+    runs: CellRuns = 5
+    steps: Steps = 600
+    seed: Seed = 2000
     preset: Annotated[str, Allowed(choices=(*PRESETS, "defaults"))] = "touzet2000"
-    format: Annotated[tuple[Format, ...], Allowed()] = ("png",)
-    quick: Flag = False
-
-    def check(self) -> None:
-        """Refuse what only the paper's reproduction has with another task."""
-        if self.task != _PAPER:
-            self.refuse(_OF_PAPER, f"is for the task {_PAPER}")
 
 
-def reproduce(settings: ReproduceSettings) -> None:
-    """Draw the paper's figures and check its claims.
+class _Commands(Mapping[str, click.Command]):
+    """The commands of all papers; each is made, and its file imported, when it is asked for."""
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((_FIRST, *PAPERS))
+
+    def __len__(self) -> int:
+        return 1 + len(PAPERS)
+
+    def __getitem__(self, name: str) -> click.Command:
+        return Command(touzet2000, ReproduceSettings) if name == _FIRST else command_of(name)
+
+
+class Papers(Group):
+    """The group of the papers; the paper of 2000 is meant where none is named.
+
+    Attributes
+    ----------
+    default : str
+        The command that is meant.
+    """
+
+    default = _FIRST
+
+    def __init__(self, **given: Any) -> None:
+        super().__init__(**given)
+        self.commands: Any = _Commands()
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        named = args[0] if args else ""
+        # An option is no misspelt command, however close: --out stands in "touzet2000".
+        is_near = not named.startswith("-") and checks.suggestion(named, self.commands)
+        is_command = named in (*self.commands, "-h", "--help") or is_near
+        return super().parse_args(ctx, args if named and is_command else [self.default, *args])
+
+
+@cache
+def command_of(name: str) -> Command:
+    """Return the command of a paper: the fields of its plan are options, and the text of its file is the help."""
+    paper = PAPERS[name]
+    settings = type(f"Settings of {name}", (paper.plan, PaperSettings), {"__annotations__": {}})
+
+    def work(settings: Any) -> None:
+        _reproduce(name, settings)
+
+    work.__name__, work.__doc__ = name, import_module(paper.plan.__module__).__doc__
+    return Command(work, dataclass(frozen=True, kw_only=True)(settings))
+
+
+def _reproduce(name: str, settings: Any) -> None:
+    """Make the results of a paper, and say what they are."""
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.cli.show import say, working
+
+    paper = PAPERS[name]
+    plan = plan_in(settings, paper)
+    folder = prepare_folder(settings.out)
+    paper.check(plan, folder, settings.format, force=settings.force)
+    began = time.perf_counter()
+    with when_stopped(lambda: _kept(folder, paper.checkpoint(folder))), working(settings.workers) as (watch, pool):
+        found = paper.reproduce(plan, folder, pool, watch, settings.format, force=settings.force)
+    for line in paper.summary(found, plan):
+        say(line)
+    say(f"{name} in {folder} after {time.perf_counter() - began:.0f} s")
+
+
+def plan_in(settings: Any, paper: Paper[Any, Any]) -> Any:
+    """Return the plan of a paper in the settings of its command."""
+    values = {one.name: getattr(settings, one.name) for one in fields(paper.plan)}
+    coarse = paper.quick if settings.quick else {}
+    return paper.plan(**values | {name: value for name, value in coarse.items() if name not in settings.given})
+
+
+def touzet2000(settings: ReproduceSettings) -> None:
+    """Touzet (2000): the figures, and a ledger of which claims hold.
 
     FIGURE is the number of a figure of the paper, 'delta' (observed targets against δ) or 'ledger' (the claims alone);
     by default all are made. Each figure is written as a picture and a Parquet table with the seed of every run. The
     ledger lists which of the paper's claims hold, and by which rule, for the preset and for the default settings. After
-    an interruption the same command continues from there. With --task, the figures and the ledger of another task.
+    an interruption the same command continues from there. The name of the paper can be left out.
 
     \b
     Examples:
@@ -98,19 +173,16 @@ def reproduce(settings: ReproduceSettings) -> None:
       teamsight reproduce --quick --workers 1     coarse and fast
       teamsight reproduce ledger --seed 7         the claims with other noise
     """
-    from teamsight.analysis.papers.touzet2000.reproduce import check_results
+    from teamsight.analysis.papers.touzet2000.reproduce import check_results, checkpoint_in
     from teamsight.analysis.papers.touzet2000.reproduce import reproduce as make
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, show_ledger, working
 
     folder = prepare_folder(settings.out)
-    if settings.task != _PAPER:
-        _reproduce_task(settings, folder)
-        return
     plan = plan_of(settings)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(folder)), working(settings.workers) as (watch, pool):
+    with when_stopped(lambda: _kept(folder, checkpoint_in(folder))), working(settings.workers) as (watch, pool):
         ledger = make(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)
@@ -118,22 +190,6 @@ def reproduce(settings: ReproduceSettings) -> None:
         say(line)
     made = [f"figure {name}" for name in plan.figures] + (["ledger"] if ledger else [])
     say(f"{', '.join(made)} in {folder} after {time.perf_counter() - began:.0f} s")
-
-
-def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
-    """Draw the figures and judge the claims of another task."""
-    from teamsight.analysis.reproduction import Request
-    from teamsight.analysis.reproductions import REPRODUCTIONS
-    from teamsight.cli.show import say, working
-
-    given = {name: getattr(settings, name) for name in ("seed", "runs", "steps") if name in settings.given}
-    request = Request(folder, quick=settings.quick, formats=settings.format, force=settings.force, **given)
-    began = time.perf_counter()
-    with when_stopped(lambda: _kept_of_task(folder)), working(settings.workers) as (watch, pool):
-        lines = REPRODUCTIONS[settings.task](request, pool, watch)
-    for line in lines:
-        say(line)
-    say(f"{settings.task} in {folder} after {time.perf_counter() - began:.0f} s")
 
 
 def plan_of(settings: ReproduceSettings) -> Plan:
@@ -167,14 +223,6 @@ def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
             yield f"figure {name}: {summarise(tables)}"
 
 
-def _kept_of_task(folder: Path) -> str:
-    if any(folder.glob("*.checkpoint")):
-        return f"finished runs are kept in {folder}; the same command continues from there"
-    return "nothing was kept"
-
-
-def _kept(folder: Path) -> str:
-    from teamsight.analysis.papers.touzet2000.reproduce import checkpoint_in
-
-    kept = checkpoint_in(folder).count()
+def _kept(folder: Path, checkpoint: Checkpoint) -> str:
+    kept = checkpoint.count()
     return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"

@@ -1,4 +1,4 @@
-"""Commands that take a task: tasks, run, delta, sweep, watch, learn explore, gathering and reproduce."""
+"""Commands that take a task: tasks, run, delta, sweep, watch, learn explore and gathering."""
 
 from __future__ import annotations
 
@@ -124,32 +124,6 @@ def test_values_for_each_size_follow_the_sizes_as_they_were_given() -> None:
     assert plan.scenario == {"side": (40, 60, 80)}
 
 
-def test_reproduce_of_a_task_calls_its_reproduction(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from teamsight.analysis import reproductions
-    from teamsight.analysis.reproduction import Request
-
-    given = []
-
-    def reproduce(request: Request, pool: object, watch: object) -> list[str]:
-        given.append(request)
-        return ["two of three hold"]
-
-    monkeypatch.setattr(reproductions, "_made_for_a_test", reproduce, raising=False)
-    monkeypatch.setitem(
-        reproductions.REPRODUCTIONS._homes, "gather", "teamsight.analysis.reproductions:_made_for_a_test"  # type: ignore[arg-type, index]
-    )
-    status, out, _ = call(
-        capsys, "reproduce", "--task", "gather", "--out", str(tmp_path), "--quick", "--seed", "7", "--workers", "1"
-    )
-    assert status == 0
-    assert "two of three hold" in out
-    assert given == [Request(tmp_path, seed=7, quick=True)]
-    refused = call(capsys, "reproduce", "3", "--task", "gather", "--out", str(tmp_path))
-    assert (refused[0], "is for the task cmommt; leave --figures out" in refused[2]) == (2, True)
-
-
 WRONG = [
     (("run", "--task", "push", "--targets", "3"), "targets: is no parameter of the task push"),
     (("run", "--task", "cmommt", "--robots", "3", "--set", "robots=4"), "set=robots: is given as --robots too; leave one out"),
@@ -166,7 +140,6 @@ WRONG = [
     (("gathering", "--set", "graze.side=3"), "'graze.side' is of the task 'graze', which is not compared"),
     (("run", "--task", "cmommt", "--set", "cmommt.radius=3"), "cmommt.radius: is no parameter of the task"),
     (("gathering", "--set", "robots=3"), "robots is N, the size of the team; give it as sizes"),
-    (("reproduce", "--task", "forage2"), "task='forage2': unknown"),
 ]  # fmt: skip
 
 

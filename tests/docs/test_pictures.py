@@ -70,17 +70,8 @@ def test_marks_do_not_change_a_picture(name: str) -> None:
     assert differing(content, twice) == 0
 
 
-def test_tables_have_the_settings_of_their_commands() -> None:
-    """Those of the others are compared beside their pages."""
-    from teamsight.analysis.foraging.plan import Plan as Foraging
+def test_a_table_has_the_settings_of_its_command() -> None:
+    """Those of the papers are compared beside their pages."""
     from teamsight.analysis.learning.curves import Curves
-    from teamsight.analysis.pushing.plan import Plan as Pushing
 
-    of_tasks = ROOT / "docs" / "tasks"
-    for place, name, plan in (
-        (of_tasks, "foraging", Foraging()),
-        (of_tasks, "pushing", Pushing()),
-        (ROOT / "docs", "learning-curves", Curves()),
-    ):
-        attributes = pd.read_parquet(place / f"{name}.parquet").attrs
-        assert attributes[name.removeprefix("learning-")] == plan.conditions(), name
+    assert pd.read_parquet(ROOT / "docs" / "learning-curves.parquet").attrs["curves"] == Curves().conditions()

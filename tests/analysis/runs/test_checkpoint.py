@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight import analysis
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.learning.explore import Exploration
+from teamsight.analysis.papers import PAPERS, reproduction
 from teamsight.analysis.runs import checkpoint as module
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
@@ -106,26 +106,24 @@ def test_the_code_that_decides_every_run_is_digested() -> None:
 
 
 def plans() -> Iterator[Any]:
-    """Yield the plan of every folder of analyses that has one."""
-    top = Path(analysis.__path__[0])
-    for file in sorted(top.rglob("plan.py")):
-        found = importlib.import_module(".".join(["teamsight.analysis", *file.relative_to(top).with_suffix("").parts]))
-        if hasattr(found.Plan, "planned"):
-            yield found.Plan()
+    """Yield the plan of every paper that describes its runs one by one."""
+    for paper in PAPERS.values():
+        if "planned" in vars(paper.plan):
+            yield paper.plan()
 
 
 def test_the_module_of_every_measure_in_use_decides_its_runs() -> None:
     """And so does what it imports."""
     runs = [next(plan.planned())[1] for plan in plans()]
-    assert len(runs) >= 6
+    assert len(runs) >= 5
     for run in (*runs, Exploration().all_runs[0], Run({}, 1, 1)):
         home = run.measure if inspect.isfunction(run.measure) else type(run.measure)
         found = module.sources(*module.modules_of(run.measure, run.model))
         assert Path(inspect.getfile(home)) in found, run.measure
         assert not any("figure" in file.name or "page" in file.name for file in found)
         assert run.code in run.key
-    imported = module.sources("teamsight.analysis.pushing.plan")
-    assert Path(str(importlib.import_module("teamsight.analysis.pushing.trials").__file__)) in imported
+    imported = module.sources("teamsight.analysis.papers.tan1993")
+    assert Path(str(reproduction.__file__)) in imported
 
 
 def test_an_edit_of_what_a_measure_imports_makes_another_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

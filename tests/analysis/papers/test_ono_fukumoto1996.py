@@ -1,9 +1,8 @@
-"""Modules against one table over all: rates and their bounds, sides at a capture, claims that can fail, and files."""
+"""Modules against one table over all: rates and their bounds, sides at a capture, and claims that can fail."""
 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,14 +10,19 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from teamsight.analysis.pursuit.ono import results
-from teamsight.analysis.pursuit.ono.claims import CLAIMS, verdicts
-from teamsight.analysis.pursuit.ono.conditions import CONDITIONS, SIDE
-from teamsight.analysis.pursuit.ono.measure import LATE, PARTS, Surrounding, information
-from teamsight.analysis.pursuit.ono.page import sizes_table
-from teamsight.analysis.pursuit.ono.plan import Plan
-from teamsight.analysis.pursuit.ono.rates import expected_steps, late_steps, random_steps
-from teamsight.analysis.reproduction import Request
+from teamsight.analysis.papers.ono_fukumoto1996 import (
+    CONDITIONS,
+    LATE,
+    PARTS,
+    SIDE,
+    Surrounding,
+    expected_steps,
+    information,
+    late_steps,
+    random_steps,
+    sizes_table,
+    verdicts,
+)
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.policies import LatticeWalk
 from teamsight.tasks.pursuit.world import Pursuit
@@ -127,16 +131,9 @@ def test_claims_can_hold_fail_and_stay_undecided() -> None:
 
 
 def test_every_claim_has_its_conditions() -> None:
-    assert {name for needs, _ in CLAIMS for name in needs} <= set(CONDITIONS)
+    every = pd.concat([_runs(name, [5, 6]) for name in CONDITIONS])
+    assert len(verdicts(every)) == 9
 
 
 def test_tables_of_modules_grow_slowly() -> None:
     assert "| 2 | 26 | 2,028 | 456,976 | 10,140 | 2,284,880 |" in sizes_table()
-
-
-def test_files_are_made(tmp_path: Path) -> None:
-    plan = Plan(runs=2, share=0.0005, seed=5, names=("random, side 4", "modular, side 4", "monolithic, side 4"))
-    said = results.REPRODUCTION.make(plan, Request(tmp_path), None, lambda phase, done, total: None)
-    assert len(said) == 1
-    assert {file.name for file in tmp_path.iterdir()} == {f"pursuit-modules.{kind}" for kind in ("parquet", "md", "png")}
-    assert pd.read_parquet(tmp_path / "pursuit-modules.parquet").attrs["pursuit-modules"] == plan.conditions()

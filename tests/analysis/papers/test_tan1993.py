@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,18 +10,23 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from teamsight.analysis.pursuit import reproduce, results
-from teamsight.analysis.pursuit.claims import FAILS, HOLDS, UNDECIDED, crossing, crossings, gains, verdicts
-from teamsight.analysis.pursuit.conditions import CONDITIONS
-from teamsight.analysis.pursuit.ledger import AGREES, DIFFERS, rows
-from teamsight.analysis.pursuit.paper import VALUES
-from teamsight.analysis.pursuit.plan import Plan
-from teamsight.analysis.pursuit.trials import BLOCK, next_trials, trials_of
-from teamsight.analysis.reproduction import Request
+from teamsight.analysis.papers.tan1993 import (
+    BLOCK,
+    CONDITIONS,
+    VALUES,
+    Pursuits,
+    crossing,
+    crossings,
+    gains,
+    ledger,
+    next_trials,
+    verdicts,
+)
 from teamsight.analysis.runs.planned_runs import run_rows
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.tasks.pursuit.world import Pursuit
 
-SMALL = Plan(runs=2, share=0.02, tests=20, seed=5, names=("1/1 random", "1/1 depth 2", "1/2 one table"))
+SMALL = Pursuits(runs=2, share=0.02, tests=20, seed=5, names=("1/1 random", "1/1 depth 2", "1/2 one table"))
 
 
 def _table(condition: str, *, training: Any = (), test: Any = (), curve: Any = ()) -> pd.DataFrame:
@@ -33,10 +36,16 @@ def _table(condition: str, *, training: Any = (), test: Any = (), curve: Any = (
     return pd.DataFrame({"condition": condition, "replicate": range(size), **columns, "neighbours": 1})
 
 
+def _first(condition: str, **more: Any) -> Any:
+    return ledger(_table(condition, **more)).iloc[0]
+
+
 def test_all_values_of_tan_have_a_condition() -> None:
-    assert sum(value.where.startswith("Table") for value in VALUES) == 28
-    assert sum(value.where.startswith("Fig") for value in VALUES) == 9
-    assert {value.condition for value in VALUES} <= set(CONDITIONS)
+    every = pd.concat([_table(name, training=[1.0, 2.0], test=[1.0, 2.0]) for name in CONDITIONS])
+    found = ledger(every)
+    assert found["where"].str.startswith("Table").sum() == 28
+    assert found["where"].str.startswith("Fig").sum() == 9
+    assert {line.split("|")[1].strip() for line in VALUES.strip().splitlines()} == set(found["condition"])
 
 
 def test_every_run_can_be_repeated_from_its_row() -> None:
@@ -58,25 +67,23 @@ def test_trials_are_counted_from_the_history() -> None:
     history = world.recording.history
     # Each ended trial is followed by a step that begins the next.
     ends = np.flatnonzero(history["captures"]) + 1
-    assert trials_of(world).tolist() == [ends[0], *(np.diff(ends) - 1).tolist()]
-    assert trials_of(world)[:30].tolist() == lengths.tolist()
+    assert lengths.tolist() == [ends[0], *(np.diff(ends) - 1).tolist()][:30]
 
 
 def test_verdicts_of_values_follow_from_welchs_interval() -> None:
-    value = next(one for one in VALUES if one.where == "Table 3" and one.condition == "1/2 depth 2")
     near = np.array([20.0, 21.0, 20.5, 19.8, 20.6])
-    row = rows(_table("1/2 depth 2", training=near, test=near))[0]
-    assert row.value == value
+    row = _first("1/2 depth 2", training=near, test=near)
+    assert (row["where"], row["phase"], row["steps"], row["half"]) == ("Table 3", "training", 20.38, 0.57)
     # Tan's error from his half width: Student's t with 4 degrees of freedom at 95 %.
-    his, own = value.half / 2.131846786, near.std(ddof=1) / math.sqrt(5)  # type: ignore[operator]
+    his, own = row["half"] / 2.131846786, near.std(ddof=1) / math.sqrt(5)
     freedom = (his**2 + own**2) ** 2 / (his**4 / 4 + own**4 / 4)
     wide = stats.t.ppf(0.975, freedom) * math.hypot(his, own)
-    assert row.difference == pytest.approx(near.mean() - value.steps)
-    assert (row.low, row.high) == pytest.approx((row.difference - wide, row.difference + wide))
-    assert row.verdict == AGREES
-    assert rows(_table("1/2 depth 2", training=near + 9, test=near))[0].verdict == DIFFERS
+    assert row["difference"] == pytest.approx(near.mean() - row["steps"])
+    assert (row["low"], row["high"]) == pytest.approx((row["difference"] - wide, row["difference"] + wide))
+    assert row["verdict"] == "agrees"
+    assert _first("1/2 depth 2", training=near + 9, test=near)["verdict"] == "differs"
     spread = np.array([5.0, 40.0, 10.0, 35.0, 12.0])
-    assert rows(_table("1/2 depth 2", training=spread, test=near))[0].verdict == "undecided"
+    assert _first("1/2 depth 2", training=spread, test=near)["verdict"] == "undecided"
 
 
 def test_claims_can_hold_fail_and_stay_undecided() -> None:
@@ -108,35 +115,9 @@ def test_a_longer_training_does_not_move_the_crossing() -> None:
     for depth in (2, 3):
         parts.append(_table(f"2/2 joint, depth {depth}", training=np.ones(4), curve=[[100.0] * 60] * 4))
         parts.append(_table(f"2/2 joint passive, depth {depth}", training=np.ones(4), curve=[[90.0] * 60] * 4))
-    assert [crossings(pd.concat(parts), depth).tolist() for depth in (2, 3, 4)] == [[0.0] * 4] * 3
+    assert [one.tolist() for one in crossings(pd.concat(parts)).values()] == [[0.0] * 4] * 3
 
 
 def test_gains_are_paired_by_run() -> None:
     table = pd.concat([_table("a", curve=[[3.0, 3.0], [5.0, 5.0]]), _table("b", curve=[[1.0, 2.0], [1.0, 1.0]])])
     assert gains(table, "a", "b").tolist() == [[2.0, 1.0], [4.0, 4.0]]
-
-
-def test_files_are_made_and_not_replaced_by_other_settings(tmp_path: Path) -> None:
-    request = Request(tmp_path, formats=("png", "svg"))
-    said = results.REPRODUCTION.make(SMALL, request, None, lambda phase, done, total: None)
-    assert (
-        said[-1] == "Each claim is judged by its own 95 % interval: if nothing made a difference, at most one in 40 "
-        "would hold by chance, 0.0 of 0."
-    )
-    made = {file.name for file in tmp_path.iterdir()}
-    assert made == {"pursuit.parquet", "pursuit-ledger.parquet", "pursuit.md", "pursuit.png", "pursuit.svg"}
-    text = (tmp_path / "pursuit.md").read_text(encoding="utf-8")
-    assert "47.14 ± 1.28" in text
-    assert "123.08" in text
-    (tmp_path / "pursuit.md").write_text("mine", encoding="utf-8")
-    with pytest.raises(ValueError, match=r"pursuit\.md"):
-        results.REPRODUCTION.check(SMALL, request)
-
-
-def test_nothing_is_simulated_if_a_file_of_the_second_part_must_not_be_replaced(tmp_path: Path) -> None:
-    (tmp_path / "pursuit-modules.md").write_text("mine", encoding="utf-8")
-    request = Request(tmp_path, quick=True)
-    with pytest.raises(ValueError, match=r"pursuit-modules\.md"):
-        reproduce.reproduce(request, None, lambda phase, done, total: None)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="steps=10: trials end with a capture; give the number of runs"):
-        reproduce.reproduce(replace(request, steps=10), None, lambda phase, done, total: None)  # type: ignore[arg-type]

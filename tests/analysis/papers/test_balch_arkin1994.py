@@ -1,27 +1,17 @@
-"""The claims on communication: what each rule decides, the page, and the runs that a plan makes."""
+"""The claims on communication: what each rule decides, and the runs that a plan makes."""
 
 from __future__ import annotations
-
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.foraging.claims import gain, largest, times, verdicts
-from teamsight.analysis.foraging.figure import draw
-from teamsight.analysis.foraging.page import page, summary
-from teamsight.analysis.foraging.plan import Plan, UntilDone
-from teamsight.analysis.foraging.reproduce import reproduce
-from teamsight.analysis.reproduction import Request
-from teamsight.analysis.reproductions import REPRODUCTIONS
+from teamsight.analysis.papers.balch_arkin1994 import Communication, UntilDone, gain, percentages_table, times, verdicts
 from teamsight.analysis.runs.planned_runs import run_rows
-from teamsight.analysis.runs.workers import WorkerPool
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.tasks import TASKS
 
-SMALL = Plan(runs=2, steps=300, robots=(2, 3), attractors=(1,))
+SMALL = Communication(runs=2, steps=300, robots=(2, 3), attractors=(1,))
 
 
 def table(spread: float = 5.0, **share: float) -> pd.DataFrame:
@@ -65,7 +55,7 @@ def test_goals_without_a_gain_leave_nothing_to_share() -> None:
 def test_a_gain_is_the_share_of_the_mean_time() -> None:
     data = table(spread=0.0, forage_goal=0.75)
     assert gain(data, "forage", "goal", "none") == pytest.approx((0.25, 0.25, 0.25))
-    assert largest(data, "forage", "goal", "none")[0] == pytest.approx(0.25)
+    assert "| forage | goal over none | 19 % | +25.0 % (+25.0 to +25.0) | +25.0 % at N =" in percentages_table(data)
 
 
 def test_the_interval_of_a_gain_covers_the_ratio_of_means() -> None:
@@ -91,22 +81,3 @@ def test_runs_are_paired_and_stop_when_they_are_done() -> None:
     task = TASKS["graze"]
     world = task.build("skilled", rng=1, robots=20, side=20.0, obstacles=0.0)
     assert UntilDone(task)(world, 8000)["time"] < 250 == world.tick
-
-
-def test_a_reproduction_writes_table_page_and_picture(tmp_path: Path) -> None:
-    with WorkerPool(1) as pool:
-        lines = reproduce(
-            Request(tmp_path, runs=1, steps=20, quick=True, formats=("svg",)), pool, lambda phase, done, total: None
-        )
-    assert "claims" in lines[0]
-    assert len(lines) == 4
-    assert {path.name for path in tmp_path.iterdir()} == {"foraging.parquet", "foraging.md", "foraging.svg"}
-    assert "19 %" in (tmp_path / "foraging.md").read_text(encoding="utf-8")
-    assert {"forage", "consume", "graze"} <= set(REPRODUCTIONS)
-
-
-def test_the_page_says_what_it_is_not() -> None:
-    text = page(table(), replace(SMALL, runs=30))
-    assert "no reproduction of the numbers" in text
-    assert len(summary(table())) == 4
-    assert draw(table(), SMALL).startswith(b"\x89PNG")

@@ -1,0 +1,348 @@
+"""Mataric: teams that learn to collect pucks by delayed reward, by events, or by progress estimators.
+
+Each run learns anew; its tables are scored, and its team is tested in worlds in which it learns no more. The page also
+says what a count or a ring of intruders adds to one bit. About the result: docs/tasks/collecting.md.
+
+\b
+Examples:
+  teamsight reproduce mataric --out collecting
+  teamsight reproduce mataric --quick --workers 1
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+
+from teamsight.analysis.papers.reproduction import (
+    AGREES,
+    DIFFERS,
+    RECALLED,
+    Floats,
+    Paper,
+    Plan,
+    chosen,
+    column,
+    error_bars,
+    filled,
+    judged,
+    panel,
+    titled,
+    verdict_table,
+)
+from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.style import COLOURS, FAINT
+from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, Verdict, above, interval_text
+from teamsight.core.component import Allowed, Count, Seed
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Canvas
+
+    from teamsight.agents.world import World
+    from teamsight.analysis.runs.planned_runs import Planned
+    from teamsight.policies.basis.basis_behaviours import BasisBehaviours
+
+#: How sure the source of a claim is; else `RECALLED`.
+TOUZET, OURS = "Touzet (2000), §2.3", "ours"
+#: δ of counts and sectors, and the share of rows that a table of random values has right.
+DELTA, CHANCE = 3, 0.25
+#: The schemes of reinforcement by name; "events + H" and "events + I" leave one estimator out, with the weights of the
+#: others in their ratio.
+SCHEMES: dict[str, dict[str, Any]] = {
+    "delayed": {"scheme": "delayed"},
+    "events": {"scheme": "events"},
+    "events + H": {"weights": (2 / 3, 0.0, 1 / 3)},
+    "events + I": {"weights": (2 / 3, 1 / 3, 0.0)},
+    "progress": {},
+}
+#: What the table knows of intruders, with all estimators, other than one bit, which is "progress".
+CODINGS: dict[str, dict[str, Any]] = {kind: {"intruders": kind, "delta": DELTA} for kind in ("count", "ring")}
+#: The claims on rows that are recalled: text, and the condition, the other and the column that are compared.
+ORDERS = (
+    ("M1 Events teach more rows than the delivered puck alone", "events", "delayed", "correct"),
+    ("M1 Progress estimators teach more than events alone", "progress", "events", "correct"),
+    ("M2 With the estimator I more rows with an intruder are learned", "progress", "events + H", "correct_intruder"),
+)
+
+_TITLE = "Learning to collect pucks"
+_CONDITIONS = {8: "puck", 4: "at home", 2: "night", 1: "intruder"}
+_PAYS = {"count": "The number of intruders", "ring": "In which sectors intruders are"}
+_PAGE = """
+# Learning to collect pucks
+
+{plan.runs} learning runs of each condition, paired by their seed; root seed {plan.seed}. Rows are scored for each robot
+after {plan.judged:,} steps, the same for all schemes. Pucks are those that a team delivers in {plan.steps} steps when
+it learns no more, mean of {plan.tests} worlds for each run. Intervals are Student's, 95 %, over the runs, each by
+itself.
+
+This is no reproduction of numbers: Mataric's arena, ranges, night, weights and the sizes of her reinforcement are not
+known to us, and ours were not fitted to her results. Claims that are recalled and not verified agree or differ.
+
+## Rows and pucks
+
+{conditions}
+
+## Each row
+
+{rows}
+
+## Claims
+
+{claims}
+"""
+
+
+@dataclass(frozen=True)
+class Collecting(Plan):
+    """What to simulate.
+
+    Parameters
+    ----------
+    runs : int
+        Learning runs of each condition. Run r of all conditions has the same seed.
+    times : tuple of int
+        Steps after which tables are scored.
+    judged : int
+        That of them after which the schemes are compared.
+    tests : int
+        Test worlds of each run, in which the team does not learn.
+    steps : int
+        Steps of each test world.
+    sizes : tuple of int
+        N; the schemes are compared with the first.
+    seed : int
+        Seed of all runs.
+    """
+
+    runs: limits.Runs = 40
+    times: Annotated[tuple[Count, ...], Allowed(is_sorted=True)] = (1250, 2500, 5000, 10_000, 20_000, 40_000, 80_000)
+    judged: Annotated[Count, Allowed(unit="ticks")] = 20_000
+    tests: Count = 10
+    steps: limits.Steps = 1200
+    sizes: Annotated[tuple[Count, ...], Allowed()] = (4, 12)
+    seed: Seed = root("collecting")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.judged not in self.times:
+            raise ValueError(f"judged={self.judged}: is none of the times {', '.join(map(str, self.times))}; give one")
+
+    def policies(self, size: int) -> dict[str, BasisBehaviours]:
+        """Return the policies that are run with a team of this size, by name."""
+        from teamsight.policies.basis.basis_behaviours import BasisBehaviours
+
+        schemes = SCHEMES if size == self.sizes[0] else {"progress": SCHEMES["progress"]}
+        learners = {name: BasisBehaviours(**how) for name, how in {**schemes, **CODINGS}.items()}
+        return {**learners, "random": BasisBehaviours(scheme="none"), "by hand": BasisBehaviours.correct()}
+
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns of the table that identify it."""
+        from teamsight.analysis.runs.task_runs import task_run, task_seed
+        from teamsight.tasks.registry import TASKS
+
+        task = TASKS["collect"]
+        # The work of a run is that of all its worlds.
+        steps = self.times[-1] + 2 * self.tests * self.steps
+        for size in self.sizes:
+            cell = {"robots": size}
+            for replicate in range(self.runs):
+                seed = task_seed(task, self.seed, -1 - replicate, cell)
+                tests = range(self.tests * replicate, self.tests * (replicate + 1))
+                seeds = tuple(task_seed(task, self.seed, number, cell) for number in tests)
+                measure = Learning(self.times, self.judged, seeds, self.steps)
+                for name, policy in self.policies(size).items():
+                    world = task.parameters({"policy": policy, "awareness": "pairwise"}, cell)
+                    named = {"condition": name, "robots": size, "replicate": replicate, "seed": seed}
+                    yield named, task_run(task, world, seed, steps, measure)
+
+
+@dataclass(frozen=True)
+class Learning:
+    """Lets a team learn, scores its tables after some times, and tests it in worlds in which it learns no more.
+
+    Parameters
+    ----------
+    times : tuple of int
+        Steps after which tables are scored, in ascending order.
+    judged : int
+        That of them after which each row is scored, and the team tested; it is tested after the last, too.
+    tests : tuple of int
+        The seeds of the test worlds.
+    steps : int
+        Their steps.
+    """
+
+    times: tuple[int, ...]
+    judged: int
+    tests: tuple[int, ...]
+    steps: int
+
+    def __call__(self, world: World, steps: int) -> dict[str, Any]:
+        """Run the world up to the last of the times; `steps` only says how much work that is."""
+        from teamsight.policies.basis.basis_behaviours import CLEAR_ROWS, CORRECT, share_correct
+
+        robots: Any = world.robots  # type: ignore[attr-defined]
+        policy: BasisBehaviours = robots.policy
+        curve, found = [], {}
+        for time in self.times:
+            world.run(time - world.tick)
+            tables = policy.values(robots.policy_state)
+            curve.append(share_correct(tables))
+            if time == self.judged:
+                found = {
+                    "rows": [share_correct(tables, (row,)) for row in range(len(CORRECT))],
+                    "correct": curve[-1],
+                    "correct_intruder": share_correct(tables, tuple(row for row in CLEAR_ROWS if row & 1)),
+                    "delivered_early": self._test(policy, tables, len(robots))[0],
+                }
+        delivered, slept = self._test(policy, tables, len(robots))
+        return {"curve": curve, **found, "delivered": delivered, "slept_at_home": slept}
+
+    def _test(self, policy: BasisBehaviours, tables: Floats, robots: int) -> list[float]:
+        """Return the mean number of delivered pucks, and of nights at home, in the test worlds."""
+        from teamsight.tasks.collecting.task import delivered, slept_at_home
+        from teamsight.tasks.collecting.world import PuckCollecting
+
+        found = []
+        for seed in self.tests:
+            with contextlib.closing(PuckCollecting(robots, policy=policy.frozen(tables), rng=seed)) as world:
+                world.run(self.steps)
+                found.append((delivered(world), slept_at_home(world)))
+        return [float(one) for one in np.mean(found, axis=0)]
+
+
+def differences(table: pd.DataFrame, one: str, other: str, name: str, size: int) -> Floats:
+    """Return by how much a column of one condition exceeds that of another, run by run."""
+    first, second = (column(table, name, condition=condition, robots=size) for condition in (one, other))
+    return first - second
+
+
+def verdicts(table: pd.DataFrame, plan: Collecting) -> list[Verdict]:
+    """Return the verdicts on all claims; `table` has a row for each run.
+
+    Each names the steps after which it is judged: the sign can change later.
+    """
+    size, found = plan.sizes[0], []
+
+    def points(interval: Interval) -> str:
+        return interval_text(Interval(*(100.0 * one for one in interval)), "points")
+
+    def judge(claim: str, source: str, measured: str, verdict: str, steps: int) -> None:
+        found.append(judged(f"{claim}, after {steps:,} steps", source, measured, verdict))
+
+    for claim, one, other, name in ORDERS:
+        interval = interval_of(differences(table, one, other, name, size))
+        judge(claim, RECALLED, f"{one} − {other}: {points(interval)}", above(interval), plan.judged)
+    for condition in ("delayed", "events", "events + H"):
+        interval = interval_of(column(table, "correct_intruder", condition=condition, robots=size) - CHANCE)
+        # The claim is that the share is not above chance.
+        verdict = {HOLDS: DIFFERS, FAILS: AGREES}.get(above(interval), above(interval))
+        claim = f"M2 Without it ({condition}) they are right no more often than by chance"
+        judge(claim, RECALLED, f"{condition} − 25 %: {points(interval)}", verdict, plan.judged)
+    interval = interval_of(differences(table, "progress", "delayed", "delivered_early", size))
+    measured = f"progress − delayed: {interval_text(interval, 'pucks')}"
+    judge("Teams that learn more rows right deliver more", OURS, measured, above(interval), plan.judged)
+    for size in plan.sizes:
+        for coding, what in _PAYS.items():
+            interval = interval_of(differences(table, coding, "progress", "delivered", size))
+            measured = f"{coding} − bit: {interval_text(interval, 'pucks')}"
+            judge(f"{what} pays more than one bit, N = {size}", TOUZET, measured, above(interval), plan.times[-1])
+    return found
+
+
+def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
+    """Return rows learned right against time for each scheme, and what more than one bit adds to the pucks."""
+    subtitle = f"{plan.runs} learning runs of each condition; 95 % confidence intervals; seed {plan.seed}"
+    figure = titled(11.0, 4.4, _TITLE, subtitle)
+    title = f"clear rows learned right, N = {plan.sizes[0]}"
+    axes = panel(figure, (0.07, 0.14, 0.44, 0.62), title, "steps of learning", "share of rows [%]")
+    for colour, name in zip(COLOURS, SCHEMES, strict=False):
+        curves = 100.0 * np.array(chosen(table, robots=plan.sizes[0], condition=name)["curve"].tolist())
+        dashes = "--" if "+" in name else "-"
+        error_bars(axes, plan.times, curves.T, color=colour, label=name, markersize=4, linewidth=1.4, linestyle=dashes)
+    axes.set_xscale("log")
+    axes.set_xticks(plan.times, [f"{time:,}" for time in plan.times])
+    axes.minorticks_off()
+    axes.set_ylim(0, 100)
+    axes.legend(frameon=False, ncol=2, fontsize=8)
+    axes = panel(figure, (0.62, 0.14, 0.35, 0.62), "pucks beyond those with one bit", y="pucks delivered")
+    axes.axhline(0.0, color=FAINT, linewidth=0.8)
+    places = [(size, coding) for size in plan.sizes for coding in CODINGS]
+    times = {"delivered_early": plan.judged, "delivered": plan.times[-1]}
+    for place, (size, coding) in enumerate(places):
+        for number, (name, time) in enumerate(times.items()):
+            label = None if place else f"after {time:,} steps"
+            sample = differences(table, coding, "progress", name, size)
+            error_bars(axes, [place + 0.16 * (2 * number - 1)], [sample], color=COLOURS[1 + number], label=label)
+    axes.set_xticks(range(len(places)), [f"{coding}\nN = {size}" for size, coding in places])
+    axes.legend(frameon=False, fontsize=8)
+    return figure
+
+
+def page(table: pd.DataFrame, plan: Collecting) -> str:
+    """Return the page."""
+    claims = verdict_table(verdicts(table, plan), "measured (95 %)")
+    return filled(
+        _PAGE, plan=plan, conditions=conditions_table(table, plan), rows=rows_table(table, plan), claims=claims
+    )
+
+
+def conditions_table(table: pd.DataFrame, plan: Collecting) -> str:
+    """Return a table with a row for each condition: rows learned right, and pucks delivered."""
+    scales = {"correct": 100.0, "correct_intruder": 100.0, "delivered_early": 1.0, "delivered": 1.0}
+    rows = []
+    for size in plan.sizes:
+        for name in plan.policies(size):
+            row = [str(size), name]
+            for measured, scale in scales.items():
+                mean, _, high = interval_of(scale * column(table, measured, condition=name, robots=size))
+                row.append(f"{mean:.1f} ± {high - mean:.1f}" if np.isfinite(high) else f"{mean:.1f}")
+            slept = column(table, "slept_at_home", condition=name, robots=size).mean()
+            rows.append([*row, f"{100.0 * slept:.0f} %"])
+    columns = [
+        "N", "condition", f"clear rows right after {plan.judged:,} steps [%]", "of those with an intruder [%]",
+        "pucks delivered then", f"after {plan.times[-1]:,} steps", "woken at home",
+    ]  # fmt: skip
+    return markdown.table(columns, rows, align="rlrrrrr")
+
+
+def rows_table(table: pd.DataFrame, plan: Collecting) -> str:
+    """Return a table with a row for each row of the conditions, and the share of robots that have learned it."""
+    from teamsight.policies.basis.basis_behaviours import BEHAVIOURS, CLEAR_ROWS, CORRECT
+
+    part = chosen(table, robots=plan.sizes[0])
+    shares = [np.mean(chosen(part, condition=name)["rows"].tolist(), axis=0) for name in SCHEMES]
+    rows = [
+        [
+            ", ".join(name for bit, name in _CONDITIONS.items() if row & bit) or "none", BEHAVIOURS[answer],
+            "yes" if row in CLEAR_ROWS else "no", *(f"{100.0 * share[row]:.0f} %" for share in shares),
+        ]
+        for row, answer in enumerate(CORRECT)
+        if row & 12 != 12  # the puck is dropped at home
+    ]  # fmt: skip
+    return markdown.table(["conditions", "behaviour", "clear", *SCHEMES], rows, align="lll" + "r" * len(SCHEMES))
+
+
+def summary(table: pd.DataFrame, plan: Collecting) -> Sequence[str]:
+    """Return the result in sentences."""
+    found = verdicts(table, plan)
+    recalled = [one.verdict for one in found if one.source == RECALLED]
+    return [
+        f"Of {len(recalled)} claims that are recalled of Mataric, {recalled.count(AGREES)} agree and "
+        f"{recalled.count(DIFFERS)} differ.",
+        *(f"{one.claim}: {one.measured}, {one.verdict}." for one in found),
+    ]
+
+
+PAPER = Paper(
+    Collecting, "collecting", page, summary, {"collecting": (_TITLE, draw)},
+    quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
+)  # fmt: skip

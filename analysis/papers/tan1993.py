@@ -1,0 +1,562 @@
+"""Tan (1993): hunters that learn to capture prey, alone or together, with scouts and shared tables.
+
+Puts the 37 values of his tables and figures beside ours, each with a verdict from both intervals, and judges claims on
+what sight of a partner is worth while a team learns. About the result: docs/tasks/pursuit.md.
+
+\b
+Examples:
+  teamsight reproduce tan1993 --out pursuit
+  teamsight reproduce tan1993 --quick --workers 1
+  teamsight reproduce tan1993 --names "2/2 joint" --names "2/2 joint passive"
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, cast
+
+import numpy as np
+
+from teamsight.analysis.papers.reproduction import (
+    AGREES,
+    DIFFERS,
+    Floats,
+    Paper,
+    Plan,
+    band,
+    chosen,
+    column,
+    filled,
+    panel,
+    titled,
+    verdict_counts,
+    verdict_table,
+)
+from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.style import DEGREE, FAINT
+from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.seeds import root, run_seed
+from teamsight.analysis.stats.paired import interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above
+from teamsight.core.component import Allowed, Count, Positive, Seed
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure as Canvas
+
+    from teamsight.agents.world import World
+    from teamsight.analysis.runs.planned_runs import Planned
+
+#: Trials of training where one hunter captures, where two must, and where only the beginning matters.
+ALONE, JOINT, SHORT = 2000, 10_000, 3000
+#: Trials that one point of a learning curve averages, at the end of training that give its result, that count as early,
+#: and as late.
+BLOCK, SETTLED, EARLY, LATE = 50, 500, 200, 500
+#: Blocks that a crossing is smoothed over, and depths whose crossings are compared.
+SMOOTH, DEPTHS = 5, (2, 3, 4)
+#: Trials over which Tan averages random hunters; the least number of runs that his intervals stand for; their level.
+RANDOM_TRIALS, TAN_RUNS, LEVEL = 200, 5, 0.90
+#: A difference is decided only if its 95 % interval is not wider than this share of Tan's value to either side.
+WIDEST = 0.25
+#: What Tan reports: the steps of a trial in training and in the test, with half his 90 % intervals where he gives them.
+VALUES = """
+Table 1 | 1/1 random        | 123.08
+Table 1 | 1/2 random        | 56.47
+Table 1 | 1/2 joint random  | 354.45
+Table 1 | 2/2 joint random  | 224.92
+Table 1 | 1/1 depth 4       | 25.32
+Table 1 | 1/2 depth 4       | 12.21
+Table 1 | 1/2 joint         | 119.17
+Table 1 | 2/2 joint         | 100.61
+Table 2 | 1/1 depth 2       | 47.14 ± 1.28 | 49.49 ± 1.60
+Table 2 | 1/1 scout 2       | 46.33 ± 1.39 | 42.91 ± 1.48
+Table 2 | 1/1 scout 3       | 39.78 ± 1.06 | 32.08 ± 1.22
+Table 2 | 1/1 scout 4       | 32.67 ± 1.03 | 25.07 ± 0.89
+Table 3 | 1/2 depth 2       | 20.38 ± 0.57 | 24.04 ± 1.00
+Table 3 | 1/2 depth 3       | 14.65 ± 0.53 | 16.04 ± 0.56
+Table 3 | 1/2 depth 4       | 12.21 ± 0.65 | 11.53 ± 0.61
+Table 3 | 1/2 mutual 2      | 25.20 ± 0.79 | 24.52 ± 1.24
+Table 3 | 1/2 mutual 3      | 14.02 ± 0.75 | 12.98 ± 0.65
+Table 3 | 1/2 mutual 4      | 11.05 ± 0.56 | 8.83 ± 0.78
+Fig. 7  | 2/2 joint         | 101
+Fig. 7  | 2/2 joint passive | 49
+Fig. 7  | 2/2 joint mutual  | 39
+Fig. 7  | 2/2 joint         |              | 49
+Fig. 7  | 2/2 joint passive |              | 42
+Fig. 7  | 2/2 joint mutual  |              | 34
+Fig. 8  | 1/2 joint         | 116
+Fig. 8  | 1/2 joint passive | 84
+Fig. 8  | 1/2 joint mutual  | 76
+"""
+#: The claims that one condition needs fewer steps than another: text, source, both, and when: in training, in the test,
+#: or in the first trials.
+ORDERS = (
+    ("One hunter learns to capture", "Tan, Table 1", "1/1 random", "1/1 depth 4", "training"),
+    ("A scout of depth 2 shortens tests", "Tan, Table 2", "1/1 depth 2", "1/1 scout 2", "test"),
+    ("One of depth 3 shortens training", "Tan, Table 2", "1/1 scout 2", "1/1 scout 3", "training"),
+    ("One of depth 4 shortens it more", "Tan, Table 2", "1/1 scout 3", "1/1 scout 4", "training"),
+    ("At depth 2, reports slow training", "Tan, Table 3", "1/2 mutual 2", "1/2 depth 2", "training"),
+    ("At depth 4 they shorten training", "Tan, Table 3", "1/2 depth 4", "1/2 mutual 4", "training"),
+    ("At depth 4 they shorten tests", "Tan, Table 3", "1/2 depth 4", "1/2 mutual 4", "test"),
+    ("Averaging tables every 10 steps speeds learning up", "Tan §6.2", "1/2 depth 4", "1/2 averaging 10", "early"),
+    ("So does averaging every 50 steps", "Tan §6.2", "1/2 depth 4", "1/2 averaging 50", "early"),
+    ("So does averaging every 200 steps", "Tan §6.2", "1/2 depth 4", "1/2 averaging 200", "early"),
+    ("So does one table for both", "Tan §6.2", "1/2 depth 4", "1/2 one table", "early"),
+    ("Seeing the partner helps", "Tan, Fig. 7", "2/2 joint", "2/2 joint passive", "training"),
+    ("Mutual scouting helps more", "Tan, Fig. 7", "2/2 joint passive", "2/2 joint mutual", "training"),
+    ("So it does with one prey", "Tan, Fig. 8", "1/2 joint", "1/2 joint passive", "training"),
+    ("Mutual scouting helps more", "Tan, Fig. 8", "1/2 joint passive", "1/2 joint mutual", "training"),
+)
+
+# The square that reported prey and teammates are in, wherever they are on Tan's grid [cells to each side].
+_EVERYWHERE = 10
+# Steps that are made at once, at least; and for how many times the longest expected training.
+_LEAST, _MOST_STEPS = 2000, 40_000_000
+_TITLE = "Two hunters that learn to capture together"
+# Conditions of the first panel, their names, and the colour of the degree of awareness that each needs.
+_CURVES = {
+    "2/2 joint": ("independent", DEGREE["none"]),
+    "2/2 joint passive": ("sees the partner", DEGREE["pairwise"]),
+    "2/2 joint mutual": ("mutual scouting", DEGREE["shared"]),
+}
+_COLOURS = ("#9ecae1", "#4292c6", "#084594")
+# Blocks that one point of the figure averages.
+_POINT = 4
+_PAGE = """
+# Tan's pursuit
+
+{plan.runs} runs of each condition, root seed {plan.seed}. Values are mean steps of a trial: for training over its last
+{settled} trials, for tests over {plan.tests} trials of the greedy policy. Intervals of values are Student's, 90 % as
+Tan gives them, and 95 %. A difference has Welch's 95 % interval: a value agrees if that contains 0 and reaches at most
+{widest:.0%} of the value to either side, is undecided if it contains 0 and is wider, and differs otherwise. Tan's
+random hunters are a mean over 200 trials. Values of his figures, and of learners in his Table 1, have no interval:
+there only ours counts.
+
+Tan does not say in which order agents move, what “next to” means, what a move against the wall does, or how the last
+step of a trial is valued. These are our inferences. Hunters move first where one captures, all move at once where two
+must; diagonals are next to a cell; a move against the wall is lost: so random hunters need as many steps as his. The
+value of what is perceived at a capture counts like any other, as his formula reads.
+
+## {values} values
+
+{agreement}
+
+{ledger}
+
+## {number} claims
+
+{chance}
+
+{claims}
+"""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A team and its task.
+
+    Parameters
+    ----------
+    world : mapping of str to object
+        Parameters of `Pursuit`, without the policy.
+    learner : mapping of str to object, optional
+        How hunters learn, as parameters of `PreyQ`; without it they move at random.
+    trials : int
+        Trials of training.
+    """
+
+    world: Mapping[str, Any]
+    learner: Mapping[str, Any] | None = None
+    trials: int = ALONE
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """All parameters of the world."""
+        from teamsight.policies.online.prey_q import PreyQ
+
+        if self.learner is None:
+            return dict(self.world)
+        # Tan's V(y) is the value of what is perceived next, at the end of a trial too.
+        return {**self.world, "policy": PreyQ(self.world["depth"], values_ends=True, **self.learner)}
+
+
+def _alone(hunters: int, depth: int, **world: Any) -> dict[str, Any]:
+    return {"hunters": hunters, "prey": 1, "depth": depth, "rule": "alone", **world}
+
+
+def _joint(prey: int, depth: int = 4, **world: Any) -> dict[str, Any]:
+    return {"hunters": 2, "prey": prey, "depth": depth, "rule": "pair", **world}
+
+
+def _conditions() -> dict[str, Condition]:
+    reported: dict[str, Any] = {"awareness": "shared", "teammate_depth": _EVERYWHERE}
+    reach = {"reach": _EVERYWHERE}
+    found = {
+        "1/1 random": Condition(_alone(1, 4)),
+        "1/2 random": Condition(_alone(2, 4)),
+        "1/2 joint random": Condition(_joint(1)),
+        "2/2 joint random": Condition(_joint(2)),
+        "1/1 depth 4": Condition(_alone(1, 4), {}),
+        "1/1 depth 2": Condition(_alone(1, 2), {}),
+    }
+    for depth in DEPTHS:
+        found[f"1/1 scout {depth}"] = Condition(_alone(1, 2, scouts=1, scout_depth=depth, **reported), reach)
+        found[f"1/2 depth {depth}"] = Condition(_alone(2, depth), {})
+        found[f"1/2 mutual {depth}"] = Condition(_alone(2, depth, **reported), reach)
+    for every in (10, 50, 200):
+        found[f"1/2 averaging {every}"] = Condition(_alone(2, 4), {"average_every": every})
+    found["1/2 one table"] = Condition(_alone(2, 4), {"one_table": True})
+    for prey in (1, 2):
+        found[f"{prey}/2 joint"] = Condition(_joint(prey), {}, JOINT)
+        found[f"{prey}/2 joint passive"] = Condition(_joint(prey, awareness="pairwise"), {"partner": 4}, JOINT)
+        found[f"{prey}/2 joint mutual"] = Condition(_joint(prey, **reported), {**reach, "partner": _EVERYWHERE}, JOINT)
+    for depth in DEPTHS[:2]:
+        plain, seen = joint_names(depth)
+        found[plain] = Condition(_joint(2, depth), {}, SHORT)
+        found[seen] = Condition(_joint(2, depth, awareness="pairwise"), {"partner": depth}, SHORT)
+    return found
+
+
+def joint_names(depth: int) -> tuple[str, str]:
+    """Return the names of the conditions without and with sight of the partner at this depth."""
+    suffix = "" if depth == DEPTHS[-1] else f", depth {depth}"
+    return f"2/2 joint{suffix}", f"2/2 joint passive{suffix}"
+
+
+#: The conditions by name: prey/hunters, and how they learn.
+CONDITIONS: Mapping[str, Condition] = _conditions()
+_Name = Annotated[str, Allowed(choices=CONDITIONS)]
+
+
+@dataclass(frozen=True)
+class Pursuits(Plan):
+    """What to simulate.
+
+    Parameters
+    ----------
+    runs : int
+        Runs of each condition. Run r of all conditions has the same seed.
+    share : float
+        Trials of training, as a share of each condition's own.
+    tests : int
+        Trials of each test.
+    seed : int
+        Seed of all runs.
+    names : tuple of str
+        A condition. May be given several times.
+    """
+
+    runs: limits.Runs = 10
+    share: Positive = 1.0
+    tests: Count = 1000
+    seed: Seed = root("pursuit")
+    names: Annotated[tuple[_Name, ...], Allowed(is_repeated=True, shown="all", metavar="NAME")] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "names", self.names or tuple(CONDITIONS))
+
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns that identify it: condition, replicate, seed and trials."""
+        from teamsight.analysis.runs.run import Run
+        from teamsight.tasks.pursuit.world import Pursuit
+
+        for name in self.names:
+            condition = CONDITIONS[name]
+            trials = max(int(self.share * condition.trials), BLOCK)
+            # Steps of a trial, roughly, from which the work of a run is estimated.
+            steps = trials * (110 if condition.world["rule"] == "pair" else 40)
+            for replicate in range(self.runs):
+                seed = run_seed(self.seed, replicate)
+                named = {"condition": name, "replicate": replicate, "seed": seed, "trials": trials}
+                yield named, Run(condition.parameters, seed, steps, Learning(trials, self.tests), Pursuit)
+
+
+@dataclass(frozen=True)
+class Learning:
+    """Measures a world of `Pursuit`: trains its hunters, and tests them.
+
+    Parameters
+    ----------
+    trials, tests : int
+        Trials of training, and of the test.
+    """
+
+    trials: int
+    tests: int
+
+    def __call__(self, world: World, steps: int) -> dict[str, Any]:
+        """Return the mean steps of a trial in each block of training, at its end, and in the test.
+
+        Parameters
+        ----------
+        world : World
+            A `Pursuit`.
+        steps : int
+            An estimate of the steps of the training.
+        """
+        from teamsight.policies.online.online_q import OnlineQ
+
+        hunters: Any = cast("Any", world).hunters
+        training = next_trials(world, self.trials)
+        test = training[-SETTLED:]
+        if isinstance(hunters.policy, OnlineQ):
+            hunters.policy = hunters.policy.frozen(hunters.policy_state.floats)
+            test = next_trials(world, self.tests)
+        whole = training[: len(training) // BLOCK * BLOCK].reshape(-1, BLOCK)
+        return {
+            "curve": whole.mean(axis=1).tolist(),
+            "training": float(training[-SETTLED:].mean()),
+            "test": float(test.mean()),
+            "neighbours": int(world.max_neighbours),
+        }
+
+
+def next_trials(world: World, count: int) -> Floats:
+    """Run a world until `count` more trials have ended, and return their steps.
+
+    Raises
+    ------
+    ValueError
+        If they take more steps than any team should need.
+    """
+    first, lengths = world.tick, np.zeros(0)
+    while len(lengths) < count:
+        missing = count - len(lengths)
+        mean = lengths.mean() if len(lengths) else 1.0
+        if world.tick - first > _MOST_STEPS:
+            raise ValueError(
+                f"trials={count}: only {len(lengths)} have ended after {_MOST_STEPS:,} steps; give a smaller share"
+            )
+        world.run(int(max(_LEAST, 1.05 * missing * (mean + 1.0))), progress=False)
+        history = world.recording.history.iloc[first:]
+        lengths = np.asarray(history["trial_steps"].to_numpy()[history["captures"].to_numpy() > 0], float)
+    return lengths[:count]
+
+
+def ledger(table: pd.DataFrame) -> pd.DataFrame:
+    """Return each value of Tan whose condition is in the table of runs beside ours.
+
+    Returns
+    -------
+    DataFrame
+        where, condition, phase, steps and half (of Tan's 90 % interval, NaN if he gives none); mean, half90, half95
+        (ours, over the runs); difference (ours minus his), low, high (its 95 % interval); verdict: "agrees" if that
+        interval contains 0 and reaches at most `WIDEST` of his value to either side, "undecided" if it contains 0 and
+        is wider, "differs" if it does not contain 0.
+    """
+    import pandas as pd
+
+    have, rows = set(table["condition"]), []
+    for line in VALUES.strip().splitlines():
+        where, condition, *values = map(str.strip, line.split("|"))
+        for phase, text in zip(("training", "test"), values, strict=False):
+            if text and condition in have:
+                steps, half = ([float(one) for one in text.split("±")] + [math.nan])[:2]
+                found = column(table, phase, condition=condition)
+                mean = float(found.mean())
+                half90, half95 = (interval_of(found, level).high - mean for level in (LEVEL, 0.95))
+                wide, difference = _half_width(found, condition, steps, half), mean - steps
+                low, high = difference - wide, difference + wide
+                verdict = DIFFERS if low > 0.0 or high < 0.0 else AGREES if wide <= WIDEST * steps else UNDECIDED
+                rows.append((
+                    where, condition, phase, steps, half, mean, half90, half95, difference, low, high, verdict,
+                ))  # fmt: skip
+    columns = "where condition phase steps half mean half90 half95 difference low high verdict"
+    return pd.DataFrame(rows, columns=columns.split())
+
+
+def _half_width(found: Floats, condition: str, steps: float, half: float) -> float:
+    """Return half the width of Welch's 95 % interval of the difference between our mean and a value of Tan.
+
+    Half a 90 % interval is Student's t times the error. Random hunters were averaged over 200 trials, whose lengths are
+    spread about as much as their mean. Where he gives no interval the error is unknown, and counted as 0.
+    """
+    from scipy.special import stdtrit
+
+    error, freedom = 0.0, math.inf
+    if not math.isnan(half):
+        error, freedom = half / float(stdtrit(TAN_RUNS - 1, 0.5 + LEVEL / 2)), TAN_RUNS - 1
+    elif "random" in condition:
+        error, freedom = steps / math.sqrt(RANDOM_TRIALS), RANDOM_TRIALS - 1
+    if len(found) < 2:
+        return math.inf
+    parts = np.array([found.std(ddof=1) / math.sqrt(len(found)), error]) ** 2
+    total = float(parts.sum())
+    spread = float(np.sum(np.where(parts > 0, parts**2 / np.array([len(found) - 1, freedom]), 0.0)))
+    return float(stdtrit(total**2 / spread, 0.975)) * math.sqrt(total) if spread > 0 else 0.0
+
+
+def curves_of(table: pd.DataFrame, name: str) -> Floats:
+    """Return the learning curves of a condition, shape (runs, blocks)."""
+    curves = chosen(table, condition=name).sort_values("replicate")["curve"].tolist()
+    return np.array([np.asarray(curve, float) for curve in curves])
+
+
+def gains(table: pd.DataFrame, base: str, other: str) -> Floats:
+    """Return how many steps a trial is shorter with `other` than with `base`, by run and block of trials."""
+    one, two = curves_of(table, base), curves_of(table, other)
+    blocks = min(one.shape[1], two.shape[1])
+    return np.asarray(one[:, :blocks] - two[:, :blocks])
+
+
+def crossing(gain: Floats) -> float:
+    """Return the trial at which a smoothed gain becomes positive for good; infinite if it ends below 0."""
+    smooth = np.convolve(gain, np.full(SMOOTH, 1.0 / SMOOTH), "valid")
+    below = np.flatnonzero(smooth <= 0.0)
+    if not len(below):
+        return 0.0
+    last = int(below[-1]) + 1
+    return math.inf if last == len(smooth) else float(BLOCK * (last + SMOOTH // 2))
+
+
+def crossings(table: pd.DataFrame) -> dict[int, Floats]:
+    """Return for each depth the trial from which seeing the partner pays in each run.
+
+    All depths are judged over the trials of the shortest training: the last of many noisy blocks below 0 comes later
+    in a longer curve, even if nothing differs.
+    """
+    found = {depth: gains(table, *joint_names(depth)) for depth in DEPTHS}
+    blocks = min(gain.shape[1] for gain in found.values())
+    return {depth: np.array([crossing(one) for one in gain[:, :blocks]]) for depth, gain in found.items()}
+
+
+def verdicts(table: pd.DataFrame) -> list[Verdict]:
+    """Return the verdicts on all claims whose conditions are in the table; it has a row for each run."""
+    have, found = set(table["condition"]), []
+    for claim, source, worse, better, phase in ORDERS:
+        if have >= {worse, better}:
+            said = f"in the first {EARLY} trials" if phase == "early" else f"{worse} − {better}:"
+            if phase == "early":
+                saved = gains(table, worse, better)[:, : EARLY // BLOCK].mean(axis=1)
+            else:
+                saved = column(table, phase, condition=worse) - column(table, phase, condition=better)
+            found.append(Verdict(claim, source, f"{said} {_shown(saved)}", above(interval_of(saved))))
+    for depth in DEPTHS:
+        if have >= {*joint_names(depth)}:
+            gain = gains(table, *joint_names(depth))
+            early, late = -gain[:, : EARLY // BLOCK].mean(axis=1), gain[:, -LATE // BLOCK :].mean(axis=1)
+            claim = f"Depth {depth}: the gain from seeing the partner is negative early and positive late"
+            said = f"loss in the first {EARLY} trials {_shown(early)}; gain in the last {LATE} {_shown(late)}"
+            found.append(Verdict(claim, "ours", said, _both(early, late)))
+    if have.issuperset(name for depth in DEPTHS for name in joint_names(depth)):
+        at = crossings(table)
+        medians = {depth: float(np.median(one)) for depth, one in at.items()}
+        said = "; ".join(
+            f"d = {depth}: trial {f'{one:,.0f}' if math.isfinite(one) else 'none'}" for depth, one in medians.items()
+        )
+        verdict = UNDECIDED
+        if all(np.isfinite(one).all() for one in at.values()):
+            shifts = [at[one] - at[other] for one, other in ((3, 2), (4, 3))]
+            said += "; shifts " + " and ".join(_shown(one, "trials") for one in shifts)
+            verdict = _both(*shifts)
+        else:
+            said += "; some runs do not cross"
+        found.append(Verdict("The crossing moves right with d: a larger table pays later", "ours", said, verdict))
+    if "2/2 joint" in have:
+        most = column(table, "neighbours", condition="2/2 joint")
+        claim = "Both hunters meet while they learn, so that the largest number of neighbours is N − 1 = 1"
+        said = f"{(most == 1).sum()} of {len(most)} runs"
+        found.append(Verdict(claim, "ours", said, HOLDS if (most == 1).all() else FAILS))
+    return found
+
+
+def _both(*samples: Floats) -> str:
+    """Return whether all means are above 0, by their intervals."""
+    each = {above(interval_of(one)) for one in samples}
+    return FAILS if FAILS in each else UNDECIDED if UNDECIDED in each else HOLDS
+
+
+def _shown(sample: Floats, unit: str = "steps") -> str:
+    mean, low, high = interval_of(sample)
+    return f"{mean:+.1f} ({low:+.1f} to {high:+.1f}) {unit}".replace("-", "−")
+
+
+def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
+    """Return learning curves of joint hunters, and what seeing the partner is worth over time, for three depths."""
+    figure = titled(
+        11.0, 4.8, _TITLE,
+        f"two prey on a 10 × 10 grid; {plan.runs} runs of each; 95 % confidence bands; dashed: where Tan's settle; "
+        f"seed {plan.seed}",
+    )  # fmt: skip
+    have = set(table["condition"])
+    left = panel(figure, (0.07, 0.13, 0.41, 0.66), "depth 4", "trials", "steps of a trial")
+    settled = ledger(table)
+    for name, (label, colour) in _CURVES.items():
+        if name in have:
+            _draw_band(left, curves_of(table, name), colour, label)
+            for value in chosen(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
+                left.axhline(value, color=colour, linestyle="--", linewidth=1.0)
+    left.set_ylim(bottom=0)
+    title = "what seeing the partner is worth"
+    right = panel(figure, (0.57, 0.13, 0.41, 0.66), title, "trials", "steps saved in a trial")
+    right.axhline(0.0, color=FAINT, linewidth=1.0)
+    for depth, colour in zip(DEPTHS, _COLOURS, strict=True):
+        if have >= {*joint_names(depth)}:
+            _draw_band(right, gains(table, *joint_names(depth))[:, : SHORT // BLOCK], colour, f"d = {depth}")
+    for axes, where in ((left, "upper right"), (right, "lower right")):
+        if axes.get_legend_handles_labels()[1]:
+            axes.legend(frameon=False, loc=where)  # type: ignore[call-overload]
+    return figure
+
+
+def _draw_band(axes: Any, curves: Floats, colour: str, label: str) -> None:
+    """Draw the mean over runs with its interval, one point for some blocks."""
+    points = max(curves.shape[1] // _POINT, 1)
+    found = [interval_of(part.mean(axis=1)) for part in np.array_split(curves, points, axis=1)]
+    trial = BLOCK * (np.arange(points) + 0.5) * curves.shape[1] / points
+    band(axes, trial, tuple(zip(*found, strict=True)), color=colour, label=label)  # type: ignore[arg-type]
+
+
+def page(table: pd.DataFrame, plan: Pursuits) -> str:
+    """Return the page."""
+    rows, found = ledger(table), verdicts(table)
+    return filled(
+        _PAGE, plan=plan, settled=SETTLED, widest=WIDEST, values=len(rows), agreement=_agreement(rows),
+        ledger=ledger_table(rows), number=len(found), chance=by_chance(len(found)), claims=verdict_table(found),
+    )  # fmt: skip
+
+
+def ledger_table(rows: pd.DataFrame) -> str:
+    """Return a table with a row for each value of Tan."""
+    columns = ["where", "prey/hunters", "phase", "Tan", "ours", "95 %", "difference", "verdict"]
+    cells = [
+        [
+            row.where, row.condition, row.phase, _plus_minus(row.steps, row.half), _plus_minus(row.mean, row.half90),
+            f"± {row.half95:.1f}" if math.isfinite(row.half95) else "",
+            f"{row.difference:+.1f} ({row.low:+.1f} to {row.high:+.1f})".replace("-", "−"), row.verdict,
+        ]
+        for row in cast("Sequence[Any]", list(rows.itertuples()))
+    ]  # fmt: skip
+    return markdown.table(columns, cells, align="lllrrrrl")
+
+
+def _plus_minus(mean: float, half: float) -> str:
+    return f"{mean:.2f} ± {half:.2f}" if math.isfinite(half) else f"{mean:.2f}"
+
+
+def summary(table: pd.DataFrame, plan: Pursuits) -> Sequence[str]:
+    """Return the result in three sentences."""
+    found = verdicts(table)
+    return [_agreement(ledger(table)), verdict_counts(found), by_chance(len(found))]
+
+
+def by_chance(claims: int) -> str:
+    """Return how many claims would hold by chance."""
+    return (
+        "Each claim is judged by its own 95 % interval: if nothing made a difference, at most one in 40 would hold by "
+        f"chance, {claims / 40:.1f} of {claims}."
+    )
+
+
+def _agreement(rows: pd.DataFrame) -> str:
+    agree, differ, left = ((rows["verdict"] == name).sum() for name in (AGREES, DIFFERS, UNDECIDED))
+    return f"Of {len(rows)} values of Tan {agree} agree, {differ} differ, {left} are undecided."
+
+
+PAPER = Paper(
+    Pursuits, "pursuit", page, summary, {"pursuit": (_TITLE, draw)},
+    {"pursuit-ledger.parquet": lambda table, plan: ledger(table)}, quick={"runs": 3, "share": 0.05},
+)  # fmt: skip

@@ -1,1 +1,0 @@
-"""Ono and Fukumoto's pursuit: four hunters that must surround a prey, with modules or with one table over all."""

@@ -1,0 +1,107 @@
+"""All papers: what each writes for a small plan, what is not replaced, and its command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pytest
+
+from teamsight.analysis.papers import PAPERS
+from teamsight.analysis.papers.reproduction import filled, judged, no_less, within
+from teamsight.analysis.stats.paired import Interval
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
+from teamsight.cli import main
+from teamsight.cli.reproduce import command_of, plan_in
+
+#: By the name of the paper: the settings of a small plan, and the files beside NAME.parquet, NAME.md and the pictures.
+SMALL: dict[str, tuple[dict[str, Any], set[str]]] = {
+    "tan1993": (
+        {"runs": 2, "share": 0.005, "tests": 20, "names": ("1/1 random", "2/2 joint", "2/2 joint passive")},
+        {"pursuit-ledger.parquet"},
+    ),
+    "ono_fukumoto1996": ({"runs": 2, "share": 0.0005, "names": ("random, side 4", "modular, side 4")}, set()),
+    "balch_arkin1994": ({"runs": 1, "steps": 20, "robots": (1, 3), "attractors": (1,)}, set()),
+    "kube_zhang1992": ({"runs": 1, "steps": 60, "robots": (1, 2, 4), "seed": 7}, set()),
+    "mataric": ({"runs": 2, "times": (300, 600), "judged": 300, "tests": 1, "steps": 60, "sizes": (3,)}, set()),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_a_paper_writes_its_files_and_replaces_no_others(name: str, tmp_path: Path) -> None:
+    paper, (settings, more) = PAPERS[name], SMALL[name]
+    plan = paper.plan(**settings)
+    seen: list[float] = []
+    found = paper.reproduce(plan, tmp_path, watch=lambda phase, done, total: seen.append(done / total), formats=("svg",))
+    assert seen[-1] == 1.0
+    pictures = {f"{one}.svg" for one in paper.figures}
+    assert {file.name for file in tmp_path.iterdir()} == {f"{paper.name}.parquet", f"{paper.name}.md", *pictures, *more}
+    stored = pd.read_parquet(tmp_path / f"{paper.name}.parquet")
+    assert stored.attrs[paper.name] == plan.conditions()
+    assert stored["seed"].notna().all()
+    text = (tmp_path / f"{paper.name}.md").read_text(encoding="utf-8")
+    assert text.endswith(paper.page(found, plan))
+    assert not {"{", "}"} & set(text)
+    assert paper.summary(found, plan)
+    paper.check(plan, tmp_path)
+    with pytest.raises(ValueError, match="holds results of other settings; give --force"):
+        paper.check(paper.plan(**{**settings, "seed": 99}), tmp_path)
+    (tmp_path / f"{paper.name}.md").write_text("mine", encoding="utf-8")
+    with pytest.raises(ValueError, match=rf"{paper.name}\.md: holds something else; give --force"):
+        paper.reproduce(plan, tmp_path, watch=lambda *given: pytest.fail("worked in vain"))
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_the_options_of_a_command_are_the_fields_of_the_plan(name: str) -> None:
+    paper, settings = PAPERS[name], command_of(name).settings
+    assert plan_in(settings(), paper) == paper.plan()
+    coarse = plan_in(settings.read({"quick": True}, {}), paper)
+    assert coarse == paper.plan(**paper.quick)
+    given = plan_in(settings.read({"quick": True, "seed": "3", "runs": "9"}, {}), paper)
+    assert given == paper.plan(**{**paper.quick, "seed": 3, "runs": 9})
+
+
+def test_a_command_writes_says_and_resumes(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    line = ["--runs", "1", "--steps", "20", "--robots", "1", "--attractors", "1", "--workers", "1", "--out", str(tmp_path)]
+    paper = PAPERS["balch_arkin1994"]
+    plan = paper.plan(runs=1, steps=20, robots=(1,), attractors=(1,))
+    kept = paper.checkpoint(tmp_path)
+    key = next(plan.planned())[1].key
+    kept.add({key: {"time": 7.0, "censored": False, "max_neighbours": 0}})
+    with pytest.raises(SystemExit) as left:
+        main(["reproduce", "balch_arkin1994", *line])
+    assert not left.value.code
+    assert "claims" in capsys.readouterr().out
+    assert 7.0 in pd.read_parquet(tmp_path / "foraging.parquet")["time"].tolist()
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (["tan193"], "command='tan193': unknown; did you mean 'tan1993'?"),
+        (["tan1993", "--names", "1/1 dept 4"], "names='1/1 dept 4': unknown; did you mean '1/1 depth 4'?"),
+        (["tan1993", "--steps", "3"], "steps"),
+        (["mataric", "--judged", "7"], "judged=7: is none of the times"),
+        (["kube_zhang1992", "--runs", "0"], "runs=0: must be at least 1"),
+    ],
+)
+def test_wrong_options_are_named(capsys: pytest.CaptureFixture[str], line: list[str], message: str) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["reproduce", *line])
+    assert (left.value.code, message in capsys.readouterr().err) == (2, True)
+
+
+def test_rules_of_claims_follow_from_intervals() -> None:
+    near, wide, below = Interval(0.0, -0.01, 0.01), Interval(0.0, -1.0, 1.0), Interval(-1.0, -1.1, -0.9)
+    assert [within(one, 0.1) for one in (near, wide, below)] == [HOLDS, UNDECIDED, FAILS]
+    assert [no_less(one, 0.1) for one in (near, wide, below)] == [HOLDS, UNDECIDED, FAILS]
+    assert within(Interval(1.0, 0.9, 1.1), 0.1) == FAILS
+    assert no_less(Interval(1.0, 0.9, 1.1), 0.1) == HOLDS
+    verdicts = [judged("a claim", "recalled, not verified", "", one).verdict for one in (HOLDS, FAILS, UNDECIDED)]
+    assert verdicts == ["agrees", "differs", UNDECIDED]
+
+
+def test_a_template_is_filled() -> None:
+    template = "\n# A title\n\nOne line\nand {number:.1f} more.\n\n{table}\n"
+    assert filled(template, number=2, table="| a |\n| b |") == "# A title\n\nOne line and 2.0 more.\n\n| a |\n| b |\n"
