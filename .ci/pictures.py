@@ -26,13 +26,12 @@ _LARGEST = 199_000
 
 
 def _figure_3() -> bytes:
-    from teamsight.analysis.paper.figures.interface import Conditions
-    from teamsight.analysis.paper.figures.registry import Job, make
+    from teamsight.analysis.papers.touzet2000.figures import Conditions, Job, make
     from teamsight.cli.reproduce import ReproduceSettings, plan_of
 
     plan = plan_of(ReproduceSettings(figures=("3",)))
     name, setting = next(iter(plan.settings.items()))
-    return make(Job("3", {}, Conditions(name, setting, plan.root, plan.runs, plan.steps))).pictures["png"]
+    return make(Job("3", {}, Conditions(name, setting, plan.root, plan.runs, plan.steps)))[1]["png"]
 
 
 def _of_paper(paper: str, name: str) -> Callable[[], bytes]:
@@ -75,7 +74,7 @@ def _learning_curves() -> bytes:
 
 
 def _evolved() -> bytes:
-    from teamsight.analysis.evolution.page import picture
+    from teamsight.analysis.papers.evolution import picture
 
     table = pd.read_parquet(ROOT / "docs" / "evolved.parquet")
     return picture(table, table.attrs)

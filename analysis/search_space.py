@@ -56,8 +56,8 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     the usual notation, like n + σN; o(N) usually means slower growth than N. The paper's label is kept as a name.
 
     Fig. 1 asks for δ < N and, for σ, for N ≤ σ < nN, but Fig. 2 is drawn with δ = 16 from N = 1 on and with σ = 2. What
-    §3.4 needs is δ < σN < nN: for teams smaller than δ/σ, a ring has more inputs than a list of all teammates; see
-    `ring_pays_from`. These conditions are not checked.
+    §3.4 needs is δ < σN < nN: for teams of up to δ/σ, a ring does not have fewer inputs than a list of all
+    teammates. These conditions are not checked.
 
     A robot has N − 1 teammates, so its situation vector has slightly fewer components than these formulas say; for its
     length see the ``width(team_size)`` of a degree.
@@ -67,8 +67,8 @@ def inputs(degree: str, team_size: int, *, own: int = OWN_INPUTS, delta: int = D
     return formula(*(checks.count(name, value) for name, value in sizes))
 
 
-def size(dimensions: int, readings: int = READINGS) -> int:
-    """Return p^d, the number of different situations, exactly.
+def log10_size(dimensions: int, readings: int = READINGS) -> float:
+    """Return log10 of p^d, the number of different situations, without overflow.
 
     Parameters
     ----------
@@ -81,27 +81,7 @@ def size(dimensions: int, readings: int = READINGS) -> int:
     -----
     *Source:* §3, "the search space size = p^d". The paper gives no value of p.
     """
-    return int(checks.count("readings", readings) ** checks.count("dimensions", dimensions, least=0))
-
-
-def log10_size(dimensions: int, readings: int = READINGS) -> float:
-    """Return log10 of p^d, without overflow; for the parameters see `size`."""
     return checks.count("dimensions", dimensions, least=0) * math.log10(checks.count("readings", readings))
-
-
-def ring_pays_from(delta: int = DELTA, sigma: int = SIGMA) -> int:
-    """Return the smallest team size for which δ inputs are fewer than the σN of a list of all teammates.
-
-    Parameters
-    ----------
-    delta, sigma : int
-        δ and σ.
-
-    Notes
-    -----
-    *Source:* §3.4, δ < σN.
-    """
-    return checks.count("delta", delta) // checks.count("sigma", sigma) + 1
 
 
 def dimensions_table(
@@ -122,7 +102,7 @@ def dimensions_table(
     own, delta, sigma : int
         See `inputs`.
     readings : int
-        See `size`.
+        See `log10_size`.
     degrees : iterable of str
         Names of degrees; by default all of this package. Those of the paper are `PAPER`.
 
@@ -133,7 +113,7 @@ def dimensions_table(
 
     Notes
     -----
-    *Source:* Fig. 2. The exact p^d of a row is ``size(inputs, readings)``, which can exceed 64 bits.
+    *Source:* Fig. 2. The exact p^d of a row is ``readings ** int(inputs)``.
     """
     rows = [
         (name, AWARENESS[name].order, AWARENESS[name].formula, int(team_size),

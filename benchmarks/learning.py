@@ -6,8 +6,7 @@ import time
 
 from measure import Row
 
-from teamsight.analysis.paper.experiments import chosen
-from teamsight.analysis.paper.lazy_teams import EXPLORATIONS, LEARNED
+from teamsight.analysis.papers.touzet2000.experiments import EXPLORATIONS, LEARNED, chosen
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid, Request, make_tables
 from teamsight.analysis.runs.processes import WorkerPool
 

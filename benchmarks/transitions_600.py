@@ -16,7 +16,7 @@ import pandas as pd
 
 from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.paper.learned_gain import gains_of
+from teamsight.analysis.papers.touzet2000.experiments import gains_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Grid, Request, Variant, make_tables
 from teamsight.analysis.runs.processes import WorkerPool

@@ -1,4 +1,4 @@
-"""Reproductions: one file for each paper, with its runs, claims, figures and the template of its page."""
+"""Reproductions: a file or folder for each paper, with its runs, claims, figures and the template of its page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from teamsight.core.registry import Registry
 if TYPE_CHECKING:
     from teamsight.analysis.papers.reproduction import Paper
 
-#: The papers by name, as ``teamsight reproduce NAME`` takes them; CMOMMT's is `teamsight.analysis.paper`.
+#: The papers by name, as ``teamsight reproduce NAME`` takes them; that of CMOMMT is `touzet2000`.
 PAPERS: Registry[Paper[Any, Any]] = Registry(
     {
         name: f"teamsight.analysis.papers.{name}:PAPER"

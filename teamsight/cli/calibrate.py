@@ -34,8 +34,8 @@ def calibrate(settings: CalibrateSettings) -> None:
     Example:
       teamsight calibrate --out calibration --workers 2
     """
-    from teamsight.analysis.calibration.calibrate import calibrate as search
-    from teamsight.analysis.calibration.calibrate import checkpoint_in
+    from teamsight.analysis.papers.calibration import calibrate as search
+    from teamsight.analysis.papers.calibration import checkpoint_in
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, working
 

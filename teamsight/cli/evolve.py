@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from teamsight.analysis.papers.training import MOST, Evolution
 from teamsight.cli.errors import when_stopped
 from teamsight.cli.options import Works, Writes
 from teamsight.cli.values import CellRuns, File, Folder
-from teamsight.core.component import Allowed, Seed
-
-# More candidates or generations than can be computed.
-_MOST = 100_000
+from teamsight.core.component import Allowed
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrainSettings(Works, Writes):
+class TrainSettings(Evolution, Works, Writes):
     """Options of ``teamsight evolve train``.
 
     Parameters
@@ -25,22 +23,13 @@ class TrainSettings(Works, Writes):
         Folder for the checkpoint and the constants.
     generations : int
         Total number of generations.
-    population : int
-        Number of candidates in each generation.
-    seed : int
-        Seed of the candidates.
     start : Path, optional
         Constants that 'evolve train' wrote, with which to begin.
-    spread : float
-        Standard deviation of the first generation.
     """
 
     out: Folder = Path("evolution")
-    generations: Annotated[int, Allowed(least=1, most=_MOST)] = 400
-    population: Annotated[int, Allowed(least=2, most=_MOST)] = 40
-    seed: Seed = 1
-    start: Annotated[File | None, Allowed(shown="the forces of A-CMOMMT")] = None
-    spread: Annotated[float, Allowed(least=1e-6, most=10)] = 0.07
+    generations: Annotated[int, Allowed(least=1, most=MOST)] = 400
+    start: Annotated[File | None, Allowed(shown="the forces of A-CMOMMT")] = None  # type: ignore[assignment]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,22 +71,22 @@ def train(settings: TrainSettings) -> None:
       teamsight evolve train --start evolution/constants.json \\
           --spread 0.03 --out further
     """
-    from teamsight.analysis.evolution import evolve
-    from teamsight.analysis.evolution.cma import Evolution, check_installed
+    from teamsight.analysis.papers import evolution
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, working
+    from teamsight.core.extras import extra
     from teamsight.policies.evolved import Evolved
 
     start = Evolved.load(settings.start).constants if settings.start else ()
-    evolution = Evolution(settings.population, settings.spread, settings.seed, start)
-    check_installed()
+    plan = Evolution(settings.population, settings.spread, settings.seed, start)
+    extra("cma", "evolution", "evolve")
     folder = prepare_folder(settings.out)
     with (
         when_stopped(lambda: f"finished generations are kept in {folder}; the same command continues from there"),
         working(settings.workers) as (watch, pool),
     ):
-        evolve.train(evolution, settings.generations, folder, pool, watch, force=settings.force)
-    say(f"constants in {folder / evolve.CONSTANTS}")
+        evolution.train(plan, settings.generations, folder, pool, watch, force=settings.force)
+    say(f"constants in {folder / evolution.CONSTANTS}")
 
 
 def test(settings: TestSettings) -> None:
@@ -112,15 +101,12 @@ def test(settings: TestSettings) -> None:
       teamsight evolve test --constants evolution/constants.json \\
           --training evolution
     """
-    from teamsight.analysis.evolution import evolve
+    from teamsight.analysis.papers import evolution
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
+    given = settings.values(("constants", "training", "further", "runs", "force"))
     with when_stopped(lambda: "nothing was kept"), working(settings.workers) as (watch, pool):
-        evolve.evaluate(
-            folder, pool, watch,
-            constants=settings.constants, training=settings.training, further=settings.further,
-            runs=settings.runs, force=settings.force,
-        )  # fmt: skip
+        evolution.evaluate(folder, pool, watch, **given)
     say(f"page, table and figure in {folder}")

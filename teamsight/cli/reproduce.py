@@ -22,8 +22,8 @@ from teamsight.core import checks
 from teamsight.core.component import Allowed, Flag, Seed
 
 if TYPE_CHECKING:
-    from teamsight.analysis.paper.reproduce import Plan
     from teamsight.analysis.papers.reproduction import Paper
+    from teamsight.analysis.papers.touzet2000.reproduce import Plan
     from teamsight.analysis.runs.checkpoint import Checkpoint
 
 _LEDGER = "ledger"
@@ -32,7 +32,7 @@ _FIRST = "touzet2000"
 
 
 def _figures() -> Iterable[str]:
-    from teamsight.analysis.paper.figures import FIGURES
+    from teamsight.analysis.papers.touzet2000.figures import FIGURES
 
     return (*FIGURES, _LEDGER)
 
@@ -114,7 +114,9 @@ class Papers(Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         named = args[0] if args else ""
-        is_command = named in (*self.commands, "-h", "--help") or checks.suggestion(named, self.commands)
+        # An option is no misspelt command, however close: --out stands in "touzet2000".
+        is_near = not named.startswith("-") and checks.suggestion(named, self.commands)
+        is_command = named in (*self.commands, "-h", "--help") or is_near
         return super().parse_args(ctx, args if named and is_command else [self.default, *args])
 
 
@@ -171,8 +173,8 @@ def touzet2000(settings: ReproduceSettings) -> None:
       teamsight reproduce --quick --workers 1     coarse and fast
       teamsight reproduce ledger --seed 7         the claims with other noise
     """
-    from teamsight.analysis.paper.reproduce import check_results, checkpoint_in
-    from teamsight.analysis.paper.reproduce import reproduce as make
+    from teamsight.analysis.papers.touzet2000.reproduce import check_results, checkpoint_in
+    from teamsight.analysis.papers.touzet2000.reproduce import reproduce as make
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import say, show_ledger, working
 
@@ -192,13 +194,13 @@ def touzet2000(settings: ReproduceSettings) -> None:
 
 def plan_of(settings: ReproduceSettings) -> Plan:
     """Return the plan that the settings describe."""
-    from teamsight.analysis.paper.figures import FIGURES
-    from teamsight.analysis.paper.reproduce import DEFAULTS, Plan
+    from teamsight.analysis.papers.touzet2000.figures import FIGURES
+    from teamsight.analysis.papers.touzet2000.reproduce import Plan
     from teamsight.analysis.runs.experiment import PAPER, QUICK
 
     everything = not settings.figures
     return Plan(
-        settings={settings.preset: PRESETS.get(settings.preset, {}), DEFAULTS: {}},
+        settings={settings.preset: PRESETS.get(settings.preset, {}), "defaults": {}},
         figures=tuple(name for name in FIGURES if everything or name in settings.figures),
         ledger=everything or _LEDGER in settings.figures,
         grid=QUICK if settings.quick else PAPER,
@@ -212,7 +214,7 @@ def plan_of(settings: ReproduceSettings) -> Plan:
 def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
     import pandas as pd
 
-    from teamsight.analysis.paper.figures import FIGURES
+    from teamsight.analysis.papers.touzet2000.figures import FIGURES
 
     for name in plan.figures:
         if summarise := FIGURES[name].summarise:

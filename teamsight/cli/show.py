@@ -24,7 +24,7 @@ from teamsight.cli.errors import printable
 from teamsight.cli.streams import LossyStream, give_up, named
 
 if TYPE_CHECKING:
-    from teamsight.analysis.paper.claims import Ledger
+    from teamsight.analysis.papers.touzet2000.ledger import Ledger
     from teamsight.analysis.runs.processes import WorkerPool
 
 # Agents × steps of less work than workers save: they import everything anew, which takes each more than a second.

@@ -46,13 +46,12 @@ def in_python() -> dict[type[Options], Mapping[str, Any]]:
     from teamsight.agents.cmommt import DEFAULTS
     from teamsight.analysis.delta.choose import choose_delta
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories
-    from teamsight.analysis.evolution.cma import Evolution
-    from teamsight.analysis.evolution.evolve import evaluate
     from teamsight.analysis.learning.curves import Curves
     from teamsight.analysis.learning.evaluation import Scenario
     from teamsight.analysis.learning.explore import Exploration
     from teamsight.analysis.learning.learners import Objective
-    from teamsight.analysis.paper.reproduce import Plan
+    from teamsight.analysis.papers.evolution import evaluate
+    from teamsight.analysis.papers.touzet2000.reproduce import Plan
 
     chosen = defaults_of(choose_delta)
     recorded = defaults_of(delta_from_trajectories)
@@ -72,7 +71,6 @@ def in_python() -> dict[type[Options], Mapping[str, Any]]:
             "reward": Objective().reward, "k": Objective().k, "discount": Objective().discount,
         },
         learn_figure.FigureSettings: defaults_of(Curves),
-        evolve.TrainSettings: {"population": Evolution.population, "seed": Evolution.seed, "spread": Evolution.spread},
         evolve.TestSettings: defaults_of(evaluate),
     }  # fmt: skip
 

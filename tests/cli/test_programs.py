@@ -8,9 +8,8 @@ from typing import Any
 
 import pytest
 
-from teamsight.analysis.calibration import calibrate as calibration
-from teamsight.analysis.evolution import evolve
-from teamsight.analysis.evolution.cma import Evolution
+from teamsight.analysis.papers import calibration, evolution
+from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.runs.run import Outcome
 from teamsight.cli import main
 
@@ -54,11 +53,11 @@ def test_calibrate_says_what_it_keeps_when_it_is_interrupted(
 def test_evolve_train_continues_where_it_was_interrupted(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def train(evolution: Evolution, generations: int, folder: Path, *given: object, force: bool) -> None:
-        assert (evolution, generations, folder, force) == (Evolution(population=6, seed=3), 7, tmp_path, False)
+    def train(plan: Evolution, generations: int, folder: Path, *given: object, force: bool) -> None:
+        assert (plan, generations, folder, force) == (Evolution(population=6, seed=3), 7, tmp_path, False)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(evolve, "train", train)
+    monkeypatch.setattr(evolution, "train", train)
     options = ["--population", "6", "--seed", "3", "--generations", "7", "--out", str(tmp_path), "--workers", "1"]
     kept = f"finished generations are kept in {tmp_path}; the same command continues from there"
     status, out, err = call(capsys, "evolve", "train", *options)
@@ -69,7 +68,7 @@ def test_evolve_test_passes_its_files_on(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: dict[str, Any] = {}
-    monkeypatch.setattr(evolve, "evaluate", lambda folder, pool, watch, **given: asked.update(given, folder=folder))
+    monkeypatch.setattr(evolution, "evaluate", lambda folder, pool, watch, **given: asked.update(given, folder=folder))
     files = ["--constants", "c.json", "--training", "t", "--further", "f"]
     options = [*files, "--runs", "2", "--out", str(tmp_path), "--workers", "1"]
     assert call(capsys, "evolve", "test", *options)[0] == 0

@@ -23,7 +23,7 @@ COMMANDS: dict[str, tuple[list[str], str, list[str]]] = {
     ),
     "reproduce": (
         ["reproduce", "2", "8", "ledger", "--steps", "2", "--runs", "1", "--workers", "1", "--quick", "--preset", "defaults", "--format", "png, svg,pdf"], "--out",
-        [*(f"figure-{name}" for name in ("2.parquet", "2.png", "2.svg", "2.pdf", "8.parquet", "8-cells.parquet", "8.png", "8.svg", "8.pdf")), "ledger.parquet", "ledger.md", "ledger.html", "ledger.json"],
+        [*(f"figure-{name}" for name in ("2.parquet", "2.png", "2.svg", "2.pdf", "8.parquet", "8-cells.parquet", "8.png", "8.svg", "8.pdf")), "ledger.parquet", "ledger.md", "ledger.json"],
     ),
     "explore": (["learn", "explore", *SMALL], "--out", ["x.safetensors"]),
     "evaluate": (["learn", "evaluate", "memory.safetensors", "--steps", "2", "--runs", "1", "--learner", "linear"], "--save", ["x.parquet"]),

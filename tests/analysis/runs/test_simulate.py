@@ -9,7 +9,7 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.agents.reused_worlds import ReusedWorlds
-from teamsight.analysis.paper.experiments import chosen
+from teamsight.analysis.papers.touzet2000.experiments import chosen
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.experiment import Experiment, Grid, Request, make_tables

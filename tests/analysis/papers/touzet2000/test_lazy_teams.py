@@ -8,8 +8,7 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.settings import PRESETS
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.paper.experiments import chosen
-from teamsight.analysis.paper.lazy_teams import LEARNED, LITERAL, READINGS, SLOPES, described, exploration
+from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS, chosen, described, exploration
 from teamsight.analysis.runs.experiment import QUICK, Experiment, Grid, Request, Run, make_tables
 from teamsight.analysis.runs.seeds import ROOTS, canonical
 from teamsight.policies.memory import LazyMemory
@@ -35,7 +34,7 @@ def test_explorations_are_the_papers_and_have_seeds_of_a_root_of_their_own() -> 
 
 def test_another_world_is_explored_at_its_own_speeds() -> None:
     setting = SPEEDS | {"policy_options": {"idle": "stay"}}
-    memory = learned(setting)[SLOPES.cooperative].variant(0).treatment["policy"].memory
+    memory = learned(setting)["slopes-cooperative"].variant(0).treatment["policy"].memory
     assert memory == explore(Exploration(seed=memory.settings["seed"], world=SPEEDS))
     assert memory != exploration(0)
 
@@ -48,7 +47,7 @@ def test_all_learners_of_a_replicate_use_one_memory_with_their_own_inputs(settin
         found = {name: one.variant(replicate).treatment for name, one in experiments.items()}
         assert len({id(one["policy"].memory) for one in found.values()}) == 1
         for reading in READINGS:
-            cooperative, collective = found[reading.cooperative], found[reading.collective]
+            cooperative, collective = found[f"{reading.name}-cooperative"], found[f"{reading.name}-collective"]
             assert (cooperative["policy"].inputs, cooperative["awareness"]) == (32, "ring")
             assert (collective["policy"].inputs, collective["awareness"]) == (16, "none")
     for experiment in experiments.values():
@@ -65,11 +64,11 @@ def test_each_replicate_of_every_cell_is_one_exploration_on_worlds_common_to_all
         assert len(table) == 4 * 5
         assert (table.groupby("replicate")["exploration"].nunique() == 1).all()
         assert table["exploration"].nunique() == 5
-        assert table[columns].equals(tables[LITERAL.cooperative][columns])
+        assert table[columns].equals(tables["literal-cooperative"][columns])
 
 
 def test_the_cost_of_a_run_includes_comparisons_with_the_memory() -> None:
-    policy = learned({}, QUICK)[LITERAL.cooperative].variant(0).treatment["policy"]
+    policy = learned({}, QUICK)["literal-cooperative"].variant(0).treatment["policy"]
     scenario = {"robots": 10, "targets": 15, "radius": 3.0}
     literal, designed = (Run(scenario | {"policy": one}, seed=1, steps=600).cost for one in (policy, "a-cmommt"))
     assert literal > 5 * designed

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,15 +10,19 @@ import pandas as pd
 import pytest
 
 from teamsight.agents.settings import PRESETS
-from teamsight.analysis.calibration.model import defaults, setting_of
-from teamsight.analysis.paper.claims import CLAIMS, Ledger, Tables, Verdict, judge, needed
-from teamsight.analysis.paper.claims.awareness import smallest_delta
-from teamsight.analysis.paper.claims.conditions import options, scenario
-from teamsight.analysis.paper.claims.learned import _hurt, _largest, _shape, null_rate
-from teamsight.analysis.paper.claims.neighbours import exceeded
-from teamsight.analysis.paper.experiments import EXPERIMENTS
-from teamsight.analysis.paper.lazy_teams import LEARNED
-from teamsight.analysis.paper.learned_gain import Gains
+from teamsight.analysis.papers.calibration import defaults, setting_of
+from teamsight.analysis.papers.touzet2000.claims import (
+    CLAIMS,
+    Tables,
+    Verdict,
+    learned_gain,
+    learned_hurts,
+    learned_shape,
+    needed,
+    null_rate,
+)
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, chosen
+from teamsight.analysis.papers.touzet2000.ledger import Ledger, options, scenario
 from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
 
 Share = Callable[[int, float], float]
@@ -124,7 +127,7 @@ def measured_again(share: float) -> Tables:
 def made(name: str, grid: Grid) -> pd.DataFrame:
     """A table such as the runner makes of an experiment."""
     design = EXPERIMENTS[name]
-    cells = ((30, 4.0),) if design.follows else design.cells(grid)
+    cells = ((30, 4.0),) if design.is_again else design.cells_of(grid)
     found = table(falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})), noise=0.01)
     for option, values in design.sweep.items():
         found = pd.concat([found.assign(**{option: value}) for value in values], ignore_index=True)
@@ -281,7 +284,7 @@ def test_every_rule_can_be_applied_to_either_grid(grid: Grid) -> None:
         found = claim.judge(tables, beside=True)
         assert len(found.beside) == bool(claim.trivial) + bool(claim.remark)
         assert claim.judge(tables) == found._replace(beside=(), is_trivial=False)
-        assert len(found.key) <= 30, "a line of the ledger has no more room"
+        assert len(found.measured.partition(";")[0]) <= 30, "a line of the ledger has no more room"
         one, two = (scenario(claim, dict.fromkeys(settings, tables), 600) for settings in ("a", "ab"))
         assert one == two, name
 
@@ -294,7 +297,8 @@ def test_a_random_walk_takes_the_place_of_the_policy(name: str) -> None:
         if need != instead:
             one, walk = EXPERIMENTS[need], EXPERIMENTS[instead]
             assert walk.treatment_under({})["policy"] == "random-walk"
-            assert (one.cells(QUICK), one.targets, one.replicates) == (walk.cells(QUICK), walk.targets, walk.replicates)
+            assert one.cells_of(QUICK) == walk.cells_of(QUICK)
+            assert (one.targets, one.replicates) == (walk.targets, walk.replicates)
 
 
 def test_what_a_random_walk_gives_is_reported_and_decides_nothing() -> None:
@@ -307,22 +311,26 @@ def test_what_a_random_walk_gives_is_reported_and_decides_nothing() -> None:
 
 def test_the_probability_that_16_is_exceeded_is_reported() -> None:
     most = pd.DataFrame({"max_neighbours": [15] * 60 + [16] * 32 + [17] * 8})
-    assert "8.0% (3.5% to 15.2%)" in exceeded(most)  # scipy.stats.binomtest(8, 100).proportion_ci()
+    say = CLAIMS["neighbours-random"].remark[1]  # type: ignore[index]
+    assert "8.0% (3.5% to 15.2%)" in say(most)  # scipy.stats.binomtest(8, 100).proportion_ci()
 
 
 def test_the_smallest_delta_that_is_as_good_is_reported() -> None:
     whole = table(lambda n, r: 0.5, grid=QUICK)
     loss = {1: 0.05, 2: 0.005, 4: 0.02, 8: 0.008, 16: 0.0}
     ring = pd.concat([table(lambda n, r: 0.5 - lost, grid=QUICK).assign(delta=delta) for delta, lost in loss.items()])
-    assert "every δ ≥ 8 (-0.80 pp at 8) of those tried, 1, 2, 4, 8, 16" in smallest_delta(ring, whole)
-    assert "no δ" in smallest_delta(ring[ring["delta"] < 8], whole)
+    say = CLAIMS["delta-sufficient"].remark[1]  # type: ignore[index]
+    assert "every δ ≥ 8 (-0.80 pp at 8) of those tried, 1, 2, 4, 8, 16" in say(ring, whole)
+    assert "no δ" in say(ring[ring["delta"] < 8], whole)
 
 
 def test_the_cell_with_the_largest_gain_is_measured_again_on_fresh_worlds() -> None:
     gains = {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}
-    for name in ("a-cmommt-largest-gain", "centroid-largest-gain"):
-        design = EXPERIMENTS[name]
-        found = design.experiment(name, {}, *(gains[need] for need in design.follows))
+    names = ["a-cmommt-largest-gain", "centroid-largest-gain"]
+    assert {one.name for one in chosen(names, QUICK, {})} == {"a-cmommt", "centroid"}
+    again = chosen(names, QUICK, {}, gains)
+    assert [one.name for one in again] == names
+    for found in again:
         assert found.cells == ((30, 4.0),)
         rows = [columns for columns, _ in found.rows({}, 1, 5, 600)]
         assert [row["replicate"] for row in rows] == list(range(5, 45))
@@ -359,7 +367,7 @@ def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.parametrize("name", ["learned-gain", "learned-shape", "learned-hurts"])
 def test_a_learned_gain_rarely_holds_if_signs_are_random(name: str) -> None:
-    rule = {"learned-gain": _largest, "learned-shape": _shape, "learned-hurts": _hurt}[name]
+    rule = {"learned-gain": learned_gain, "learned-shape": learned_shape, "learned-hurts": learned_hurts}[name]
     generator = np.random.default_rng(3)
     hump_of_each = np.array([[low_hump(n, r) for r in PAPER.radius] for n in PAPER.robots])
     values = 100 * hump_of_each + generator.normal(0.0, 5.0, (25, 1, 1))
@@ -374,7 +382,8 @@ def test_a_row_on_learning_judges_the_papers_learner_and_has_the_other_beside_it
     none, gains = learned(lambda n, r: 0.3), learned(lambda n, r: 0.3 + low_hump(n, r))
     tables = none | {name.replace("literal", "slopes"): of for name, of in gains.items() if "literal" in name}
     found = CLAIMS["learned-gain"].judge(tables, beside=True)
-    assert (found.holds, found.key) == (False, "0.0 pp (+0.0 to +0.0)")
+    assert found.holds is False
+    assert found.measured.startswith("0.0 pp (+0.0 to +0.0);")
     for part in ("5 explorations of 600 transitions", "R = 3", "reward own", "reward team", "holds, 25.", "not the paper's"):
         assert part in found.beside[0]
     by_radius = {r: np.mean([100 * low_hump(n, r) for n in PAPER.robots]) for r in PAPER.radius}
@@ -407,7 +416,7 @@ def test_a_claim_is_near_its_limit_if_one_run_fewer_changes_the_verdict() -> Non
 
 def test_constants_were_chosen_by_the_claims_that_say_so() -> None:
     # They hold under the preset on worlds that chose nothing, and never under the defaults there.
-    found = pd.read_parquet(Path(__file__).parents[3] / "docs" / "calibration.parquet").query("phase == 'report'")
+    found = pd.read_parquet(Path(__file__).parents[4] / "docs" / "calibration.parquet").query("phase == 'report'")
     values = {row: setting_of(dict(found.loc[row])) for row in found.index}
     preset = [row for row, setting in values.items() if setting == PRESETS["touzet2000"]]
     default = [row for row, setting in values.items() if setting == setting_of(defaults())]
@@ -441,17 +450,15 @@ def ledger() -> Ledger:
 DECIDABLE = sum(bool(claim.rule) for claim in CLAIMS.values())
 
 
-def test_the_ledger_shows_both_numbers_side_by_side() -> None:
-    lines = ledger().to_markdown().splitlines()
-    row = next(line for line in lines if line.startswith("| degrees"))
-    assert row.count("holds: measured \\| so; <b> more; a random walk holds: too") == 1
-    assert "**differs**: otherwise" in row
-    assert "n = 16, δ = 16, σ = 2" in row
-    of_an_experiment = next(line for line in lines if line.startswith("| acmommt-full"))
-    assert "N = 30, 600 steps; touzet2000: gain=0.5; defaults: gain=0.5 |" in of_an_experiment
+def test_the_ledger_has_a_section_for_each_claim_with_both_verdicts() -> None:
+    sections = {text.partition("\n")[0]: " ".join(text.split()) for text in ledger().to_markdown().split("\n## ")[1:]}
+    assert list(sections) == [*CLAIMS, "Conditions"]
+    for part in ("touzet2000: holds: measured | so; <b> more; a random walk holds: too", "defaults: **differs**: otherwise", "n = 16, δ = 16, σ = 2"):
+        assert part in sections["degrees"]
+    of_an_experiment = sections["acmommt-full"]
+    assert "conditions: N = 30, 600 steps - values, touzet2000: gain=0.5 - values, defaults: gain=0.5" in of_an_experiment
     assert "near its limit: holds under 35% of 20 further seeds" in of_an_experiment
-    assert "**undecidable**" in next(line for line in lines if line.startswith("| neighbours-evasive"))
-    assert "touzet2000: gain=0.5; touzet2000" not in "".join(lines)
+    assert "**undecidable**" in sections["neighbours-evasive"]
 
 
 def test_the_ledger_prints_a_line_of_80_columns_for_each_claim() -> None:
@@ -462,22 +469,17 @@ def test_the_ledger_prints_a_line_of_80_columns_for_each_claim() -> None:
 
 
 def test_the_ledger_says_what_it_says_that_claims_hold() -> None:
-    found = ledger().worth("touzet2000")
-    assert found["by construction"] == [name for name, claim in CLAIMS.items() if claim.by_construction]
-    assert found["for a random walk too"] == ["collective-drop"]
+    found, reasons = ledger(), {}
+    for name, reason in found.worth("touzet2000").items():
+        reasons.setdefault(reason, []).append(name)
+    assert reasons["by construction"] == [name for name, claim in CLAIMS.items() if claim.by_construction]
+    assert reasons["for a random walk too"] == ["collective-drop"]
     tuned = [name for name, claim in CLAIMS.items() if "gain" in claim.tuned]
-    assert found["by a constant chosen so that they do"] == tuned
-    assert sum(map(len, found.values())) == DECIDABLE
+    assert reasons["by a constant chosen so that they do"] == tuned
+    assert sum(map(len, reasons.values())) == DECIDABLE
     # The defaults were chosen by no claim.
-    assert not ledger().worth("defaults")["by a constant chosen so that they do"]
-    assert ledger().summaries()[0].startswith(f"touzet2000: {DECIDABLE} of {DECIDABLE} claims hold (1 more undecidable): 3 by")
-
-
-def test_the_ledger_is_a_page_that_needs_nothing_else() -> None:
-    text = ledger().to_html()
-    assert all(f'<section id="{name}">' in text for name in CLAIMS)
-    assert "measured | so; &lt;b&gt; more" in text
-    assert not re.search(r"<script|<link|https?:|src=", text)
+    assert "by a constant chosen so that they do" not in found.worth("defaults").values()
+    assert next(found.summaries()).startswith(f"touzet2000: {DECIDABLE} of {DECIDABLE} claims hold (1 more undecidable): 3 by")
 
 
 def test_the_ledger_as_json_has_every_claim_and_rule() -> None:
@@ -487,13 +489,14 @@ def test_the_ledger_as_json_has_every_claim_and_rule() -> None:
     assert content["claims"][0]["settings"]["defaults"] == {
         "holds": False,
         "measured": "otherwise",
-        "beside": [],
-        "random_walk_holds": False,
-        "share_of_seeds": None,
+        "distance": 2.0,
+        "beside": (),
+        "is_trivial": False,
+        "share": None,
         "options": "gain=0.5",
     }
     assert content["claims"][0]["scenario"] == "N = 30, 600 steps"
-    assert all(record["where"] and record["paper"] for record in content["claims"])
+    assert all(record["where"] and record["figure"] for record in content["claims"])
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -508,6 +511,6 @@ def test_noise_alone_does_not_decide_a_claim_on_many_cells(seed: int) -> None:
 
 def test_a_single_run_leaves_the_spread_unknown_and_no_claim_without_a_verdict() -> None:
     tables = {name: made(name, QUICK).query("replicate == 0") for name in needed()}
-    verdicts = judge(tables, beside=True)
+    verdicts = {name: claim.judge(tables, beside=True) for name, claim in CLAIMS.items()}
     assert verdicts["acmommt-monotonic"].holds
     assert all(np.isfinite(found.distance) for found in verdicts.values())

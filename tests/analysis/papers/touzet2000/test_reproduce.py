@@ -11,20 +11,20 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.analysis.paper import lazy_teams
-from teamsight.analysis.paper import reproduce as paper
-from teamsight.analysis.paper.claims import CLAIMS, Claim, needed
-from teamsight.analysis.paper.experiments import EXPERIMENTS, chosen
-from teamsight.analysis.paper.figures import FIGURES
-from teamsight.analysis.paper.reproduce import Plan, reproduce
-from teamsight.analysis.runs.experiment import QUICK, Request
+from teamsight.analysis.papers.touzet2000 import experiments
+from teamsight.analysis.papers.touzet2000 import reproduce as paper
+from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, needed
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, chosen
+from teamsight.analysis.papers.touzet2000.figures import FIGURES
+from teamsight.analysis.papers.touzet2000.reproduce import Plan, reproduce
+from teamsight.analysis.runs.experiment import QUICK
 from teamsight.analysis.runs.processes import WorkerPool
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[4]
 REPRODUCE_2 = """
 import sys
 from pathlib import Path
-from teamsight.analysis.paper.reproduce import Plan, reproduce
+from teamsight.analysis.papers.touzet2000.reproduce import Plan, reproduce
 from teamsight.analysis.runs.processes import WorkerPool
 
 with WorkerPool(1) as pool:
@@ -50,18 +50,18 @@ def test_only_the_runs_of_figure_11_explore(name: str, monkeypatch: pytest.Monke
     def explored(*of: object) -> None:
         raise AssertionError("explored")
 
-    monkeypatch.setattr(lazy_teams, "exploration", explored)
-    monkeypatch.setattr(lazy_teams, "_learner", lazy_teams._learner.__wrapped__)
-    experiments = chosen(FIGURES[name].needs, QUICK, {})
-    assert {one.name for one in experiments} == set(FIGURES[name].needs)
+    monkeypatch.setattr(experiments, "exploration", explored)
+    monkeypatch.setattr(experiments, "_learner", experiments._learner.__wrapped__)
+    found = chosen(FIGURES[name].needs, QUICK, {})
+    assert {one.name for one in found} == set(FIGURES[name].needs)
     with pytest.raises(AssertionError, match="explored") if name == "11" else nullcontext():
-        for one in experiments:
+        for one in found:
             next(one.rows({}, root=1, runs=1, steps=1))
 
 
 def test_every_experiment_is_read_and_every_name_exists() -> None:
     drawn = {name for figure in FIGURES.values() for name in figure.needs}
-    assert needed(CLAIMS) | drawn == set(EXPERIMENTS)
+    assert needed() | drawn == set(EXPERIMENTS)
 
 
 def test_a_figure_alone_is_the_same_as_among_others(tmp_path: Path) -> None:
@@ -81,12 +81,12 @@ def test_claims_near_their_limit_are_judged_under_the_seeds_that_follow(
 ) -> None:
     given = []
 
-    def make(requests: list[Request], names: set[str], pool: object, *, root: int, **how: object) -> list[dict[str, object]]:
+    def make(asked: list[tuple[object, set[str]]], *of: object, root: int, **how: object) -> list[dict[str, object]]:
         given.append(root)
-        assert {one.name for request in requests for one in request.experiments} == names == {"a-cmommt-small-arenas"}
+        assert asked == [({}, {"a-cmommt-small-arenas"})]
         share = 0.995 if root % 4 else 0.5
         runs = {"robots": [10], "radius": [1.0], "observed_fraction": [share]}
-        return [{"a-cmommt-small-arenas": pd.DataFrame(runs)} for _ in requests]
+        return [{"a-cmommt-small-arenas": pd.DataFrame(runs)} for _ in asked]
 
     monkeypatch.setattr(Claim, "is_near", lambda claim, tables, runs: claim is CLAIMS["acmommt-full"])
     monkeypatch.setattr(paper, "make_chosen", make)
@@ -94,4 +94,4 @@ def test_claims_near_their_limit_are_judged_under_the_seeds_that_follow(
     with WorkerPool(1) as pool:
         shares = paper._repeated(plan, pool, {"defaults": {}}, lambda *of: None, paper.checkpoint_in(tmp_path))
     assert given == list(range(2001, 2021))
-    assert shares == {"defaults": {"acmommt-full": 0.75}}
+    assert shares == {("defaults", "acmommt-full"): 0.75}

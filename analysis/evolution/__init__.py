@@ -1,1 +1,0 @@
-"""Evolution of the evolved policy's constants, and their comparison with A-CMOMMT; see `evolve`."""
