@@ -77,7 +77,8 @@ def check_comparable(
         if (name in results.axes and name in minus.axes) or name in across or name in where:
             continue
         varied, fixed = (results, minus) if name in results.axes else (minus, results)
-        values, wanted = list(varied.settings[name].unique()), "not given"
+        values: list[object] = list(varied.settings[name].unique())
+        wanted: object = "not given"
         if name in fixed.study.fixed:
             wanted = scalars([fixed.study.fixed[name]])[0]
             if all(is_same(value, wanted) for value in values):

@@ -324,25 +324,20 @@ def _look_at(axes: Axes, picture: Picture) -> None:
         axes.axhline(0.0, color=FAINT, linewidth=1.0)
 
 
-def _colours(dimension: Dimension | None) -> list[Any]:
-    """Return a colour for each level: shades for numbers, the fixed colours for policies and degrees."""
+def _levels(y: Dimension | None, settings: NDArray[np.bool_]) -> list[tuple[str, Any, NDArray[np.bool_]]]:
+    """Return the label, the colour and the settings of each level of y, or of all settings.
+
+    Numbers have shades, policies and degrees their own colours.
+    """
     import matplotlib
 
-    if dimension is None:
-        return [COLOURS[1]]
-    if dimension.numbers is not None:
-        return list(matplotlib.colormaps["viridis"](np.linspace(*SHADES, len(dimension))))
-    return list(colours_of(dimension.texts))
-
-
-def _levels(y: Dimension | None, settings: NDArray[np.bool_]) -> list[tuple[str, Any, NDArray[np.bool_]]]:
-    """Return the label, the colour and the settings of each level of y, or of all settings."""
     if y is None:
         return [("", COLOURS[1], settings)]
+    shades = matplotlib.colormaps["viridis"](np.linspace(*SHADES, len(y)))
+    colours = colours_of(y.texts) if y.numbers is None else shades
     # Matplotlib hides empty labels, and those that begin with _.
     labels = [f" {text}" if text[:1] in ("", "_") else text for text in y.texts]
-    masks = (settings & (y.levels == level) for level in range(len(y)))
-    return list(zip(labels, _colours(y), masks, strict=True))
+    return [(label, colours[level], settings & (y.levels == level)) for level, label in enumerate(labels)]
 
 
 def _legend(figure: Canvas, axes: Axes, y: Dimension | None) -> None:
@@ -513,9 +508,9 @@ def _draw_heat_map(picture: Picture, choice: Choice) -> Canvas:
     texts = _texts_of(picture, x, y, len(names), mean, half, n)
     is_pair = not texts.lines and len(names) == 1
     names = [*names, *[""] * is_pair]
-    size = (texts.width * len(x) + 0.25, texts.height * len(y) + 0.35 + _room_below(x, texts.width))
+    panel = (texts.width * len(x) + 0.25, texts.height * len(y) + 0.35 + _room_below(x, texts.width))
     figure, shown = _panels(
-        picture, picture.title(x, y), _notes(picture, bool(texts.lines)), names=names, x=x.label, y=y.label, size=size,
+        picture, picture.title(x, y), _notes(picture, bool(texts.lines)), names=names, x=x.label, y=y.label, size=panel,
         more=(1.6 + min(0.075 * max(map(len, y.texts)), 2.4), 0.9), is_plain=False,
     )  # fmt: skip
     for axes, grid in zip(shown, grids, strict=False):
