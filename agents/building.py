@@ -16,16 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.attributes import put
-from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.body import Body, checked_headings, checked_positions
 from teamsight.agents.decisions import EVERY_STEP, Cycle, cycle_of, give_timetable
 from teamsight.agents.group import Group
 from teamsight.agents.policy_state import columns_of_state, state_of_more
-from teamsight.agents.resolve import check_needs
+from teamsight.agents.resolve import awareness_of, check_needs, policy_or_none
 from teamsight.core import checks
-from teamsight.policies.interface import Policy
-from teamsight.policies.percept_of_one import Rule
-from teamsight.world.bodies import ABILITIES
+from teamsight.world.limits import shape_given
 from teamsight.world.motion import is_watched, limit_of_turn
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.placement import PLACEMENTS, Founders, starts
@@ -46,45 +43,27 @@ _AHEAD = 64
 _METHODS = frozenset(name for name, value in vars(Body).items() if inspect.isfunction(value))
 
 
-class Places(NamedTuple):
-    """Where new agents are put; see `World.add`."""
-
-    placement: str | npt.ArrayLike
-    position: npt.ArrayLike | None
-    heading: npt.ArrayLike | None
-
-
-class Plan(NamedTuple):
-    """What is said of a new group; see `World.add`."""
-
-    policy: Policy | Rule
-    awareness: Awareness
-    team: str | None
-    name: str | None
-    places: Places
-    speed: npt.ArrayLike
-    turn_limit: npt.ArrayLike
-    sensing_range: npt.ArrayLike
-    awareness_range: npt.ArrayLike
-    cycle: Cycle
-    range_shape: str = "disc"
-
-
-def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, host: WorldHost) -> Group[A]:
-    """Return a new group without agents."""
-    number = len(data.groups)
-    abilities = abilities_of(
-        size, data.limits, speed=plan.speed, turn_limit=plan.turn_limit, sensing_range=plan.sensing_range,
-        awareness_range=plan.awareness_range,
-    )  # fmt: skip
-    founders = founders_of(data.arena, number, 0, size, plan.places, abilities)
+def make_group(
+    data: WorldData, agent_class: type[A], size: int, given: Mapping[str, Any], host: WorldHost
+) -> Group[A]:
+    """Return a new group without agents; `given` are the settings of `World.add`."""
+    decides_alone = agent_class.decide is not Body.decide
+    policy = policy_or_none(given["policy"], given["policy_options"], agent_class.__name__, decides_alone)
+    awareness, cycle, team = awareness_of(given["awareness"]), cycle_of(given["cycle"]), given["team"]
+    if isinstance(team, EllipsisType):
+        team = agent_class.team
+    elif team is not None and (not isinstance(team, str) or not team):
+        raise TypeError(
+            f"team={checks.shown(team)}: must be the name of a team, such as 'robots', or None for no team"
+        )
+    number, range_shape = len(data.groups), shape_given(given["range_shape"])
+    abilities = abilities_of(data.limits, size, given)
+    founders = founders_of(data.arena, number, 0, size, given, abilities)
     start = starts(data.arena, [founders], data.key[np.newaxis])
-    name = plan.name or _free_name(data, plural(agent_class.__name__.lower()))
+    name = given["name"] or _free_name(data, plural(agent_class.__name__.lower()))
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
-    group: Group[A] = Group(
-        name, number, plan.team, agent_class, size, plan.policy, plan.awareness, host, plan.range_shape
-    )
+    group: Group[A] = Group(name, number, team, agent_class, size, policy, awareness, host, range_shape)
     check_needs(group)
     group.founders = [founders]
     group.members.arrived_at[:] = data.timeline.tick
@@ -92,19 +71,13 @@ def make_group(data: WorldData, agent_class: type[A], size: int, plan: Plan, hos
     for ability, values in abilities.items():
         group.bodies[ability][:] = group.members[ability][:] = values
     group.time = data.time
-    group.first_cycle = plan.cycle
-    if plan.cycle != EVERY_STEP:
-        give_timetable(data, group, plan.cycle.numbers(size))
-    group.decides_alone = agent_class.decide is not Body.decide
+    group.first_cycle = cycle
+    if cycle != EVERY_STEP:
+        give_timetable(data, group, cycle.numbers(size))
+    group.decides_alone = decides_alone
     # From now on, only known attributes can be set.
     put(group, is_made=True)
     return group
-
-
-def check_class(agent_class: type[Body]) -> None:
-    """Refuse what is not a class of bodies."""
-    if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
-        raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target, Body or a subclass")
 
 
 def check_names(agent_class: type[Body], attributes: Iterable[str]) -> None:
@@ -115,51 +88,34 @@ def check_names(agent_class: type[Body], attributes: Iterable[str]) -> None:
         raise TypeError(f"{agent_class.__name__}.__init__ sets {name}, a method of all agents; take another name")
 
 
-def team_given(team: str | EllipsisType | None, agent_class: type[Body]) -> str | None:
-    """Return the team of a new group; by default that of its class."""
-    if isinstance(team, EllipsisType):
-        return agent_class.team
-    if team is not None and (not isinstance(team, str) or not team):
-        raise TypeError(f"team={checks.shown(team)}: must be the name of a team, such as 'robots', or None for no team")
-    return team
-
-
-def abilities_of(
-    size: int,
-    limits: Limits,
-    *,
-    speed: npt.ArrayLike,
-    turn_limit: npt.ArrayLike,
-    sensing_range: npt.ArrayLike,
-    awareness_range: npt.ArrayLike,
-) -> dict[str, Floats]:
-    """Return the abilities of new agents, by column."""
-    sensing = column("sensing_range", sensing_range, size, limits.range)
-    aware = column("awareness_range", awareness_range, size, limits.range)
-    turning = turn_columns(turn_limit, size)
-    given = column("speed", speed, size, limits.speed), *turning, sensing, aware
-    return {field.name: values for field, values in zip(ABILITIES, given, strict=True)}
+def abilities_of(limits: Limits, size: int, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns of the abilities that are given to so many agents."""
+    found: dict[str, Any] = {}
+    for name, limit in (
+        ("sensing_range", limits.range), ("awareness_range", limits.range), ("speed", limits.speed)
+    ):  # fmt: skip
+        if name in given:
+            found[name] = column(name, given[name], size, limit)
+    if given.get("turn_limit") is not None:
+        found["turn_cosine"], found["turn_sine"] = turn_columns(given["turn_limit"], size)
+    return found
 
 
 def founders_of(
-    arena: Arena, number: int, first: int, size: int, given: Places, abilities: Mapping[str, Any]
+    arena: Arena, number: int, first: int, size: int, given: Mapping[str, Any], abilities: Mapping[str, Any]
 ) -> Founders:
     """Return the rule for the places of new agents, whose members are numbered from `first`."""
-    placement: str | Floats
-    if given.position is not None:
-        if not isinstance(given.placement, str) or given.placement != "uniform":
-            shown = checks.shown(given.placement)
-            raise ValueError(f"placement={shown}: applies without position; give one of them")
-        placement = checked_positions(arena, given.position, (size, 2))
-    elif isinstance(given.placement, str):
-        placement = checks.choice("placement", given.placement, PLACEMENTS)
+    placement, position, heading = given["placement"], given["position"], given["heading"]
+    if position is not None:
+        if not isinstance(placement, str) or placement != "uniform":
+            raise ValueError(f"placement={checks.shown(placement)}: applies without position; give one of them")
+        placement = checked_positions(arena, position, (size, 2))
+    elif isinstance(placement, str):
+        placement = checks.choice("placement", placement, PLACEMENTS)
     else:
-        placement = checked_positions(arena, given.placement, (size, 2))
-    heading = None if given.heading is None else checked_headings(given.heading, (size, 2))
-    longest = abilities["sensing_range"]
-    return Founders(
-        number, size, placement, longest if isinstance(longest, float) else float(longest.max()), heading, first
-    )
+        placement = checked_positions(arena, placement, (size, 2))
+    heading = None if heading is None else checked_headings(heading, (size, 2))
+    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first)
 
 
 def plural(name: str) -> str:
@@ -199,14 +155,6 @@ def turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
     angles = column("turn_limit", limit, size, lambda name, number: checks.angle(name, number, math.tau))
     cosines, sines = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
     return np.ascontiguousarray(cosines), np.ascontiguousarray(sines)
-
-
-#: The parameters of `World.add` and `Group.add` that are not arguments of agents.
-OWN_OF_WORLD = (
-    "policy", "policy_options", "awareness", "team", "sensing_range", "awareness_range", "range_shape", "speed",
-    "turn_limit", "placement", "position", "heading", "cycle", "name",
-)  # fmt: skip
-OWN_OF_GROUP = ("sensing_range", "awareness_range", "speed", "turn_limit", "placement", "position", "heading", "cycle")
 
 
 class Arguments(NamedTuple):
@@ -255,7 +203,7 @@ def divided(
     given : mapping of str to object
         The arguments.
     own : iterable of str
-        The parameters of `add` itself.
+        The settings that `add` itself takes.
     columns : iterable of str
         The columns of the group; an argument that ``__init__`` does not take sets one.
 
@@ -341,19 +289,19 @@ class Newcomers(NamedTuple):
 
 
 def newcomers(
-    data: WorldData, group: Group, count: int, given: Mapping[str, Any], columns: Mapping[str, Any]
-) -> Newcomers:
-    """Return new agents for a group; `given` is as for `Group.add`, `columns` the values of columns.
+    data: WorldData, group: Group, count: int, given: Mapping[str, Any], arguments: Mapping[str, Any]
+) -> tuple[Newcomers, list[dict[str, Any]]]:
+    """Return new agents for a group, and the arguments of each one's ``__init__``; parameters are as for `Group.add`.
 
     Raises
     ------
     TypeError, ValueError
         If a value does not fit, or must be given.
     """
+    each, columns = divided(group.agent_class, count, arguments, given, group.columns)
     first, tick = len(group.members), data.timeline.tick
     abilities = _abilities(data, group, count, given)
-    places = Places(given["placement"], given["position"], given["heading"])
-    founders = founders_of(data.arena, group.number, first, count, places, abilities)
+    founders = founders_of(data.arena, group.number, first, count, given, abilities)
     position, heading = _start_of(data, group, founders)
     member = np.arange(first, first + count)
     own = group.columns.of_new(count, columns)
@@ -371,7 +319,7 @@ def newcomers(
         if group.is_in_table(index):
             bodies |= zip(columns_of_state(index), state, strict=True)
     begun = {name: bodies[name] for name in group.members.fields if name in bodies}
-    return Newcomers(count, bodies, {**begun, **numbers, "arrived_at": tick}, founders, states, cycle)
+    return Newcomers(count, bodies, {**begun, **numbers, "arrived_at": tick}, founders, states, cycle), each
 
 
 def join(data: WorldData, group: Group, new: Newcomers) -> bool:
@@ -467,13 +415,11 @@ def _abilities(data: WorldData, group: Group, count: int, given: Mapping[str, An
     """Return the abilities of new agents by column, one number or one for each: those given, or those of the group."""
     if given["speed"] is None:
         _check_speed(data, group)
-    own: dict[str, Any] = {}
-    for name, limit in (
-        ("sensing_range", data.limits.range), ("awareness_range", data.limits.range), ("speed", data.limits.speed)
-    ):  # fmt: skip
-        own[name] = _usual(group, name) if given[name] is None else column(name, given[name], count, limit)
-    if given["turn_limit"] is not None:
-        own["turn_cosine"], own["turn_sine"] = turn_columns(given["turn_limit"], count)
+    own = abilities_of(data.limits, count, {name: one for name, one in given.items() if one is not None})
+    for name in ("sensing_range", "awareness_range", "speed"):
+        if name not in own:
+            own[name] = _usual(group, name)
+    if "turn_cosine" in own:
         return own
     limited = group.bodies if len(group) else group.members
     turning = limited.turn_cosine, limited.turn_sine

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Generic, overload
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic, TypedDict, overload
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -92,8 +92,21 @@ Integers = npt.NDArray[np.int64]
 _set = object.__setattr__
 
 
+class Changes(TypedDict, total=False):
+    """The settings of a group that `World.adjust` changes; see `World.add`."""
+
+    policy: PolicyLike | None
+    policy_options: Mapping[str, Any] | None
+    awareness: AwarenessLike | None
+    sensing_range: Numbers | None
+    awareness_range: Numbers | None
+    speed: Numbers | None
+    turn_limit: Numbers | None
+    cycle: CycleLike | None
+
+
 def _adjust(group: Any, name: str, value: Any) -> None:
-    group.host.adjust(group, **{name: value})
+    group.host.adjust(group, {name: value})
 
 
 def _setting(get: Callable[[Any], Got], doc: str) -> Setting[Got, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,19 +13,17 @@ import numpy.typing as npt
 from teamsight.agents.attributes import put
 from teamsight.agents.body import Body, checked_positions
 from teamsight.agents.building import (
-    OWN_OF_GROUP,
+    abilities_of,
     check_names,
-    column,
     divided,
     join,
     make_group,
     newcomers,
-    turn_columns,
 )
 from teamsight.agents.channel import TEAMMATES, changed, channel_of
 from teamsight.agents.decisions import EVERY_STEP, cycle_of, give_timetable
 from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.group import Group, team_of
+from teamsight.agents.group import Changes, Group, team_of
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.mesa.compat import Agent
 from teamsight.agents.policy_state import first_state, put_rows, take_rows
@@ -36,9 +34,6 @@ from teamsight.core.interrupts import deferred
 from teamsight.policies.registry import label
 
 if TYPE_CHECKING:
-    from teamsight.agents.building import (
-        Plan,
-    )
     from teamsight.agents.channel import Channel
     from teamsight.agents.decisions import CycleNumbers
     from teamsight.agents.engine.engine import Engine
@@ -229,9 +224,15 @@ class WorldHost:
         """Return the other agents that are nearest to an agent, and their distances."""
         return self.space.get_nearest_neighbors(agent, count)
 
-    def add(self, agent_class: type[A], size: int, plan: Plan, each: list[dict[str, Any]]) -> Group[A]:
-        """Add a group; see `World.add`. `each` has the arguments of each agent's ``__init__``."""
-        group = make_group(self._data, agent_class, size, plan, self)
+    def add(
+        self, agent_class: type[A], count: int, given: Mapping[str, Any], arguments: Mapping[str, Any]
+    ) -> Group[A]:
+        """Add a group; see `World.add`."""
+        if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
+            raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target, Body or a subclass")
+        size = checks.count("count", count, most=MOST_AGENTS)
+        each, _ = divided(agent_class, size, arguments, given)
+        group = make_group(self._data, agent_class, size, given, self)
         if agent_class.__init__ is Body.__init__:
             with deferred():
                 self._data.groups.append(group)
@@ -262,8 +263,7 @@ class WorldHost:
         self._check_complete(group, "add()")
         size = len(group)
         count = checks.count("count", count, most=MOST_AGENTS - size)
-        own = divided(group.agent_class, count, arguments, OWN_OF_GROUP, group.columns)
-        new = newcomers(data, group, count, given, own.columns)
+        new, each = newcomers(data, group, count, given, arguments)
         if group.agent_class.__init__ is Body.__init__:
             # Nothing of it can fail.
             with deferred():
@@ -275,7 +275,7 @@ class WorldHost:
                 with deferred():
                     join(data, group, new)
                     self._engine.resize(group, is_moved=True)
-                self._make_agents(group, own.each)
+                self._make_agents(group, each)
                 self._engine.is_bound = False
         data.sources.joined(group._agents[size:])
         return group._agents[size:]
@@ -327,20 +327,19 @@ class WorldHost:
         if group not in self._data.groups:
             raise ValueError(f"{what}: {group.name!r} is not in this world; add a group with world.add")
 
-    def adjust(self, group: Group, **changes: Any) -> None:
+    def adjust(self, group: Group, changes: Mapping[str, Any]) -> None:
         """Change the settings of a group; see `World.adjust`."""
         data, engine = self._data, self._engine
         data.timeline.check_undecided("adjust()", _WHEN)
         if group not in data.groups:
             raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
+        known = Changes.__annotations__
+        for name in changes.keys() - known.keys():
+            cure = f"{checks.suggestion(name, known)}a group has {', '.join(known)}"
+            raise TypeError(f"adjust(): {name}={checks.shown(changes[name])}: unknown; {cure}")
         given = {name: value for name, value in changes.items() if value is not None}
         size = len(group)
-        values: dict[str, npt.NDArray[np.float64]] = {}
-        for name in ("sensing_range", "awareness_range", "speed"):
-            if name in given:
-                values[name] = column(name, given[name], size, self._limit_of(name))
-        if "turn_limit" in given:
-            values["turn_cosine"], values["turn_sine"] = turn_columns(given["turn_limit"], size)
+        values = abilities_of(data.limits, size, given)
         numbers = numbers_of_cycle(engine, group, given["cycle"]) if "cycle" in given else None
         before, policy = group.rules, _policy_given(group, given)
         awareness = awareness_of(given["awareness"]) if "awareness" in given else before[1]
@@ -366,21 +365,13 @@ class WorldHost:
                 group.begin()
             engine.is_bound = False
 
-    def _limit_of(self, name: str) -> Callable[[str, float], float]:
-        return self._data.limits.speed if name == "speed" else self._data.limits.range
-
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
         """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
-        row, bodies = agent.row, agent.group.bodies
-        if name == "turn_limit":
-            (cosine,), (sine,) = turn_columns(value, 1)
-            with deferred():
-                bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
-            return
-        number = column(name, value, 1, self._limit_of(name))[0]
+        row, found = agent.row, abilities_of(self._data.limits, 1, {name: value})
         with deferred():
-            bodies[name][row] = number
-            if name != "speed":
+            for column, values in found.items():
+                agent.group.bodies[column][row] = values[0]
+            if name.endswith("range"):
                 self._engine.is_bound = False
 
     def set_cycle(self, agent: Body, value: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.building import OWN_OF_GROUP, divided, forget_members, newcomers
+from teamsight.agents.building import forget_members, newcomers
 from teamsight.agents.components.durations import Duration, Times, TimeTo, lasting, length, next_time, time_to
 from teamsight.agents.components.failures import Coming, check_members
 from teamsight.agents.events.sources import EventSource
+from teamsight.agents.group import Group
 from teamsight.agents.mesa.compat import next_identity, set_next_identity
 from teamsight.core import checks
 from teamsight.core.component import Count
@@ -143,12 +145,10 @@ class Arrivals(_Leaving, Coming):
 
     def _check(self) -> None:
         """Compute an arrival that does not take place."""
-        group, given = self._its_group(), self._given()
-        arguments = {name: value for name, value in given.items() if name not in OWN_OF_GROUP}
+        arguments, own = self._given(), inspect.signature(Group.add).parameters.values()
+        given = {one.name: arguments.pop(one.name, one.default) for one in own if one.kind is one.KEYWORD_ONLY}
         with _naming_arrivals():
-            own = divided(group.agent_class, 1, arguments, OWN_OF_GROUP, group.columns)
-            full = {**dict.fromkeys(OWN_OF_GROUP), "placement": "uniform", **given}
-            newcomers(self.world._data, group, 1, full, own.columns)
+            newcomers(self.world._data, self._its_group(), 1, given, arguments)
 
     def _given(self) -> dict[str, Any]:
         """Return the arguments of `Group.add`."""
