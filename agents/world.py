@@ -514,7 +514,7 @@ class World(MesaModel):
     @property
     def observed_fraction(self) -> float:
         """The mean over the completed steps of the fraction of targets that at least one robot senses, in [0, 1]."""
-        return self._data.history.observed_fraction
+        return self._data.history.sums.observed.mean_share
 
     @property
     def mean_degree(self) -> float:
@@ -524,12 +524,12 @@ class World(MesaModel):
     @property
     def mean_neighbours(self) -> float:
         """The mean over robots and completed steps of the number of neighbours; `mean_degree` is the present one."""
-        return self._data.history.mean_neighbours
+        return self._data.history.sums.edges.mean_share
 
     @property
     def max_neighbours(self) -> int:
         """The largest number of robots within any robot's awareness range in the completed steps."""
-        return self._data.history.max_neighbours
+        return self._data.history.sums.largest
 
     @property
     def teammates(self) -> Teammates:

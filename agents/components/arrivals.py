@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.building import forget_members, newcomers
 from teamsight.agents.components.durations import Duration, Times, TimeTo, lasting, length, next_time, time_to
 from teamsight.agents.components.failures import Coming, check_members
 from teamsight.agents.events.sources import EventSource
 from teamsight.agents.group import Group
-from teamsight.agents.mesa.compat import next_identity, set_next_identity
+from teamsight.agents.host import forget_members, newcomers
 from teamsight.core import checks
 from teamsight.core.component import Count
 
@@ -69,6 +68,8 @@ class Arrivals(_Leaving, Coming):
     A reset removes those who have arrived.
     """
 
+    changing = ("_arrived",)
+
     def __init__(
         self,
         interval: float | Duration | Times,
@@ -99,7 +100,7 @@ class Arrivals(_Leaving, Coming):
         """Note who is there before anybody arrives, and refuse arguments that none who arrives could have."""
         if "_first" not in vars(self):
             self._check()
-            self._first = self._its_group().members_so_far, next_identity(self.world)
+            self._first = self._its_group().members_so_far, self.world.agent_id_counter
 
     def reset(self) -> None:
         """Remove those who have arrived, so that the next to arrive have their numbers."""
@@ -108,7 +109,7 @@ class Arrivals(_Leaving, Coming):
         members, identity = self._first
         group, world = self._its_group(), self.world
         forget_members(group, max(members, int(group.bodies.member.max(initial=-1)) + 1))
-        set_next_identity(world, max([identity, *(agent.unique_id + 1 for agent in world.agents)]))
+        world.agent_id_counter = max([identity, *(agent.unique_id + 1 for agent in world.agents)])
 
     def begin(self) -> None:
         """Plan the first arrival."""
@@ -134,14 +135,6 @@ class Arrivals(_Leaving, Coming):
         """Forget an agent that has left."""
         if member in self._arrived:
             self._arrived.remove(member)
-
-    def save(self) -> Any:
-        """Return who has arrived and is still there."""
-        return list(self._arrived)
-
-    def load(self, data: Any) -> None:
-        """Go back to what `save` returned."""
-        self._arrived = list(data)
 
     def _check(self) -> None:
         """Compute an arrival that does not take place."""

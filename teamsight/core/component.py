@@ -310,7 +310,8 @@ class Component:
 
     def __post_init__(self) -> None:
         values = vars(self)
-        for name, check, default, kept in _checks_of(type(self)):
+        kind: Any = type(self)
+        for name, check, default, kept in _checks_of(kind):
             value = values[name]
             found = kept if value is default else check(value)
             if found is not value:
@@ -318,9 +319,9 @@ class Component:
 
 
 @cache
-def _checks_of(component: type[Component]) -> list[tuple[str, Callable[[Any], Any], Any, Any]]:
+def _checks_of(component: Any) -> list[tuple[str, Callable[[Any], Any], Any, Any]]:
     """Return the name of each field that is checked, its check, its default, and the form in which that is kept."""
-    found = []
+    found: list[tuple[str, Callable[[Any], Any], Any, Any]] = []
     for name, one in declared(component).items():
         if one.is_checked:
             # A default is checked once, unless what is kept of it may change.

@@ -21,7 +21,7 @@ from teamsight.env.rewards import rewards_of
 from teamsight.env.seeding import EpisodeSeeds
 from teamsight.env.settings import Settings
 from teamsight.env.stepped_world import Shown, SteppedWorld
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
 

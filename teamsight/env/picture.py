@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.drawing import obstacles, walls
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
 Colour = tuple[float, float, float]

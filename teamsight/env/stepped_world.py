@@ -11,7 +11,7 @@ from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.relation import counted_groups
 from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.mesa.collector import HistoryCollector, Rows
+from teamsight.agents.recording.recording import HistoryCollector, Rows
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.world import World
 from teamsight.core.interrupts import deferred
@@ -20,7 +20,7 @@ from teamsight.env.observations import Observation
 from teamsight.env.records import DONE, SIGHT, UNFINISHED, SightArrays
 from teamsight.env.settings import Settings
 from teamsight.policies.steered import Steered
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from teamsight.agents.engine.watching import Bound
+from teamsight.agents.engine.records import Bound
 from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
 from teamsight.agents.world import World
 from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene

@@ -10,7 +10,7 @@ import numpy as np
 from teamsight.core.component import Allowed, Count, Flag, Index, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.square import check_square
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _SIDE, _HOME_RADIUS, _REACH, _PERIOD, _NIGHT, _RENEWED = range(6)

@@ -9,7 +9,7 @@ from teamsight.core.component import Allowed, Positive
 from teamsight.core.kernel import kernel
 from teamsight.tasks.foraging.attaching import ATTRACTOR_COLUMNS, ROBOT_COLUMNS, attach_all, is_held, release, slow_down
 from teamsight.tasks.foraging.layout import refuse_torus
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction
 
 # Mass that is left by rounding only.

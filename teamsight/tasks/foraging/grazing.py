@@ -13,7 +13,7 @@ from teamsight.core import checks
 from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.foraging.layout import check_circles, refuse_torus
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 # The largest raster, along a side.

@@ -8,8 +8,7 @@ from functools import cache
 import numpy as np
 
 from teamsight.core import checks
-from teamsight.world.arena import Box
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena, Box
 from teamsight.world.shapes import Circle
 
 #: x, y and radius of a round obstacle, from the middle of the area [length].

@@ -10,7 +10,7 @@ import numpy as np
 from teamsight.core.component import Allowed, Count, Flag
 from teamsight.core.kernel import inlined
 from teamsight.tasks.pursuit.grid import check_grid, check_order
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _WIDTH, _HEIGHT, _IS_TORUS, _REACH, _HUNTERS, _REWARD, _COST, _CALLS = range(8)

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 
 
 class _OnGrid(Protocol):

@@ -10,7 +10,7 @@ import numpy as np
 from teamsight.core.component import Allowed, Flag
 from teamsight.core.kernel import inlined
 from teamsight.tasks.pursuit.grid import check_grid
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction, InteractionState
 
 _WIDTH, _HEIGHT, _IS_TORUS, _REWARD, _COST = range(5)

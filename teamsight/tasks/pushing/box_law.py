@@ -10,7 +10,7 @@ from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.tasks.pushing.touching import is_clear, off_rim, settle
 from teamsight.tasks.square import check_square
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction
 from teamsight.world.limits import Length
 

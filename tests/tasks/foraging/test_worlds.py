@@ -17,7 +17,7 @@ from teamsight.tasks.foraging.consuming import Consuming
 from teamsight.tasks.foraging.grazing import Grazing
 from teamsight.tasks.foraging.layout import area, scattered
 from teamsight.tasks.foraging.worlds import Attractor, Consume, Forage, Graze, Home, completion
-from teamsight.world.checked_interaction import check_interaction
+from teamsight.world.check import check_interaction
 from tests.interactions import fingerprint
 
 NAMES = ("forage", "consume", "graze")

@@ -14,7 +14,7 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks.pushing.box_law import Pushing
 from teamsight.tasks.pushing.world import Box as Load
 from teamsight.tasks.pushing.world import BoxPushing
-from teamsight.world.checked_interaction import call_of
+from teamsight.world.check import call_of
 from teamsight.world.interaction import Interacting, InteractionState, bodies_type, interacting_record
 from tests.interactions import fingerprint
 from tests.naive.pushing import pushed
