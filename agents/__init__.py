@@ -13,11 +13,11 @@ if __name__ != "teamsight.agents":
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness.check import check_awareness
-    from teamsight.agents.events.timeline import AgentLeftError
     from teamsight.agents.mesa.visualisation import draw_arena, make_world_component, portrayal
+    from teamsight.agents.world_data import AgentLeftError
 
 _HOMES = {
-    "AgentLeftError": "teamsight.agents.events.timeline",
+    "AgentLeftError": "teamsight.agents.world_data",
     "check_awareness": "teamsight.agents.awareness.check",
     "draw_arena": "teamsight.agents.mesa.visualisation",
     "make_world_component": "teamsight.agents.mesa.visualisation",

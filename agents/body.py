@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Never
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.attributes import Kept, Points, PolicyLike, Setting, refusing
+from teamsight.agents.attributes import Kept, Points, PolicyLike, Setting, refusing, unwritable
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES, channel_of
-from teamsight.agents.columns import unwritable
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
-from teamsight.agents.mesa import compat as mesa_compat
+from teamsight.agents.mesa.bases import Agent
 from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.interrupts import deferred
@@ -109,7 +108,7 @@ class Team:
 
 
 @refusing(identity="the world gives it; take another name for an attribute of your own")
-class Body(mesa_compat.Agent):
+class Body(Agent):
     """An agent in a world: a mesa agent that has a place and moves. `World.add` and `Group.add` make agents.
 
     A new role is a subclass, or a group of these with a name. A subclass may override `decide`, to replace the policy
@@ -269,7 +268,7 @@ class Body(mesa_compat.Agent):
     def neighbours(self) -> list[Body]:
         """The teammates within awareness range, whether or not the degree of awareness shows them."""
         relation = self._relation(TEAMMATES)
-        return relation.agents_in_range(self.row) if relation else []
+        return relation.agents(relation.graph.start, relation.graph.identity, self.row) if relation else []
 
     @property
     def observed_targets(self) -> list[Body]:
@@ -284,7 +283,7 @@ class Body(mesa_compat.Agent):
     @property
     def is_observed(self) -> bool:
         """Whether it is sensed in a channel that counts in the observed fraction."""
-        return self.group.host.is_observed(self)
+        return bool(self.group.host.observers_of(self, counted=True))
 
     @property
     def situation(self) -> npt.NDArray[np.float32]:
@@ -294,11 +293,11 @@ class Body(mesa_compat.Agent):
 
     def get_neighbors_in_radius(self, radius: float = 1) -> tuple[list[Any], Floats]:
         """Return the other agents within a radius, of all groups, and their distances [length]; mesa's method."""
-        return self.group.host.agents_near(self, radius)
+        return self.group.host.space.get_neighbors_in_radius(self, radius)
 
     def get_nearest_neighbors(self, k: int = 1) -> tuple[list[Any], Floats]:
         """Return the `k` nearest other agents, of all groups, and their distances [length]; mesa's method."""
-        return self.group.host.nearest_agents(self, k)
+        return self.group.host.space.get_nearest_neighbors(self, k)
 
     def remove(self) -> None:
         """Remove the agent from the world.
@@ -328,11 +327,10 @@ class Body(mesa_compat.Agent):
         KeyError
             If the group has no such channel.
         """
+        if channel not in (TARGETS, TEAMMATES):
+            channel_of(self.group, channel)
         relation = self._relation(channel)
-        if relation is None and channel not in (TARGETS, TEAMMATES):
-            have = ", ".join(map(repr, self.group.channels)) or "none"
-            raise KeyError(f"{channel!r}: the group {self.group.name!r} has no such channel, but {have}")
-        return relation.agents_sensed(self.row) if relation else []
+        return relation.agents(*relation.true_lists, self.row) if relation else []
 
     def break_sensor(self, channel: str) -> None:
         """Put its sensor of a channel out of order: it senses nobody in that channel, from now until its repair.
@@ -349,11 +347,11 @@ class Body(mesa_compat.Agent):
         RuntimeError
             If called while a group decides.
         """
-        self.group.host.set_works(self, channel, False)
+        self.group.host.switch(self, channel_of(self.group, channel).works, False, "break_sensor()", channel)
 
     def repair_sensor(self, channel: str) -> None:
         """Put its sensor of a channel in order again; see `break_sensor`."""
-        self.group.host.set_works(self, channel, True)
+        self.group.host.switch(self, channel_of(self.group, channel).works, True, "repair_sensor()", channel)
 
     def sensor_works(self, channel: str) -> bool:
         """Return whether its sensor of a channel works; see `break_sensor`."""

@@ -126,56 +126,57 @@ class Sensors(MutableMapping[str, Sensor]):
 
     Parameters
     ----------
-    channels : dict of str to Channel
-        The channels of the group.
+    group : Group
+        The group.
     change : callable
         ``change(channel, sensor)`` changes the sensor of a channel.
     """
 
-    def __init__(self, channels: dict[str, Channel], change: Callable[[Channel, Sensor | None], None]) -> None:
-        self._channels, self._change = channels, change
-
-    def _channel(self, name: str) -> Channel:
-        if name not in self._channels:
-            have = ", ".join(map(repr, self._channels)) or "none"
-            raise KeyError(f"{name!r}: the group has no such channel, but {have}; declare it by world.senses(…, as_=…)")
-        return self._channels[name]
+    def __init__(self, group: Group, change: Callable[[Channel, Sensor | None], None]) -> None:
+        self._group, self._change = group, change
 
     def __getitem__(self, name: str) -> Sensor:
-        return self._channel(name).sensor or Sensor()
+        return channel_of(self._group, name).sensor or Sensor()
 
     def __setitem__(self, name: str, sensor: Sensor) -> None:
-        channel = self._channel(name)
+        channel = channel_of(self._group, name)
         check_sensor_of(name, sensor)
         self._change(channel, sensor)
 
     def __delitem__(self, name: str) -> None:
-        self._change(self._channel(name), None)
+        self._change(channel_of(self._group, name), None)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._channels)
+        return iter(self._group.channels)
 
     def __len__(self) -> int:
-        return len(self._channels)
+        return len(self._group.channels)
 
     def __repr__(self) -> str:
         return f"Sensors({dict(self)!r})"
 
 
-def channel_of(group: Group, name: str) -> Channel:
-    """Return a channel of a group.
+class NoChannelError(KeyError, ValueError):
+    """A group has no channel of this name."""
+
+    __str__ = ValueError.__str__
+
+
+def channel_of(group: Group, name: Any, what: str = "") -> Channel:
+    """Return a channel of a group; `what` says in the error where its name was given.
 
     Raises
     ------
-    KeyError
+    NoChannelError
         If the group has no such channel.
     """
     try:
         return group.channels[name]
     except (KeyError, TypeError):
         have = ", ".join(map(repr, group.channels)) or "none"
-        raise KeyError(
-            f"{name!r}: the group {group.name!r} has no such channel, but {have}; declare it by world.senses(…, as_=…)"
+        raise NoChannelError(
+            f"{what or repr(name)}: the group {group.name!r} has no such channel, but {have}; declare it by "
+            "world.senses(…, as_=…)"
         ) from None
 
 

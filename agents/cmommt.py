@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Never
+from typing import Any, NamedTuple, Never, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.attributes import (
     AwarenessLike,
-    Given,
-    Got,
     Numbers,
     PolicyLike,
     SeedLike,
@@ -41,44 +39,37 @@ from teamsight.world.noise import Stream, stream_number, uniforms
 from teamsight.world.placement import Starts
 
 
-class LiveSetting(Setting[Got, Given]):
-    """A parameter of a model that is the attribute `name` of its group ``model.<group>``.
+def _live(group: str, name: str, resolve: Callable[[Any, Any], Any] = lambda model, value: value) -> Any:
+    """Return a parameter of a model that is the attribute `name` of its group ``model.<group>``.
 
     ``resolve(model, value)`` returns the value for the group.
     """
 
-    def __init__(self, group: str, name: str, resolve: Callable[[Any, Any], Any] = lambda model, value: value) -> None:
-        def change(model: Any, parameter: str, value: Any) -> None:
-            owner = getattr(model, group, None)
-            if owner is None:
-                raise AttributeError(f"{name}: belongs to {group}; set it after super().__init__(…)")
-            setattr(owner, name, resolve(model, value))
+    def change(model: Any, parameter: str, value: Any) -> None:
+        owner = getattr(model, group, None)
+        if owner is None:
+            raise AttributeError(f"{name}: belongs to {group}; set it after super().__init__(…)")
+        setattr(owner, name, resolve(model, value))
 
-        doc = f"``{group}.{name}``; a new value takes effect from the next step on."
-        super().__init__(lambda model, parameter: getattr(getattr(model, group), name), change, doc)
+    doc = f"``{group}.{name}``; a new value takes effect from the next step on."
+    return Setting(lambda model, parameter: getattr(getattr(model, group), name), change, doc)
 
 
-class FixedSetting:
-    """A parameter that cannot be changed.
+_Fixed: TypeAlias = Setting[Any, Never]
 
-    The error names the `cure`. The value is that of the model's attribute `source`, under the parameter's name; by
-    default that with which the model was built.
-    """
 
-    def __init__(self, cure: str, source: str | None = None) -> None:
-        self._cure, self._source = cure, source
+def _fixed(cure: str, read: Callable[[Any, str], Any] = lambda model, name: model.settings.get(name)) -> Any:
+    """Return a parameter that cannot be changed: by default it is as the model was built. The error has the cure."""
 
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
+    def refuse(model: Any, name: str, value: Any) -> None:
+        raise AttributeError(f"{name}={checks.shown(value)}: is fixed when the model is built; {cure}")
 
-    def __get__(self, model: Any, owner: type | None = None) -> Any:
-        if model is None:
-            return self
-        built = model.settings.get(self._name)
-        return built if self._source is None else getattr(getattr(model, self._source), self._name, built)
+    return Setting(read, refuse, "It is fixed when the model is built.")
 
-    def __set__(self, model: Any, value: Never) -> None:
-        raise AttributeError(f"{self._name}={checks.shown(value)}: is fixed when the model is built; {self._cure}")
+
+def _delta_of(model: Any, name: str) -> Any:
+    """Return δ of the robots' degree, or that with which the model was built if it has none."""
+    return getattr(model.awareness, name, model.settings.get(name))
 
 
 class _Numbers(NamedTuple):
@@ -185,23 +176,29 @@ class CMOMMT(World):
         """The targets."""
         return self._targets
 
-    policy = LiveSetting[Policy | Rule, PolicyLike]("robots", "policy", lambda model, value: model._robot_policy(value))
-    awareness = LiveSetting[Awareness, AwarenessLike](
+    policy: Setting[Policy | Rule, PolicyLike] = _live(
+        "robots", "policy",
+        # A policy given by name takes the model's options that it has.
+        lambda model, value: policy_of(value, shared_options(value, model.settings["policy_options"])),
+    )
+    awareness: Setting[Awareness, AwarenessLike] = _live(
         "robots", "awareness", lambda model, value: degree_of(model.settings | {"awareness": value})
     )
-    sensing_range = LiveSetting[Floats, Numbers]("robots", "sensing_range")
-    awareness_range = LiveSetting[Floats, Numbers]("robots", "awareness_range")
-    robot_speed = LiveSetting[Floats, Numbers]("robots", "speed")
-    target_speed = LiveSetting[Floats, Numbers]("targets", "speed")
-    cycle = LiveSetting[Cycle, CycleLike]("robots", "cycle")
-    radius = FixedSetting("build another model")
-    range_shape = FixedSetting("build another model")
-    preset = FixedSetting("build another model")
-    seed = FixedSetting("start again with reset(rng)")
-    delta = FixedSetting("give the robots another degree, as in model.awareness = RingAwareness(8)", "awareness")
-    uniform_target_speed = FixedSetting("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
-    policy_options = FixedSetting("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
-    target_policy_options = FixedSetting("give the targets another policy, as in model.target_policy = RandomWalk(0.1)")
+    sensing_range: Setting[Floats, Numbers] = _live("robots", "sensing_range")
+    awareness_range: Setting[Floats, Numbers] = _live("robots", "awareness_range")
+    robot_speed: Setting[Floats, Numbers] = _live("robots", "speed")
+    target_speed: Setting[Floats, Numbers] = _live("targets", "speed")
+    cycle: Setting[Cycle, CycleLike] = _live("robots", "cycle")
+    radius: _Fixed = _fixed("build another model")
+    range_shape: _Fixed = _fixed("build another model")
+    preset: _Fixed = _fixed("build another model")
+    seed: _Fixed = _fixed("start again with reset(rng)")
+    delta: _Fixed = _fixed("give the robots another degree, as in model.awareness = RingAwareness(8)", _delta_of)
+    uniform_target_speed: _Fixed = _fixed("give the targets other speeds, as in model.target_speed = [0.1, 0.2]")
+    policy_options: _Fixed = _fixed("give the robots another policy, as in model.policy = ACmommt(weights='shared')")
+    target_policy_options: _Fixed = _fixed(
+        "give the targets another policy, as in model.target_policy = RandomWalk(0.1)"
+    )
 
     @property
     def sensor(self) -> Sensor:
@@ -222,10 +219,6 @@ class CMOMMT(World):
         options = self.settings["target_policy_options"]
         self.targets.policy = target_policy_of(value, shared_options(value, options))
         self._let_targets_sense()
-
-    def _robot_policy(self, value: Any) -> Any:
-        """Return a policy for the robots; a policy given by name takes the model's options that it has."""
-        return policy_of(value, shared_options(value, self.settings["policy_options"]))
 
     def _let_targets_sense(self) -> None:
         policy = self.targets.policy
@@ -264,7 +257,9 @@ class CMOMMT(World):
             group.members.sensing_range[:] = numbers.sensing_range
             group.founders = [one._replace(spacing=numbers.sensing_range) for one in group.founders]
         self.robots.members.awareness_range[:] = numbers.awareness_range
-        self._engine.adapt()
+        # The width of cells is the range.
+        if any(relation.search.has_cells for relation in self._engine.relations):
+            self._engine.is_bound = False
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:
         fastest = self.settings["target_speed"]

@@ -15,8 +15,7 @@ from teamsight.agents.group_card import HEADER, group_row
 from teamsight.agents.world_data import WorldData
 from teamsight.core.card import card, table
 from teamsight.core.checks import shown
-from teamsight.world.arena import Box, Torus
-from teamsight.world.contract import Arena, Obstructed
+from teamsight.world.arena import Arena, Box, Obstructed, Torus
 
 Floats = npt.NDArray[np.float64]
 
@@ -227,7 +226,7 @@ def world_html(name: str, data: WorldData, engine: Engine) -> str:
         Its parts.
     """
     rows: list[tuple[str, object]] = [("arena", shown(data.arena)), ("tick", data.timeline.tick), ("seed", data.seed)]
-    observed = data.history.observed_fraction
+    observed = data.history.sums.observed.mean_share
     if not math.isnan(observed):
         rows.append(("observed fraction so far", f"{observed:.1%}"))
     knows = _knows_neighbours(data, engine)

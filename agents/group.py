@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, Generic, overload
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic, TypedDict, overload
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -12,7 +12,8 @@ import numpy.typing as npt
 
 from teamsight.agents.attributes import (
     AwarenessLike,
-    Got,
+    Column,
+    Columns,
     Kept,
     Numbers,
     PlacementName,
@@ -20,15 +21,16 @@ from teamsight.agents.attributes import (
     PolicyLike,
     Rows,
     Setting,
+    new_column,
     put,
+    readonly,
     refusing,
 )
 from teamsight.agents.awareness.interface import Awareness, Perception
 from teamsight.agents.channel import TARGETS, TEAMMATES, Channel, Sensors, note_of_inactive
-from teamsight.agents.columns import Column, Columns, new_column, readonly
 from teamsight.agents.decisions import EVERY_STEP, Cycle, CycleLike
 from teamsight.agents.engine.detection import Readings
-from teamsight.agents.policy_state import IN_TABLE, columns_of_state, first_state, has_rows
+from teamsight.agents.resolve import IN_TABLE, columns_of_state, first_state, has_rows
 from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
@@ -37,8 +39,7 @@ from teamsight.policies.channels import OWN_FIELDS, channels_of, columns_of
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Action, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule
-from teamsight.world.bodies import BODIES
-from teamsight.world.motion import limit_of_turn
+from teamsight.world.motion import BODIES, limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.placement import Founders, Starts
 
@@ -92,17 +93,29 @@ Integers = npt.NDArray[np.int64]
 _set = object.__setattr__
 
 
-def _adjust(group: Any, name: str, value: Any) -> None:
-    group.host.adjust(group, **{name: value})
+class Changes(TypedDict, total=False):
+    """The settings of a group that `World.adjust` changes; see `World.add`."""
+
+    policy: PolicyLike | None
+    policy_options: Mapping[str, Any] | None
+    awareness: AwarenessLike | None
+    sensing_range: Numbers | None
+    awareness_range: Numbers | None
+    speed: Numbers | None
+    turn_limit: Numbers | None
+    cycle: CycleLike | None
 
 
-def _setting(get: Callable[[Any], Got], doc: str) -> Setting[Got, Any]:
-    """Return a setting of a group that ``get(group)`` reads and `World.adjust` changes."""
-    return Setting(lambda group, name: get(group), _adjust, f"{doc} A new value takes effect as by `World.adjust`.")
+def _ability(group: Any, name: str) -> Any:
+    return readonly(group.bodies[name])
 
 
-def _is_known(owner: type, name: str) -> bool:
-    return name.startswith("_") or hasattr(owner, name)
+def _setting(doc: str, get: Callable[[Any, str], Any] = _ability) -> Any:
+    """Return a setting of a group that ``get(group, name)`` reads and `World.adjust` changes; by default a column."""
+    return Setting(
+        get, lambda group, name, value: group.host.adjust(group, {name: value}),
+        f"{doc} A new value takes effect as by `World.adjust`.",
+    )  # fmt: skip
 
 
 def _lanes(size: int) -> int:
@@ -239,17 +252,14 @@ class Group(Generic[A]):
         """
         self._perception = Perception(len(self), self.bodies.room)
         self.has_decided = has_decided
-        self._make_lanes()
+        # Room for the random numbers of the agents for whom the table has room.
+        room, self._draws = _lanes(self.bodies.room), self.draws
+        self._numbers, self.whole_lanes = np.zeros(TICKS_A_BLOCK * self._draws * room), np.zeros(room, np.int64)
+        self.whole_lanes[: len(self)] = self.bodies.member
         self.bodies.last_rewards[:] = 0.0
         # Robots that do not decide at every step go on with their last action.
         if self.timetable is None and not has_decided:
             self.bodies.aim[:], self.bodies.distance[:] = 0.0, 0.0
-
-    def _make_lanes(self) -> None:
-        """Make room for the random numbers of the agents for whom the table has room."""
-        room, self._draws = _lanes(self.bodies.room), self.draws
-        self._numbers, self.whole_lanes = np.zeros(TICKS_A_BLOCK * self._draws * room), np.zeros(room, np.int64)
-        self.whole_lanes[: len(self)] = self.bodies.member
 
     @property
     def numbers(self) -> Floats:
@@ -425,7 +435,8 @@ class Group(Generic[A]):
     if not TYPE_CHECKING:
 
         def __setattr__(self, name: str, value: object) -> None:
-            if name not in self.__dict__ and "is_made" in self.__dict__ and not _is_known(type(self), name):
+            is_known = name in self.__dict__ or name.startswith("_") or hasattr(type(self), name)
+            if not is_known and "is_made" in self.__dict__:
                 known = [one for one in dir(type(self)) if not one.startswith("_")]
                 raise AttributeError(
                     f"{name}={checks.shown(value)}: a group has no such attribute; {checks.suggestion(name, known)}"
@@ -436,7 +447,7 @@ class Group(Generic[A]):
     @property
     def sensors(self) -> Sensors:
         """The sensors by channel: ``robots.sensors["teammates"] = Sensor(field_of_view=2.0)``."""
-        return Sensors(self.channels, self.host.set_sensor)
+        return Sensors(self, self.host.set_sensor)
 
     @property
     def position(self) -> Floats:
@@ -458,28 +469,23 @@ class Group(Generic[A]):
         """Whether each agent takes part, shape (n,). Set the `active` of one agent."""
         return readonly(self.bodies.active)
 
-    policy: Setting[Policy | Rule, PolicyLike] = _setting(lambda group: group.rules[0], "The policy of all agents.")
+    policy: Setting[Policy | Rule, PolicyLike] = _setting("The policy of all agents.", lambda group, _: group.rules[0])
     awareness: Setting[Awareness, AwarenessLike] = _setting(
-        lambda group: group.rules[1], "What they perceive of teammates."
+        "What they perceive of teammates.", lambda group, _: group.rules[1]
     )
     sensing_range: Setting[Floats, Numbers] = _setting(
-        lambda group: readonly(group.bodies.sensing_range),
-        "Distance within which each senses targets, shape (n,) [length].",
+        "Distance within which each senses targets, shape (n,) [length]."
     )
     awareness_range: Setting[Floats, Numbers] = _setting(
-        lambda group: readonly(group.bodies.awareness_range),
-        "Distance within which each senses teammates, shape (n,) [length].",
+        "Distance within which each senses teammates, shape (n,) [length]."
     )
-    speed: Setting[Floats, Numbers] = _setting(
-        lambda group: readonly(group.bodies.speed),
-        "The largest distance that each can move in a step, shape (n,) [length].",
-    )
+    speed: Setting[Floats, Numbers] = _setting("The largest distance of a step of each, shape (n,) [length].")
     turn_limit: Setting[Floats, Numbers] = _setting(
-        lambda group: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
         "The largest angle that each can turn in a step, shape (n,) [rad].",
+        lambda group, _: readonly(limit_of_turn(group.bodies.turn_cosine, group.bodies.turn_sine)),
     )
     cycle: Setting[Cycle, CycleLike] = _setting(
-        lambda group: group.timetable.cycle() if group.timetable else EVERY_STEP, "When they sense and decide."
+        "When they sense and decide.", lambda group, _: group.timetable.cycle() if group.timetable else EVERY_STEP
     )
 
     @property

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.channel import Channel, note_of_inactive
-from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core.card import card, table
 from teamsight.core.checks import shown
 
@@ -98,13 +96,5 @@ def _named(policy: object) -> str:
 
 def _sensed(name: str, channel: Channel) -> str:
     groups = " + ".join(group.name for group in channel.observed)
-    sensor = f" by {_brief(channel.sensor)}" if channel.sensor is not None else ""
+    sensor = f" by {shown(channel.sensor)}" if channel.sensor is not None else ""
     return f"{name}: {groups}{sensor}" if groups and groups != name else f"{name}{sensor}"
-
-
-def _brief(sensor: Sensor) -> str:
-    """Return a sensor with what differs from the default."""
-    values = {part.name: getattr(sensor, part.name) for part in fields(sensor) if part.init}
-    defaults = {part.name: part.default for part in fields(sensor)}
-    given = (f"{name}={shown(value, 30)}" for name, value in values.items() if value != defaults[name])
-    return f"{type(sensor).__name__}({', '.join(given)})"

@@ -1,52 +1,458 @@
-"""The host of groups and agents: it adds, changes, moves and removes them."""
+"""The host of groups and agents: it makes, adds, changes, moves and removes them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import inspect
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from dataclasses import is_dataclass
+from functools import cached_property, lru_cache
+from numbers import Real
+from types import EllipsisType
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.attributes import put
-from teamsight.agents.body import Body, checked_positions
-from teamsight.agents.building import (
-    OWN_OF_GROUP,
-    check_names,
-    column,
-    divided,
-    join,
-    make_group,
-    newcomers,
-    turn_columns,
+from teamsight.agents.body import Body, checked_headings, checked_positions
+from teamsight.agents.channel import TEAMMATES, changed
+from teamsight.agents.decisions import EVERY_STEP, Cycle, cycle_of, give_timetable
+from teamsight.agents.engine.engine import Deliberation
+from teamsight.agents.group import Changes, Group, team_of
+from teamsight.agents.mesa.bases import Agent
+from teamsight.agents.resolve import (
+    awareness_of,
+    check_channels,
+    check_fit,
+    check_needs,
+    columns_of_state,
+    first_state,
+    policy_of,
+    policy_or_none,
+    put_rows,
+    state_of_more,
+    take_rows,
 )
-from teamsight.agents.channel import TEAMMATES, changed, channel_of
-from teamsight.agents.decisions import EVERY_STEP, cycle_of, give_timetable
-from teamsight.agents.engine.python_policies import Deliberation
-from teamsight.agents.group import Group, team_of
-from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.mesa.compat import Agent
-from teamsight.agents.policy_state import first_state, put_rows, take_rows
-from teamsight.agents.resolve import awareness_of, check_channels, check_fit, policy_of
 from teamsight.agents.settings import MOST_AGENTS
+from teamsight.agents.world_data import LATER
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.registry import label
+from teamsight.world.limits import shape_given
+from teamsight.world.motion import is_watched, limit_of_turn
+from teamsight.world.motion import turn_limit as turn_limit_of
+from teamsight.world.placement import PLACEMENTS, Founders, starts
 
 if TYPE_CHECKING:
-    from teamsight.agents.building import (
-        Plan,
-    )
     from teamsight.agents.channel import Channel
-    from teamsight.agents.decisions import CycleNumbers
     from teamsight.agents.engine.engine import Engine
-    from teamsight.agents.mesa.compat import Model
+    from teamsight.agents.mesa.bases import Model
     from teamsight.agents.mesa.space import WorldSpace
     from teamsight.agents.sensing.sensor import Sensor
     from teamsight.agents.world_data import WorldData
     from teamsight.policies.percept_of_one import PerceptOfOne
+    from teamsight.world.arena import Arena
+    from teamsight.world.limits import Limits
+
+Floats = npt.NDArray[np.float64]
+
+A = TypeVar("A", bound=Body)
+
+# So many agents are placed in one call when the first of them comes.
+_AHEAD = 64
+
+_METHODS = frozenset(name for name, value in vars(Body).items() if inspect.isfunction(value))
+
+
+def make_group(
+    data: WorldData, agent_class: type[A], size: int, given: Mapping[str, Any], host: WorldHost
+) -> Group[A]:
+    """Return a new group without agents; `given` are the settings of `World.add`."""
+    decides_alone = agent_class.decide is not Body.decide
+    policy = policy_or_none(given["policy"], given["policy_options"], agent_class.__name__, decides_alone)
+    awareness, cycle, team = awareness_of(given["awareness"]), cycle_of(given["cycle"]), given["team"]
+    if isinstance(team, EllipsisType):
+        team = agent_class.team
+    elif team is not None and (not isinstance(team, str) or not team):
+        raise TypeError(
+            f"team={checks.shown(team)}: must be the name of a team, such as 'robots', or None for no team"
+        )
+    number, range_shape = len(data.groups), shape_given(given["range_shape"])
+    abilities = abilities_of(data.limits, size, given)
+    founders = founders_of(data.arena, number, 0, size, given, abilities)
+    start = starts(data.arena, [founders], data.key[np.newaxis])
+    name = given["name"] or _free_name(data, plural(agent_class.__name__.lower()))
+    if name in [group.name for group in data.groups]:
+        raise ValueError(f"name={name!r}: another group has this name; give a different one")
+    group: Group[A] = Group(name, number, team, agent_class, size, policy, awareness, host, range_shape)
+    check_needs(group)
+    group.founders = [founders]
+    group.members.arrived_at[:] = data.timeline.tick
+    group.bodies.position[:], group.bodies.heading[:] = start.position[0], start.heading[0]
+    for ability, values in abilities.items():
+        group.bodies[ability][:] = group.members[ability][:] = values
+    group.time = data.time
+    group.first_cycle = cycle
+    if cycle != EVERY_STEP:
+        give_timetable(data, group, cycle.numbers(size))
+    group.decides_alone = decides_alone
+    # From now on, only known attributes can be set.
+    put(group, is_made=True)
+    return group
+
+
+def check_names(agent_class: type[Body], attributes: Iterable[str]) -> None:
+    """Refuse attributes of an agent that would hide a method."""
+    hidden = _METHODS.intersection(attributes)
+    if hidden:
+        name = min(hidden)
+        raise TypeError(f"{agent_class.__name__}.__init__ sets {name}, a method of all agents; take another name")
+
+
+def abilities_of(limits: Limits, size: int, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns of the abilities that are given to so many agents."""
+    found: dict[str, Any] = {}
+    for name, limit in (
+        ("sensing_range", limits.range), ("awareness_range", limits.range), ("speed", limits.speed)
+    ):  # fmt: skip
+        if name in given:
+            found[name] = column(name, given[name], size, limit)
+    if given.get("turn_limit") is not None:
+        found["turn_cosine"], found["turn_sine"] = turn_columns(given["turn_limit"], size)
+    return found
+
+
+def founders_of(
+    arena: Arena, number: int, first: int, size: int, given: Mapping[str, Any], abilities: Mapping[str, Any]
+) -> Founders:
+    """Return the rule for the places of new agents, whose members are numbered from `first`."""
+    placement, position, heading = given["placement"], given["position"], given["heading"]
+    if position is not None:
+        if not isinstance(placement, str) or placement != "uniform":
+            raise ValueError(f"placement={checks.shown(placement)}: applies without position; give one of them")
+        placement = checked_positions(arena, position, (size, 2))
+    elif isinstance(placement, str):
+        placement = checks.choice("placement", placement, PLACEMENTS)
+    else:
+        placement = checked_positions(arena, placement, (size, 2))
+    heading = None if heading is None else checked_headings(heading, (size, 2))
+    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first)
+
+
+def plural(name: str) -> str:
+    """Return the plural of an English noun."""
+    return f"{name[:-1]}ies" if re.search("[^aeiou]y$", name) else f"{name}s"
+
+
+def _free_name(data: WorldData, name: str) -> str:
+    taken = {group.name for group in data.groups}
+    numbered = (f"{name}-{number}" for number in itertools.count(2))
+    return next(free for free in itertools.chain([name], numbered) if free not in taken)
+
+
+def column(name: str, value: npt.ArrayLike, size: int, check: Callable[[str, float], float]) -> Floats:
+    """Check each number with ``check(name, number)``; return an array with one number for each agent."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return np.full(size, check(name, value))
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        array = np.asarray(None)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name}={checks.shown(value)}: must be a number, or one for each agent")
+    if array.shape not in ((), (size,)):
+        raise ValueError(f"{name}: has the shape {array.shape}; give one number, or {size}, one for each agent")
+    for number in np.unique(array) if array.size > 1 else array.ravel():
+        check(name, float(number))
+    return np.array(np.broadcast_to(array, size), float)
+
+
+def turn_columns(limit: npt.ArrayLike, size: int) -> tuple[Floats, Floats]:
+    """Return the cosines and sines of the turning limits."""
+    if isinstance(limit, float):
+        # The usual case, in a tenth of the time.
+        cosine, sine = turn_limit_of(checks.angle("turn_limit", limit, math.tau))
+        return np.full(size, cosine), np.full(size, sine)
+    angles = column("turn_limit", limit, size, lambda name, number: checks.angle(name, number, math.tau))
+    cosines, sines = np.array([turn_limit_of(angle) for angle in angles]).reshape(-1, 2).T
+    return np.ascontiguousarray(cosines), np.ascontiguousarray(sines)
+
+
+class Arguments(NamedTuple):
+    """The further keyword arguments of `add`.
+
+    Attributes
+    ----------
+    each : list of dict
+        For each agent, the arguments of its ``__init__``.
+    columns : dict of str to object
+        Values of columns.
+    """
+
+    each: list[dict[str, Any]]
+    columns: dict[str, Any]
+
+
+def check_keywords(made: Any, given: Mapping[str, Any]) -> None:
+    """Refuse keyword arguments that the ``__init__`` of a class of worlds does not take, with the nearest that it does.
+
+    Raises
+    ------
+    TypeError
+        Naming the argument.
+    """
+    taken, _, is_open = _parameters(made.__init__, 1)
+    for name in given:
+        if name not in taken and not is_open:
+            raise TypeError(
+                f"{name}={checks.shown(given[name])}: unknown; {checks.suggestion(name, taken)}{made.__name__} takes "
+                f"{', '.join(taken) or 'no arguments'}"
+            )
+
+
+def divided(
+    agent_class: Any, size: int, given: Mapping[str, Any], own: Iterable[str], columns: Iterable[str] = ()
+) -> Arguments:
+    """Divide arguments among the agents: lists, tuples and arrays of length `size` by element, others as they are.
+
+    Parameters
+    ----------
+    agent_class : type
+        The class of the agents.
+    size : int
+        The number of agents.
+    given : mapping of str to object
+        The arguments.
+    own : iterable of str
+        The settings that `add` itself takes.
+    columns : iterable of str
+        The columns of the group; an argument that ``__init__`` does not take sets one.
+
+    Raises
+    ------
+    TypeError
+        If neither takes an argument, if one is missing, or if a parameter of ``__init__`` is also one of `add`.
+    """
+    if not given and not _parameters(agent_class.__init__)[0]:
+        return Arguments([{}] * size, {})
+    taken, needed, is_open = _parameters(agent_class.__init__)
+    name, own, columns = f"{agent_class.__name__}.__init__", tuple(own), tuple(columns)
+    for parameter in taken:
+        if parameter in own:
+            raise TypeError(
+                f"{parameter}: is a parameter of add and of {name}; rename that of {name}, or leave it out if it is "
+                "meant for add, which sets it before the agents are made"
+            )
+    of_columns = {key: value for key, value in given.items() if key not in taken and key in columns}
+    of_init = {key: value for key, value in given.items() if key not in of_columns}
+    for key in of_init:
+        if key not in taken and not is_open:
+            known = f"{name} takes {', '.join(taken)}" if taken else f"{name} takes no arguments of its own"
+            known += f", and the columns are {', '.join(columns)}" if columns else ""
+            raise TypeError(
+                f"{key}={checks.shown(of_init[key])}: unknown; {checks.suggestion(key, (*taken, *columns, *own))}"
+                f"{known}; add itself takes {', '.join(own)}"
+            )
+    missing = [key for key in needed if key not in of_init]
+    if missing:
+        raise TypeError(f"{name} needs {', '.join(missing)}; give it to add, as in add(…, {missing[0]}=…)")
+    if not of_init:
+        return Arguments([{}] * size, of_columns)
+    each = [{key: _part(value, row, size) for key, value in of_init.items()} for row in range(size)]
+    return Arguments(each, of_columns)
+
+
+@lru_cache(maxsize=64)
+def _parameters(init: Callable[..., None], first: int = 2) -> tuple[tuple[str, ...], tuple[str, ...], bool]:
+    """Return the names of an ``__init__``'s parameters from the first, those without a default, and whether it has **.
+
+    That of an agent has the agent and the model before.
+    """
+    try:
+        parameters = list(inspect.signature(init).parameters.values())[first:]
+    except ValueError:
+        # Some classes written in C have no signature.
+        return (), (), True
+    named = [one for one in parameters if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)]
+    is_open = any(one.kind is one.VAR_KEYWORD for one in parameters)
+    return tuple(one.name for one in named), tuple(one.name for one in named if one.default is one.empty), is_open
+
+
+def _part(value: Any, row: int, size: int) -> Any:
+    """Return the part of a value for one agent, divided as by mesa's ``create_agents``."""
+    is_sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    return value[row] if is_sequence and len(value) == size else value
+
+
+class Newcomers(NamedTuple):
+    """New agents of a group, checked and computed, but not yet in it.
+
+    Attributes
+    ----------
+    size : int
+        Their number.
+    bodies, members : dict of str to ndarray
+        Their elements of the columns of both tables of the group.
+    founders : Founders
+        The rule by which they are placed.
+    states : list
+        The states of all policies with them; for a state in the table, their own.
+    cycle : Cycle or None
+        Their cycle, in a group with a timetable, or that gets one by them.
+    """
+
+    size: int
+    bodies: dict[str, Any]
+    members: dict[str, Any]
+    founders: Founders
+    states: list[Any]
+    cycle: Cycle | None
+
+
+def newcomers(
+    data: WorldData, group: Group, count: int, given: Mapping[str, Any], arguments: Mapping[str, Any]
+) -> tuple[Newcomers, list[dict[str, Any]]]:
+    """Return new agents for a group, and the arguments of each one's ``__init__``; parameters are as for `Group.add`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a value does not fit, or must be given.
+    """
+    each, columns = divided(group.agent_class, count, arguments, given, group.columns)
+    first, tick = len(group.members), data.timeline.tick
+    abilities = _abilities(data, group, count, given)
+    founders = founders_of(data.arena, group.number, first, count, given, abilities)
+    position, heading = _start_of(data, group, founders)
+    member = np.arange(first, first + count)
+    own = group.columns.of_new(count, columns)
+    cycle = _cycle_of_new(group, given.get("cycle"))
+    numbers = {} if cycle is None else cycle.numbers(count)._asdict()
+    present = group.bodies.member
+    states = [
+        state_of_more(policy, state, present, member, is_in_table=group.is_in_table(index))
+        for index, (policy, state) in enumerate(zip(group.policies, group.states, strict=True))
+    ]
+    bodies = {
+        "identity": -1, "member": member, "position": position, "heading": heading, **abilities, **numbers, **own,
+    }  # fmt: skip
+    for index, state in enumerate(states):
+        if group.is_in_table(index):
+            bodies |= zip(columns_of_state(index), state, strict=True)
+    begun = {name: bodies[name] for name in group.members.fields if name in bodies}
+    return Newcomers(count, bodies, {**begun, **numbers, "arrived_at": tick}, founders, states, cycle), each
+
+
+def join(data: WorldData, group: Group, new: Newcomers) -> bool:
+    """Take new agents into the tables of a group; return whether columns were moved or declared."""
+    had = group.timetable
+    if new.cycle is not None and had is None:
+        # Those that are there decide at every step, as before.
+        give_timetable(data, group, EVERY_STEP.numbers(len(group)))
+    size = len(group)
+    is_moved = group.bodies.append(new.size, new.bodies)
+    group.members.append(new.size, new.members)
+    group.founders[-1:] = group.founders[-1].followed_by(new.founders)
+    for index, state in enumerate(new.states):
+        if not group.is_in_table(index):
+            group.set_state(index, state)
+    if group.timetable is not None:
+        has_more = group.timetable.begin(np.arange(size, size + new.size), data.key, data.timeline.tick)
+        is_moved = is_moved or has_more or had is None
+    return is_moved
+
+
+def _start_of(data: WorldData, group: Group, founders: Founders) -> tuple[Floats, Floats]:
+    """Return the positions and headings of new agents.
+
+    Those that are drawn, by a rule for each alone, are drawn ahead for all who come soon.
+    """
+    first, last = founders.first, founders.first + founders.size
+    is_drawn = isinstance(founders.placement, str) and founders.placement == "uniform" and founders.heading is None
+    # The user's own arena may refuse places of agents who never come.
+    if not is_drawn or is_watched(data.arena):
+        start = starts(data.arena, [founders], data.key[np.newaxis])
+        return start.position[0], start.heading[0]
+    drawn = data.arena, data.key.tobytes()
+    ahead = group.drawn_ahead
+    if ahead is None or ahead[0] != drawn or not ahead[1] <= first <= last <= ahead[1] + len(ahead[2].position[0]):
+        more = founders._replace(size=max(founders.size, _AHEAD))
+        group.drawn_ahead = ahead = drawn, first, starts(data.arena, [more], data.key[np.newaxis])
+    rows = slice(first - ahead[1], last - ahead[1])
+    return ahead[2].position[0, rows], ahead[2].heading[0, rows]
+
+
+def forget_members(group: Group, size: int) -> None:
+    """Forget the members from number `size` on, who have all left: the next to arrive get their numbers, and noise."""
+    founders = (one.cut(size) for one in group.founders)
+    group.founders = [one for one in founders if one.size]
+    group.members.cut(size)
+
+
+def _cycle_of_new(group: Group, given: Any) -> Cycle | None:
+    """Return the cycle of new agents, which begins now; None in a group without a timetable that needs none."""
+    table = group.timetable
+    cycle = None if given is None else cycle_of(given)
+    if table is None:
+        return None if cycle == EVERY_STEP else cycle
+    cycle = cycle or table.usual()
+    if cycle is None:
+        raise ValueError(
+            f"cycle: the agents of {group.name!r} have different ones; give that of the new ones, as in add(…, cycle=5)"
+        )
+    return cycle
+
+
+def _usual(group: Group, name: str) -> float:
+    """Return the ability that all agents of a group have; in an empty group, with which all have begun."""
+    values = (group.bodies if len(group) else group.members)[name]
+    _check_same(group, name, values)
+    return float(values[0])
+
+
+def _check_same(group: Group, name: str, values: Floats) -> None:
+    # Equal bytes are equal numbers, in a quarter of the time.
+    if values.tobytes() != values[:1].tobytes() * len(values) and (values != values[0]).any():
+        low, high = values.min(), values.max()
+        raise ValueError(
+            f"{name}: the agents of {group.name!r} have different ones, from {low:g} to {high:g}; give that of the new "
+            f"ones, as in add(…, {name}={low:g})"
+        )
+
+
+def _check_speed(data: WorldData, group: Group) -> None:
+    """Refuse to take the speed of new agents from a group whose speeds an interaction may have written."""
+    if not any(group in one.groups for one in data.interactions):
+        return
+    first = group.members.speed[group.bodies.member]
+    if (group.bodies.speed != first).any():
+        raise ValueError(
+            f"speed: that of {group.name!r} is not the one with which they began, and an interaction may have changed "
+            f"it; give that of the new ones, as in add(…, speed={first[0]:g})"
+        )
+
+
+def _abilities(data: WorldData, group: Group, count: int, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the abilities of new agents by column, one number or one for each: those given, or those of the group."""
+    if given["speed"] is None:
+        _check_speed(data, group)
+    own = abilities_of(data.limits, count, {name: one for name, one in given.items() if one is not None})
+    for name in ("sensing_range", "awareness_range", "speed"):
+        if name not in own:
+            own[name] = _usual(group, name)
+    if "turn_cosine" in own:
+        return own
+    limited = group.bodies if len(group) else group.members
+    turning = limited.turn_cosine, limited.turn_sine
+    if any(one.tobytes() != one[:1].tobytes() * len(one) for one in turning):
+        _check_same(group, "turn_limit", limit_of_turn(*turning))
+    # Not by way of the angle, which would round.
+    own["turn_cosine"], own["turn_sine"] = (one[0] for one in turning)
+    return own
 
 
 def _check_range(data: WorldData, sensor: Any) -> None:
@@ -62,9 +468,6 @@ def note_conditions(group: Group) -> None:
 
 Integers = npt.NDArray[np.int64]
 
-_WHEN = "plan it with world.clock.at(world.clock.now, …)"
-
-
 def check_not_recorded(engine: Engine, group: Group, what: str) -> None:
     """Refuse robots that do not decide at every step where their transitions are recorded."""
     if group in engine.transitions.groups:
@@ -72,14 +475,6 @@ def check_not_recorded(engine: Engine, group: Group, what: str) -> None:
             f"{what}: transitions of {group.name!r} are recorded, which takes a decision of each robot at every step; "
             "record them in a world with Cycle()"
         )
-
-
-def numbers_of_cycle(engine: Engine, group: Group, value: Any) -> CycleNumbers | None:
-    """Return another cycle of a group, robot by robot; None if it goes on without a timetable."""
-    cycle = cycle_of(value)
-    if cycle != EVERY_STEP:
-        check_not_recorded(engine, group, f"cycle={checks.shown(value)}")
-    return cycle.numbers(len(group)) if group.timetable or cycle != EVERY_STEP else None
 
 
 def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None:
@@ -93,25 +488,13 @@ def check_policies(group: Group, policies: list[Any], team: list[Group]) -> None
         put(group, rules=before)
 
 
-def back_to_group(group: Group) -> None:
-    """Let all robots decide by the policy of the group; those that had another begin anew."""
-    table = group.timetable
-    if table is not None and table.policy.any():
-        start_again(group, 0, np.flatnonzero(table.policy))
-        table.policy[:] = 0
-
-
 def index_of(group: Group, policy: Any) -> int:
     """Return the index of a policy among those of a group; −1 if it is not known to the group."""
     for index, known in enumerate(group.policies):
-        if known is policy or (type(known) is type(policy) and _is_equal(known, policy)):
+        # Only dataclasses, such as those of the package, compare by their options.
+        if known is policy or (type(known) is type(policy) and is_dataclass(policy) and known == policy):
             return index
     return -1
-
-
-def _is_equal(one: Any, other: Any) -> bool:
-    # Only dataclasses, such as those of the package, compare by their options.
-    return bool(hasattr(type(one), "__dataclass_fields__") and one == other)
 
 
 def start_again(group: Group, index: int, rows: Integers) -> None:
@@ -119,18 +502,6 @@ def start_again(group: Group, index: int, rows: Integers) -> None:
     size = len(group)
     fresh = take_rows(first_state(group.policies[index], size), rows, size)
     group.set_state(index, put_rows(group.states[index], rows, fresh, size))
-
-
-def _policy_given(group: Group, given: dict[str, Any]) -> Any:
-    """Return the new policy of a group; without one its present."""
-    if "policy" in given:
-        policy = policy_of(given["policy"], given.get("policy_options"))
-        check_channels(group, policy)
-        return policy
-    if "policy_options" in given:
-        shown = checks.shown(given["policy_options"])
-        raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
-    return group.rules[0]
 
 
 class Undo:
@@ -143,7 +514,7 @@ class Undo:
         self._model, self._data, self._engine = model, data, engine
         # Ctrl-C may come where `Timeline.calling` cannot set it back.
         self._inside = data.timeline.inside
-        self._first = mesa_compat.next_identity(model)
+        self._first = model.agent_id_counter
         self._interactions = [(one, one.changes) for one in data.interactions]
         self._kept = [_Kept(group) for group in data.groups]
 
@@ -159,7 +530,7 @@ class Undo:
                 agent.row = -1
             for kept in self._kept:
                 kept.put_back(self._model)
-            mesa_compat.set_next_identity(self._model, self._first)
+            self._model.agent_id_counter = self._first
             for group in added:
                 self._engine.leave_out(group)
             self._data.interactions[:] = [one for one, _ in self._interactions]
@@ -198,8 +569,6 @@ class _Kept:
             agent.row = row
 
 
-A = TypeVar("A", bound=Body)
-
 
 class WorldHost:
     """Operations of a world on its groups and agents, through which these reach their world.
@@ -221,17 +590,15 @@ class WorldHost:
 
         return WorldSpace(self._model, self._data)
 
-    def agents_near(self, agent: Body, radius: float) -> tuple[list[Any], npt.NDArray[np.float64]]:
-        """Return the other agents within a radius of an agent, and their distances."""
-        return self.space.get_neighbors_in_radius(agent, radius)
-
-    def nearest_agents(self, agent: Body, count: int) -> tuple[list[Any], npt.NDArray[np.float64]]:
-        """Return the other agents that are nearest to an agent, and their distances."""
-        return self.space.get_nearest_neighbors(agent, count)
-
-    def add(self, agent_class: type[A], size: int, plan: Plan, each: list[dict[str, Any]]) -> Group[A]:
-        """Add a group; see `World.add`. `each` has the arguments of each agent's ``__init__``."""
-        group = make_group(self._data, agent_class, size, plan, self)
+    def add(
+        self, agent_class: type[A], count: int, given: Mapping[str, Any], arguments: Mapping[str, Any]
+    ) -> Group[A]:
+        """Add a group; see `World.add`."""
+        if not isinstance(agent_class, type) or not issubclass(agent_class, Body):
+            raise TypeError(f"agent_class={checks.shown(agent_class)}: must be Robot, Target, Body or a subclass")
+        size = checks.count("count", count, most=MOST_AGENTS)
+        each, _ = divided(agent_class, size, arguments, given)
+        group = make_group(self._data, agent_class, size, given, self)
         if agent_class.__init__ is Body.__init__:
             with deferred():
                 self._data.groups.append(group)
@@ -258,12 +625,11 @@ class WorldHost:
     def extend(self, group: Group, count: int, given: dict[str, Any], arguments: dict[str, Any]) -> list[Any]:
         """Add agents to a group; see `Group.add`."""
         data = self._data
-        data.timeline.check_undecided("add()", "plan it with world.clock.at(world.clock.now, group.add)")
+        data.timeline.check_undecided("add()")
         self._check_complete(group, "add()")
         size = len(group)
         count = checks.count("count", count, most=MOST_AGENTS - size)
-        own = divided(group.agent_class, count, arguments, OWN_OF_GROUP, group.columns)
-        new = newcomers(data, group, count, given, own.columns)
+        new, each = newcomers(data, group, count, given, arguments)
         if group.agent_class.__init__ is Body.__init__:
             # Nothing of it can fail.
             with deferred():
@@ -275,7 +641,7 @@ class WorldHost:
                 with deferred():
                     join(data, group, new)
                     self._engine.resize(group, is_moved=True)
-                self._make_agents(group, own.each)
+                self._make_agents(group, each)
                 self._engine.is_bound = False
         data.sources.joined(group._agents[size:])
         return group._agents[size:]
@@ -323,26 +689,37 @@ class WorldHost:
         """Refuse to change the agents of a group that are being made."""
         if group.is_growing:
             name = group.agent_class.__name__
-            raise RuntimeError(f"{what}: called in {name}.__init__, while agents of {group.name!r} are made; {_WHEN}")
+            raise RuntimeError(f"{what}: called in {name}.__init__, while agents of {group.name!r} are made; {LATER}")
         if group not in self._data.groups:
             raise ValueError(f"{what}: {group.name!r} is not in this world; add a group with world.add")
 
-    def adjust(self, group: Group, **changes: Any) -> None:
+    def adjust(self, group: Group, changes: Mapping[str, Any]) -> None:
         """Change the settings of a group; see `World.adjust`."""
         data, engine = self._data, self._engine
-        data.timeline.check_undecided("adjust()", _WHEN)
+        data.timeline.check_undecided("adjust()")
         if group not in data.groups:
             raise ValueError(f"adjust({checks.shown(group)}): must be a group or an interaction of this world")
+        known = Changes.__annotations__
+        for name in changes.keys() - known.keys():
+            cure = f"{checks.suggestion(name, known)}a group has {', '.join(known)}"
+            raise TypeError(f"adjust(): {name}={checks.shown(changes[name])}: unknown; {cure}")
         given = {name: value for name, value in changes.items() if value is not None}
         size = len(group)
-        values: dict[str, npt.NDArray[np.float64]] = {}
-        for name in ("sensing_range", "awareness_range", "speed"):
-            if name in given:
-                values[name] = column(name, given[name], size, self._limit_of(name))
-        if "turn_limit" in given:
-            values["turn_cosine"], values["turn_sine"] = turn_columns(given["turn_limit"], size)
-        numbers = numbers_of_cycle(engine, group, given["cycle"]) if "cycle" in given else None
-        before, policy = group.rules, _policy_given(group, given)
+        values = abilities_of(data.limits, size, given)
+        numbers, before = None, group.rules
+        if "cycle" in given:
+            cycle = cycle_of(given["cycle"])
+            if cycle != EVERY_STEP:
+                check_not_recorded(engine, group, f"cycle={checks.shown(given['cycle'])}")
+            if group.timetable or cycle != EVERY_STEP:
+                numbers = cycle.numbers(size)
+        policy = before[0]
+        if "policy" in given:
+            policy = policy_of(given["policy"], given.get("policy_options"))
+            check_channels(group, policy)
+        elif "policy_options" in given:
+            shown = checks.shown(given["policy_options"])
+            raise ValueError(f"policy_options={shown}: applies to a policy given by name; give policy too")
         awareness = awareness_of(given["awareness"]) if "awareness" in given else before[1]
         try:
             put(group, rules=(policy, awareness))
@@ -353,8 +730,11 @@ class WorldHost:
             put(group, rules=before)
             raise
         with deferred():
-            if "policy" in given and policy is before[0]:
-                back_to_group(group)
+            table = group.timetable
+            if "policy" in given and policy is before[0] and table is not None and table.policy.any():
+                # All robots decide by the policy of the group; those that had another begin anew.
+                start_again(group, 0, np.flatnonzero(table.policy))
+                table.policy[:] = 0
             for name, array in values.items():
                 group.bodies[name][:] = array
             if numbers is not None:
@@ -366,27 +746,19 @@ class WorldHost:
                 group.begin()
             engine.is_bound = False
 
-    def _limit_of(self, name: str) -> Callable[[str, float], float]:
-        return self._data.limits.speed if name == "speed" else self._data.limits.range
-
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
         """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
-        row, bodies = agent.row, agent.group.bodies
-        if name == "turn_limit":
-            (cosine,), (sine,) = turn_columns(value, 1)
-            with deferred():
-                bodies.turn_cosine[row], bodies.turn_sine[row] = cosine, sine
-            return
-        number = column(name, value, 1, self._limit_of(name))[0]
+        row, found = agent.row, abilities_of(self._data.limits, 1, {name: value})
         with deferred():
-            bodies[name][row] = number
-            if name != "speed":
+            for column, values in found.items():
+                agent.group.bodies[column][row] = values[0]
+            if name.endswith("range"):
                 self._engine.is_bound = False
 
     def set_cycle(self, agent: Body, value: Any) -> None:
         """Give one robot a cycle that begins now; a reset goes back to that of the group."""
         data, engine = self._data, self._engine
-        data.timeline.check_undecided("cycle", _WHEN)
+        data.timeline.check_undecided("cycle")
         group, row = agent.group, agent.row
         cycle = cycle_of(value)
         given = cycle.numbers(1)
@@ -403,7 +775,7 @@ class WorldHost:
     def set_policy(self, agent: Body, value: Any) -> None:
         """Give one robot a policy, with the policy's first state; a reset goes back to that of the group."""
         data, engine = self._data, self._engine
-        data.timeline.check_undecided("policy", _WHEN)
+        data.timeline.check_undecided("policy")
         group, row = agent.group, agent.row
         policy = policy_of(value)
         if group.is_growing:
@@ -448,7 +820,7 @@ class WorldHost:
 
     def remove(self, agent: Body, leave: Callable[[], None]) -> None:
         """Remove an agent from the arrays of its group; `leave` removes it from mesa's sets."""
-        self._data.timeline.check_undecided("remove()", "plan it with world.clock.at(world.clock.now, robot.remove)")
+        self._data.timeline.check_undecided("remove()")
         self._check_complete(agent.group, "remove()")
         group, size, row = agent.group, len(agent.group), agent.row
         member = int(group.bodies.member[row])
@@ -488,35 +860,24 @@ class WorldHost:
         deliberation = under_way or Deliberation(group, self._data.timeline.tick, self._data.key)
         return deliberation.policy_decides(row, percept, rng)
 
-    def observers_of(self, agent: Body) -> list[Body]:
-        """Return the agents that sense this one in a channel other than "teammates"."""
+    def observers_of(self, agent: Body, *, counted: bool = False) -> list[Body]:
+        """Return the agents that sense this one in a channel other than "teammates", or in one that counts."""
         self._engine.prepare()
-        sensing = [relation for relation in self._engine.relations if relation.name != TEAMMATES]
-        found = [observer for relation in sensing for observer in relation.observers_of(agent)]
+        sensing = [one for one in self._engine.relations if (one.counts if counted else one.name != TEAMMATES)]
         # One that senses it in two channels is one observer.
-        return list(dict.fromkeys(found))
-
-    def is_observed(self, agent: Body) -> bool:
-        """Whether an agent is sensed in a channel that counts in the observed fraction."""
-        self._engine.prepare()
-        return any(relation.observers_of(agent) for relation in self._engine.relations if relation.counts)
+        return list(dict.fromkeys(observer for one in sensing for observer in one.observers_of(agent)))
 
     def set_active(self, agent: Body, active: bool) -> None:
         """Let an agent take part, or not; neighbour lists show it at once."""
         # A mask of NumPy's has elements of its own type.
         active = checks.flag("active", bool(active) if isinstance(active, np.bool_) else active)
-        if self._switch(agent, agent.group.bodies.active, active, "active", None):
+        if self.switch(agent, agent.group.bodies.active, active, "active", None):
             self._data.sources.note_change("active" if active else "inactive", agent)
 
-    def set_works(self, agent: Body, channel: str, works: bool) -> None:
-        """Put one agent's sensor of a channel in order, or out of order; neighbour lists show it at once."""
-        what = "repair_sensor()" if works else "break_sensor()"
-        self._switch(agent, channel_of(agent.group, channel).works, works, what, channel)
-
-    def _switch(self, agent: Body, column: npt.NDArray[np.bool_], on: bool, what: str, channel: str | None) -> bool:
+    def switch(self, agent: Body, column: npt.NDArray[np.bool_], on: bool, what: str, channel: str | None) -> bool:
         """Set the element of an agent in a column, and call the sources; return whether that has changed it."""
         group, row = agent.group, agent.row
-        self._data.timeline.check_undecided(what, _WHEN)
+        self._data.timeline.check_undecided(what)
         self._data.sources.switched(agent, channel, on)
         if is_changed := bool(column[row] != on):
             with deferred():
@@ -529,7 +890,7 @@ class WorldHost:
     def set_sensor(self, channel: Channel, sensor: Sensor | None) -> None:
         """Replace the sensor of a channel from the next step on."""
         data, engine = self._data, self._engine
-        data.timeline.check_undecided("sensors[…]", _WHEN)
+        data.timeline.check_undecided("sensors[…]")
         _check_range(data, sensor)
         with deferred():
             channel.sensor = sensor
@@ -538,15 +899,10 @@ class WorldHost:
     def declare(self, groups: tuple[Group, Group], name: str, sensor: Sensor | None, counts: bool | None) -> None:
         """Let the first of two groups sense the other in the channel `name`; see `World.senses`."""
         data, engine = self._data, self._engine
-        data.timeline.check_undecided("senses()", "declare it before the run, or by world.clock.at(world.clock.now, …)")
+        data.timeline.check_undecided("senses()")
         observers, observed = groups
         for group in groups:
-            if not isinstance(group, Group):
-                given = checks.shown(group)
-                raise TypeError(f"senses({given}): give a group, not a list or an agent; world.add returns it")
-            if group not in data.groups:
-                shown = f"senses({checks.shown(observers)}, {checks.shown(observed)})"
-                raise ValueError(f"{shown}: both groups must have been added to this world")
+            data.check_group(group, f"senses({checks.shown(group)})")
         before = observers.channels.get(name) if isinstance(name, str) else None
         is_team = observers.team is not None
         channel = changed(before, name, sensor, counts, on_team=is_team, bodies=observers.bodies)

@@ -1,24 +1,25 @@
-"""Resolve the policy and the degree of awareness that a user names or gives, and check that they fit."""
+"""The policy and the degree of awareness that a user names or gives, whether they fit, and the state of a policy."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, check_width
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.core import checks
-from teamsight.policies.compiled import check_declarations
-from teamsight.policies.interface import IDENTITIES, Policy
+from teamsight.policies.compiled import CompiledPolicy, check_declarations, check_state
+from teamsight.policies.interface import IDENTITIES, Policy, PolicyState
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.policies.registry import POLICIES, label, options_of, policy_named
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
-
 
 class NoPolicy:
     """Stands for the policy of a group that was added without one, because its agents override `decide`."""
@@ -242,3 +243,155 @@ def _fitting(awareness: Awareness, inputs: int, size: int, name: str | None = No
 
 def _use(name: str) -> str:
     return f"; use awareness={name!r} (--awareness {name})"
+
+
+class IN_TABLE:  # noqa: N801 (a mark, which pickles as itself)
+    """In place of the state of a policy that is in the table of its group: one that is a `PolicyState`."""
+
+
+@cache
+def columns_of_state(index: int) -> tuple[str, str]:
+    """Return the columns that hold the floats and the ints of the state of a policy, by its index in its group."""
+    return f"floats of policy {index}", f"ints of policy {index}"
+
+
+def has_rows(state: Any, size: int) -> bool:
+    """Whether a state is two arrays with a row for each of `size` robots, which a table can hold."""
+    return isinstance(state, PolicyState) and all(
+        isinstance(array, np.ndarray) and array.ndim == 3 and len(array) == size and array.dtype == dtype
+        for array, dtype in zip(state, (np.float64, np.int64), strict=True)
+    )
+
+
+def _walked(state: Any, act: Callable[..., Any], *others: Any) -> Any:
+    """Return a state with the result of ``act(part, *parts of the others)`` for each part that is no container.
+
+    Where another is arranged in another way, what is acted on is the container.
+    """
+    alike = [one for one in others if type(one) is type(state)]
+    if isinstance(state, dict) and all(one.keys() == state.keys() for one in alike) and len(alike) == len(others):
+        return {name: _walked(part, act, *(one[name] for one in others)) for name, part in state.items()}
+    if isinstance(state, (tuple, list)) and all(len(one) == len(state) for one in alike) and len(alike) == len(others):
+        parts = [_walked(one, act, *more) for one, *more in zip(state, *others, strict=True)]
+        return type(state)(*parts) if hasattr(state, "_fields") else type(state)(parts)
+    return act(state, *others)
+
+
+def take_rows(state: Any, rows: npt.NDArray[Any], size: int) -> Any:
+    """Return the state of some of the `size` robots; what is not an array with a row for each is returned unchanged."""
+
+    def taken(part: Any) -> Any:
+        has_each = isinstance(part, np.ndarray) and part.shape[:1] == (size,)
+        return np.ascontiguousarray(part[rows]) if has_each else part
+
+    return _walked(state, taken)
+
+
+def put_rows(state: Any, rows: npt.NDArray[Any], part: Any, size: int) -> Any:
+    """Return a copy of the state with the rows of some robots replaced by `part`, which is as from `take_rows`.
+
+    Values without rows are replaced for all robots.
+    """
+
+    def put_in(before: Any, after: Any) -> Any:
+        if not (isinstance(before, np.ndarray) and before.shape[:1] == (size,)):
+            return after
+        changed = before.copy()
+        changed[rows] = after
+        return changed
+
+    return _walked(state, put_in, part)
+
+
+def with_more_rows(state: Any, fresh: Any, size: int, total: int, name: str) -> Any:
+    """Return the state of `size` robots with the rows of more, from the `fresh` state of `total` robots.
+
+    Values without rows stay. `name` says in errors where the fresh state comes from.
+
+    Raises
+    ------
+    TypeError
+        If the fresh state is arranged in another way.
+    """
+
+    def with_more(before: Any, new: Any) -> Any:
+        if isinstance(before, np.ndarray) and isinstance(new, np.ndarray) and before.shape[1:] == new.shape[1:]:
+            if before.shape[:1] == (size,) and new.shape[:1] == (total,):
+                return np.concatenate([before, new[size:].astype(before.dtype)])
+            if before.shape == new.shape:
+                return before
+        elif not isinstance(before, (np.ndarray, dict, tuple, list)):
+            return before
+        raise TypeError(
+            f"{name} returns {layout(new)}, and the state of {size} is {layout(before)}; return arrays with a row for "
+            "each robot from start, so that robots can join"
+        )
+
+    return _walked(state, with_more, fresh)
+
+
+def layout(state: Any) -> str:
+    """Return a description of the types and shapes in a state; a policy can continue only from a state with its own."""
+    if isinstance(state, np.ndarray):
+        return f"{state.dtype}{list(state.shape)}"
+    if isinstance(state, dict):
+        return "{" + ", ".join(f"{name}: {layout(part)}" for name, part in state.items()) + "}"
+    if isinstance(state, (tuple, list)) and any(isinstance(part, (np.ndarray, dict, tuple, list)) for part in state):
+        return f"{type(state).__name__}({', '.join(layout(part) for part in state)})"
+    return type(state).__name__
+
+
+Integers = npt.NDArray[np.int64]
+
+
+def first_state(policy: Any, size: int) -> Any:
+    """Return the state of a policy for `size` agents before their first decision.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the policy has a kernel that cannot read the state.
+    """
+    state = policy.start(size) if isinstance(policy, Policy) else None
+    if isinstance(policy, CompiledPolicy):
+        check_state(policy, state, size)
+    return state
+
+
+def first_state_of_members(policy: Any, members: Integers, members_so_far: int) -> Any:
+    """Return the state before their first decision of those that are in a group, of all that have been.
+
+    A policy may have a state for each: with tables per robot, those that stay keep their own.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As `first_state`.
+    """
+    if len(members) == members_so_far:
+        return first_state(policy, members_so_far)
+    state = take_rows(first_state(policy, members_so_far), members, members_so_far)
+    if isinstance(policy, CompiledPolicy):
+        check_state(policy, state, len(members))
+    return state
+
+
+def state_of_more(policy: Any, state: Any, present: Integers, new: Integers, *, is_in_table: bool) -> Any:
+    """Return the state of the robots that are `present` with first states for `new` ones, all given by member.
+
+    Of a state that a table holds, only that of the new ones.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the policy's ``start`` returns none that fit.
+    """
+    so_far, size = int(new[-1]) + 1, len(present)
+    total = size + len(new)
+    if is_in_table or has_rows(state, size):
+        fresh = first_state(policy, so_far)
+        if has_rows(fresh, so_far) and all(a.shape[1:] == b.shape[1:] for a, b in zip(fresh, state, strict=True)):
+            return PolicyState(*(array[so_far - len(new) :] for array in fresh))
+    else:
+        fresh = first_state_of_members(policy, np.append(present, new), so_far)
+    return with_more_rows(state, fresh, size, total, f"policy={label(policy)}: start({so_far})")

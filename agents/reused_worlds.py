@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS, REWRITTEN
-from teamsight.agents.decisions import EVERY_STEP, Cycle
-from teamsight.agents.group import Group
+from teamsight.agents.decisions import EVERY_STEP
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.settings import PRESETS
 from teamsight.agents.world import World
@@ -158,7 +157,8 @@ def _trace(world: World) -> tuple[Any, ...]:
     groups = [
         (
             id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.columns),
-            sum(map(len, map(vars, group.agents))), _first_cycle(group), len(group.others),
+            sum(map(len, map(vars, group.agents))), len(group.others),
+            group.timetable.first_cycle if group.timetable else EVERY_STEP,
         )
         for group in world.groups
     ]  # fmt: skip
@@ -171,11 +171,6 @@ def _trace(world: World) -> tuple[Any, ...]:
 def _attached(world: World) -> list[Any]:
     """Return what acts in a world beside its groups; recordings too, which would go on in the next run."""
     return [*world.sources, *world._data.watchers, *world._data.interactions]
-
-
-def _first_cycle(group: Group) -> Cycle:
-    """Return the cycle with which a group begins a run."""
-    return EVERY_STEP if group.timetable is None else group.timetable.first_cycle
 
 
 def _are_same(one: Mapping[str, Any], other: Mapping[str, Any]) -> bool:

@@ -19,10 +19,11 @@ from teamsight.agents.engine.interactions import InteractionSaved, check_interac
 from teamsight.agents.events.sources import EventLog
 from teamsight.agents.host import note_conditions
 from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.mesa.collector import HistoryCollector, collecting_once
-from teamsight.agents.mesa.compat import Agent, Generators, Model
-from teamsight.agents.policy_state import IN_TABLE, columns_of_state, first_state_of_members, layout
+from teamsight.agents.mesa.bases import Agent, Model
+from teamsight.agents.mesa.compat import Generators
 from teamsight.agents.recording.history import History
+from teamsight.agents.recording.recording import HistoryCollector, collecting_once
+from teamsight.agents.resolve import IN_TABLE, columns_of_state, first_state_of_members, layout
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -30,8 +31,8 @@ from teamsight.core.interrupts import deferred
 from teamsight.core.table import Table
 from teamsight.core.version import __version__
 from teamsight.policies.interface import PolicyState
-from teamsight.world.bodies import ABILITIES
 from teamsight.world.clock import Planned, callbacks_of
+from teamsight.world.motion import ABILITIES
 from teamsight.world.noise import key_of
 from teamsight.world.placement import Founders
 
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
     from teamsight.agents.attributes import SeedLike
     from teamsight.agents.engine.engine import Engine
     from teamsight.agents.group import Group
-    from teamsight.agents.mesa.compat import Model
+    from teamsight.agents.mesa.bases import Model
     from teamsight.agents.recording.recording import Recording
     from teamsight.agents.world_data import FirstStates, WorldData
     from teamsight.world.arena import Arena
@@ -115,7 +116,13 @@ class SavedPolicy:
     def made_for(self, group: Group) -> Any:
         """Return the policy for a group that has none like it; None if it cannot be pickled."""
         # A copy for another group: a policy in Python may hold data, or be a method, of the world that it comes from.
-        return self._policy if self._is_of(group) else _unpickled(self._bytes or _pickled(self._policy))
+        if self._is_of(group):
+            return self._policy
+        policy = self._bytes or _pickled(self._policy)
+        try:
+            return pickle.loads(policy) if policy else None
+        except Exception:  # A class that is not known here, or whatever it raises.
+            return None
 
     def _is_of(self, group: Group) -> bool:
         return self._group is not None and self._group() is group
@@ -135,13 +142,6 @@ def _pickled(policy: Any) -> bytes:
         return b"" if policy is None else pickle.dumps(policy)
     except Exception:  # Whatever the user's class raises.
         return b""
-
-
-def _unpickled(policy: bytes) -> Any:
-    try:
-        return pickle.loads(policy) if policy else None
-    except Exception:  # A class that is not known here, or whatever it raises.
-        return None
 
 
 def described(policy: Any) -> str:
@@ -264,7 +264,8 @@ class StateKeeper:
         groups = tuple(
             GroupState(
                 *_identified(group), group.bodies, group.members, group.founders, group._states,
-                tuple(SavedPolicy(policy, group) for policy in group.others), _sensors(group), group.readings,
+                tuple(SavedPolicy(policy, group) for policy in group.others),
+                {name: channel.sensor for name, channel in group.channels.items()}, group.readings,
                 group.timetable is not None, group.has_decided,
             )
             for group in self._data.groups
@@ -283,14 +284,18 @@ class StateKeeper:
     def restore(self, saved: State) -> None:
         """Go back to a saved state; see `World.restore`."""
         data, recording = self._data, self._recording
-        data.timeline.check_undecided("restore()", "plan it with world.clock.at(world.clock.now, …)")
+        data.timeline.check_undecided("restore()")
         _check_fits(saved, data)
         saved = copy.deepcopy(saved)
         with deferred():
             for group, old in zip(data.groups, saved.groups, strict=True):
                 others = others_of(group, old.others)
                 bring_back(self._model, group, old.bodies)
-                _begin_as(group, old)
+                # It begins its runs with the members that it had: the next to arrive get the same numbers and noise.
+                # Without arrivals these are as the world was built.
+                if max(len(group.members), len(old.members)) > group.first_size:
+                    group.founders = old.founders
+                    group.members.assign(old.members)
                 group.readings = old.readings
                 for name, sensor in old.sensors.items():
                     group.channels[name].sensor = sensor
@@ -315,7 +320,7 @@ class StateKeeper:
     def reset(self, rng: SeedLike = None) -> None:
         """Start again; see `World.reset`."""
         data = self._data
-        data.timeline.check_undecided("reset()", "plan it with world.clock.at(world.clock.now, world.reset)")
+        data.timeline.check_undecided("reset()")
         seed = data.seed if rng is None else checks.seed(rng, None)
         collector = _emptied(self._recording.collector)
         # What can fail comes first, before anything changes.
@@ -387,18 +392,6 @@ def _check_fits(saved: State, data: WorldData) -> None:
             )
     check_interactions(saved.interactions, data.interactions)
     check_events(saved.events, data)
-
-
-def _begin_as(group: Group, old: GroupState) -> None:
-    """Let a group begin its runs with the members that it had: the next to arrive get the same numbers and noise."""
-    # Without arrivals these are as the world was built.
-    if max(len(group.members), len(old.members)) > group.first_size:
-        group.founders = old.founders
-        group.members.assign(old.members)
-
-
-def _sensors(group: Group) -> dict[str, Sensor | None]:
-    return {name: channel.sensor for name, channel in group.channels.items()}
 
 
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
@@ -508,12 +501,13 @@ def save_events(model: Model, data: WorldData, pending: str) -> SavedEvents:
             if owner is not None:
                 calls.append(SavedCall(time, priority, order, owner, one.action.__name__, one.arguments))
             elif pending == "keep":
+                action = getattr(one, "action", one)
                 raise _cannot_save(
-                    f"{_name_of(one)} is planned at {time:g}, and a function cannot be saved; plan a method of the "
-                    "world or of an agent, or use an EventSource"
+                    f"the call of {getattr(action, '__qualname__', checks.shown(action))} is planned at {time:g}, and "
+                    "a function cannot be saved; plan a method of the world or of an agent, or use an EventSource"
                 )
-    saved = [SavedSource(one.number, _described(one), _group_number(one), one.save()) for one in sources.attached]
-    identity = mesa_compat.next_identity(model)
+    saved = [SavedSource(one.number, described(one), _group_number(one), one.save()) for one in sources.attached]
+    identity = model.agent_id_counter
     log = EventLog(sources.events.rows)
     return SavedEvents(calls, saved, sources.following, clock.order, identity, log, data.timeline.events_end_steps)
 
@@ -528,7 +522,7 @@ def check_events(saved: SavedEvents, data: WorldData) -> None:
     """
     for one in saved.sources:
         known = data.sources.known.get(one.number)
-        here = "none" if known is None else _described(known)
+        here = "none" if known is None else described(known)
         if known is None or (here, _group_number(known)) != (one.description, one.group):
             raise ValueError(
                 f"restore(…): the state is of a world whose source {one.number} is {one.description}, and here it is "
@@ -541,17 +535,17 @@ def restore_events(model: Model, data: WorldData, saved: SavedEvents) -> None:
     clock, sources = data.timeline.clock, data.sources
     if all(agent.unique_id < saved.identity for agent in model.agents):
         # The next to arrive get the numbers that they would have had.
-        mesa_compat.set_next_identity(model, saved.identity)
+        model.agent_id_counter = saved.identity
     sources.replace([sources.known[one.number] for one in saved.sources])
     sources.following, data.timeline.events_end_steps = saved.following, saved.events_end_steps
     # What sources plan when they load their data comes after all that was planned.
     clock.order = saved.order
     for time, priority, order, owner, method, arguments in saved.calls:
         action = getattr(_found(model, data, owner), method)
-        clock.plan_again(time, priority, order, action, arguments)
+        Planned(clock, time, priority, order, action, arguments)
     sources.events = EventLog(saved.log.rows)
     for source, one in zip(sources.attached, saved.sources, strict=True):
-        source.forget_numbers()
+        vars(source)["_numbers"].clear()
         source.load(one.data)
 
 
@@ -582,17 +576,6 @@ def _found(model: Model, data: WorldData, owner: Owner) -> Any:
 
 def _cannot_save(reason: str) -> TypeError:
     return TypeError(f"state(): {reason}; state(pending='drop') saves the world without it")
-
-
-def _name_of(call: Any) -> str:
-    action = getattr(call, "action", call)
-    return f"the call of {getattr(action, '__qualname__', checks.shown(action))}"
-
-
-def _described(source: Any) -> str:
-    text = repr(source)
-    # A repr that contains a memory address differs between processes.
-    return type(source).__name__ if " at 0x" in text else text
 
 
 def _group_number(source: Any) -> int | None:

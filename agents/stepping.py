@@ -12,12 +12,10 @@ import mesa
 from teamsight.agents.body import Body
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.events.timeline import CONDITION, OWN_STEP
 from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.mesa.collector import HistoryCollector, Rows
-from teamsight.agents.recording.recording import Recording
-from teamsight.agents.world_data import WorldData
+from teamsight.agents.recording.recording import HistoryCollector, Recording, Rows
+from teamsight.agents.world_data import CONDITION, OWN_STEP, WorldData
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.status_line import StatusLine, has_reader, seconds

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Mapping
 from inspect import Parameter
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack, overload
 
 import numpy as np
 import pandas as pd
@@ -22,17 +21,15 @@ from teamsight.agents.attributes import (
     refusing,
 )
 from teamsight.agents.body import Body
-from teamsight.agents.building import OWN_OF_WORLD, Places, Plan, check_class, divided, team_given
 from teamsight.agents.channel import note_of_inactive
-from teamsight.agents.decisions import EVERY_STEP, CycleLike, cycle_of
+from teamsight.agents.decisions import EVERY_STEP, CycleLike
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.group import Group
+from teamsight.agents.group import Changes, Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.mesa.model import MesaModel
 from teamsight.agents.recording.recording import Recording
-from teamsight.agents.resolve import awareness_of, policy_or_none
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.settings import MOST_AGENTS, RangeShape
+from teamsight.agents.settings import RangeShape
 from teamsight.agents.state import State, StateKeeper
 from teamsight.agents.stepping import Stepper
 from teamsight.agents.teammates import Teammates, neighbours, teammates
@@ -42,7 +39,6 @@ from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 from teamsight.world.interaction import Interaction
-from teamsight.world.limits import shape_given
 
 if TYPE_CHECKING:
     from teamsight.agents.events.contact_log import ContactLog
@@ -232,17 +228,13 @@ class World(MesaModel):
             If a value is of the wrong type, shape or size, the policy does not fit the degree of awareness, or the
             class does not take an argument. Nothing is changed then.
         """
-        check_class(agent_class)
-        size = checks.count("count", count, most=MOST_AGENTS)
-        each = divided(agent_class, size, arguments, OWN_OF_WORLD).each
-        decides_alone = agent_class.decide is not Body.decide
-        plan = Plan(
-            policy_or_none(policy, policy_options, agent_class.__name__, decides_alone), awareness_of(awareness),
-            team_given(team, agent_class), name, Places(placement, position, heading),
-            speed, math.pi if turn_limit is None else turn_limit, sensing_range, awareness_range, cycle_of(cycle),
-            shape_given(range_shape),
-        )  # fmt: skip
-        return self._host.add(agent_class, size, plan, each)
+        given = {
+            "policy": policy, "policy_options": policy_options, "awareness": awareness, "team": team,
+            "sensing_range": sensing_range, "awareness_range": awareness_range, "range_shape": range_shape,
+            "speed": speed, "turn_limit": turn_limit, "placement": placement, "position": position, "heading": heading,
+            "cycle": cycle, "name": name,
+        }  # fmt: skip
+        return self._host.add(agent_class, count, given, arguments)
 
     def senses(
         self,
@@ -332,36 +324,10 @@ class World(MesaModel):
         self._stepper.run(steps, progress=progress)
 
     @overload
-    def adjust(
-        self,
-        group: Group,
-        *,
-        policy: PolicyLike | None = None,
-        policy_options: Mapping[str, Any] | None = None,
-        awareness: AwarenessLike | None = None,
-        sensing_range: Numbers | None = None,
-        awareness_range: Numbers | None = None,
-        speed: Numbers | None = None,
-        turn_limit: Numbers | None = None,
-        cycle: CycleLike | None = None,
-    ) -> None: ...
+    def adjust(self, group: Group, **settings: Unpack[Changes]) -> None: ...
     @overload
-    def adjust(self, group: Interaction, **fields: float | str) -> None: ...
-    # The settings stand here again for the signature that `help` shows; fields of the same names may have other types.
-    def adjust(  # type: ignore[misc]
-        self,
-        group: Group | Interaction,
-        *,
-        policy: PolicyLike | None = None,
-        policy_options: Mapping[str, Any] | None = None,
-        awareness: AwarenessLike | None = None,
-        sensing_range: Numbers | None = None,
-        awareness_range: Numbers | None = None,
-        speed: Numbers | None = None,
-        turn_limit: Numbers | None = None,
-        cycle: CycleLike | None = None,
-        **fields: float | str,
-    ) -> None:
+    def adjust(self, group: Interaction, **settings: float | str) -> None: ...
+    def adjust(self, group: Group | Interaction, **settings: object) -> None:
         """Change a group or an interaction from the next step on; what is not given stays.
 
         A new policy starts with a new state.
@@ -371,12 +337,11 @@ class World(MesaModel):
         group : Group or Interaction
             A group of this world; or an interaction that is a dataclass: one of `interactions`, or what `interact` has
             returned, which keeps the values that were declared.
-        policy, policy_options, awareness, sensing_range, awareness_range, speed, turn_limit
-            Of a group, as for `add`.
-        cycle : Cycle or float, optional
-            As for `add`; it begins at the present tick, and actions on their way take effect when they were to.
-        **fields : float or str
-            Fields of an interaction. `reset` goes back to those that were declared, `restore` to those that were saved.
+        **settings
+            Of a group `Changes`: policy, policy_options, awareness, sensing_range, awareness_range, speed, turn_limit
+            and cycle, as for `add`; a cycle begins at the present tick, and actions on their way take effect when they
+            were to. Of an interaction its fields: `reset` goes back to those that were declared, `restore` to those
+            that were saved.
 
         Raises
         ------
@@ -384,21 +349,12 @@ class World(MesaModel):
             As for `add` and `interact`; also if more than constants of the kernel of an interaction would change: what
             it declares, or the state in which a run begins. Nothing is changed then.
         """
-        settings = {
-            "policy": policy, "policy_options": policy_options, "awareness": awareness, "sensing_range": sensing_range,
-            "awareness_range": awareness_range, "speed": speed, "turn_limit": turn_limit, "cycle": cycle,
-        }  # fmt: skip
         if isinstance(group, Interaction):
             from teamsight.agents.engine.interactions import adjust_interaction
 
-            # Fields may have the names of settings.
-            given = {name: value for name, value in settings.items() if value is not None}
-            adjust_interaction(self._data, group, {**given, **fields})
-            return
-        for name, value in fields.items() if isinstance(group, Group) else ():
-            cure = f"{checks.suggestion(name, settings)}a group has {', '.join(settings)}"
-            raise TypeError(f"adjust(): {name}={checks.shown(value)}: unknown; {cure}")
-        self._host.adjust(group, **settings)
+            adjust_interaction(self._data, group, settings)
+        else:
+            self._host.adjust(group, settings)
 
     def record(
         self,
@@ -558,7 +514,7 @@ class World(MesaModel):
     @property
     def observed_fraction(self) -> float:
         """The mean over the completed steps of the fraction of targets that at least one robot senses, in [0, 1]."""
-        return self._data.history.observed_fraction
+        return self._data.history.sums.observed.mean_share
 
     @property
     def mean_degree(self) -> float:
@@ -568,12 +524,12 @@ class World(MesaModel):
     @property
     def mean_neighbours(self) -> float:
         """The mean over robots and completed steps of the number of neighbours; `mean_degree` is the present one."""
-        return self._data.history.mean_neighbours
+        return self._data.history.sums.edges.mean_share
 
     @property
     def max_neighbours(self) -> int:
         """The largest number of robots within any robot's awareness range in the completed steps."""
-        return self._data.history.max_neighbours
+        return self._data.history.sums.largest
 
     @property
     def teammates(self) -> Teammates:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.events.sources import Sources
-from teamsight.agents.events.timeline import Timeline
-from teamsight.agents.policy_state import first_state_of_members
+from teamsight.agents.group import Group
 from teamsight.agents.recording.history import History
+from teamsight.agents.resolve import first_state_of_members
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.world.clock import Clock
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
@@ -22,10 +24,82 @@ from teamsight.world.placement import starts
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.interactions import PlacedInteraction
-    from teamsight.agents.engine.watching import Watcher
-    from teamsight.agents.group import Group
+    from teamsight.agents.engine.records import Watcher
     from teamsight.world.arena import Arena
     from teamsight.world.placement import Starts
+
+
+#: The cure for what cannot be done now.
+LATER = "plan it with world.clock.at(world.clock.now, …)"
+DECIDE, EVENT, CONDITION, OWN_STEP = "decide", "an event", "a condition", "an agent's own step"
+
+
+class Timeline:
+    """The time of a world.
+
+    Attributes
+    ----------
+    clock : Clock
+        The SimPy environment with the world's events.
+    tick : int
+        The number of completed steps.
+    jumps : int
+        The sum of the changes of `tick` by `reset` and `restore`.
+    inside : str
+        Which of the user's functions is being called; the world cannot be advanced meanwhile.
+    events_end_steps : bool
+        Whether the events of a tick happen at the end of the step that leads to it, as in mesa, and not before the
+        next step.
+    """
+
+    def __init__(self) -> None:
+        self.clock = Clock()
+        self.tick = self.jumps = 0
+        self.inside = ""
+        self.events_end_steps = False
+
+    @contextlib.contextmanager
+    def calling(self, what: str) -> Iterator[None]:
+        """Mark the time during which a function of the user's is called."""
+        before, self.inside = self.inside, what
+        try:
+            yield
+        finally:
+            self.inside = before
+
+    def check_outside(self, what: str) -> None:
+        """Refuse to advance the world while a function of the user's is called."""
+        if self.inside:
+            cure = "call it between steps"
+            if self.inside == EVENT:
+                cure += "; a process lets the world go on by yield world.clock.timeout(1)"
+            raise RuntimeError(f"{what}: called in {self.inside}, before a step is complete; {cure}")
+
+    def check_undecided(self, what: str) -> None:
+        """Refuse to change groups while they decide."""
+        if self.inside == DECIDE:
+            raise RuntimeError(f"{what}: called in {DECIDE}, before all agents have decided; {LATER}")
+
+    def process_events(self) -> None:
+        """Process all events that are due."""
+        if self.clock.ticks_until_event(self.tick) <= 0:
+            with self.calling(EVENT):
+                self.clock.advance(self.tick)
+
+    def set(self, tick: int) -> None:
+        """Set the tick after completed steps."""
+        self.tick = tick
+        self.clock.set(tick)
+
+    def jump(self, tick: int) -> None:
+        """Set the tick and drop all pending events."""
+        self.jumps += tick - self.tick
+        self.tick = tick
+        self.clock.begin(tick)
+
+
+class AgentLeftError(RuntimeError):
+    """Raised in a process that waits for something that cannot come, because an agent has left the world."""
 
 
 class WorldData:
@@ -92,6 +166,19 @@ class WorldData:
         for one in self.interactions:
             one.begin(self.key)
         self.time[0] = tick
+
+    def check_group(self, group: Any, what: str) -> None:
+        """Refuse what is no group of this world; `what` says in the error where it was given.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If it is no group, or not of this world.
+        """
+        if not isinstance(group, Group):
+            raise TypeError(f"{what}: give a group, not a list or an agent; world.add returns it")
+        if group not in self.groups:
+            raise ValueError(f"{what}: must be a group that was added to this world, as world.add returns it")
 
     @property
     def score_names(self) -> tuple[str, ...]:

@@ -36,10 +36,8 @@ if TYPE_CHECKING:
     from teamsight.tasks.check import check_task
     from teamsight.tasks.registry import TASKS
     from teamsight.tasks.task import Objective, Task
-    from teamsight.world.arena import Box, Disc, Torus
-    from teamsight.world.check import check_arena
-    from teamsight.world.checked_interaction import check_interaction
-    from teamsight.world.contract import Obstructed
+    from teamsight.world.arena import Box, Disc, Obstructed, Torus
+    from teamsight.world.check import check_arena, check_interaction
     from teamsight.world.interaction import Interaction
     from teamsight.world.shapes import Circle, Polygon
 
@@ -69,12 +67,12 @@ _HOMES = {
     "Box": "teamsight.world.arena",
     "Torus": "teamsight.world.arena",
     "Circle": "teamsight.world.shapes",
-    "Obstructed": "teamsight.world.contract",
+    "Obstructed": "teamsight.world.arena",
     "Interaction": "teamsight.world.interaction",
     "Polygon": "teamsight.world.shapes",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
-    "check_interaction": "teamsight.world.checked_interaction",
+    "check_interaction": "teamsight.world.check",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
     "check_task": "teamsight.tasks.check",

@@ -10,7 +10,7 @@ import numpy as np
 from teamsight import Interaction, Robot, Target, Torus, World
 from teamsight.core.kernel import kernel
 from teamsight.world import InteractionState
-from teamsight.world.bodies import BODIES
+from teamsight.world.motion import BODIES
 
 
 @kernel

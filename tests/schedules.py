@@ -223,9 +223,9 @@ def check_lists(world: World, group: Any, channel: str) -> None:
     active = {agent.unique_id for other in group.channels[channel].observed for agent in other if agent.active}
     relation, shown = group.relations[channel], group.neighbours(channel)
     for row, (certain, possible) in enumerate(lists_by_hand(world, group, channel)):
-        in_range = {agent.unique_id for agent in relation.agents_in_range(row)}
+        in_range = {agent.unique_id for agent in relation.agents(relation.graph.start, relation.graph.identity, row)}
         assert certain <= in_range <= possible
-        sensed = {agent.unique_id for agent in relation.agents_sensed(row)}
+        sensed = {agent.unique_id for agent in relation.agents(*relation.true_lists, row)}
         assert sensed <= in_range
         in_percept = set(shown.identity[shown.start[row] : shown.start[row + 1]].tolist())
         assert in_percept <= active

@@ -12,31 +12,29 @@ if __name__ != "teamsight.world":
     )
 
 if TYPE_CHECKING:
-    from teamsight.world.arena import Box, Disc, Torus
-    from teamsight.world.check import check_arena
-    from teamsight.world.checked_interaction import check_interaction
-    from teamsight.world.contract import Arena, Obstacle, Obstructed, Outline
+    from teamsight.world.arena import Arena, Box, Disc, Obstacle, Obstructed, Outline, Torus
+    from teamsight.world.check import check_arena, check_interaction
     from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
     from teamsight.world.shapes import Circle, Polygon
     from teamsight.world.walls import Sight, Walls
 
 _HOMES = {
-    "Arena": "teamsight.world.contract",
+    "Arena": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Circle": "teamsight.world.shapes",
     "Disc": "teamsight.world.arena",
     "InteractingBodies": "teamsight.world.interaction",
     "Interaction": "teamsight.world.interaction",
     "InteractionState": "teamsight.world.interaction",
-    "Obstacle": "teamsight.world.contract",
-    "Obstructed": "teamsight.world.contract",
-    "Outline": "teamsight.world.contract",
+    "Obstacle": "teamsight.world.arena",
+    "Obstructed": "teamsight.world.arena",
+    "Outline": "teamsight.world.arena",
     "Polygon": "teamsight.world.shapes",
     "Sight": "teamsight.world.walls",
     "Torus": "teamsight.world.arena",
     "Walls": "teamsight.world.walls",
     "check_arena": "teamsight.world.check",
-    "check_interaction": "teamsight.world.checked_interaction",
+    "check_interaction": "teamsight.world.check",
 }
 
 __all__ = [

@@ -243,44 +243,33 @@ class CheckedGenerator:
 
     def send(self, value: Any) -> Any:
         """Go on to the next yield; return the event."""
-        if self._is_over:
-            return self._end()
-        return self._checked(self._generator.send(value))
+        return self._go_on(self._generator.send, value)
 
     def throw(self, error: BaseException) -> Any:
         """Go on with an exception at the present yield; return the next event."""
-        if self._is_over:
-            return self._end()
-        return self._checked(self._generator.throw(error))
+        return self._go_on(self._generator.throw, error)
 
-    @property
-    def _is_over(self) -> bool:
-        return bool(self._beginnings != self._clock.beginnings)
-
-    def _checked(self, event: Any) -> Any:
-        while not self._is_over:
-            wrong = self._what_is_wrong(event)
-            if not wrong:
+    def _go_on(self, resume: Callable[[Any], Any], value: Any) -> Any:
+        clock = self._clock
+        while self._beginnings == clock.beginnings:
+            event = resume(value)
+            if self._beginnings != clock.beginnings:
+                break
+            if not hasattr(event, "callbacks"):
+                wrong = (
+                    "no event; yield one, such as world.clock.timeout(10), world.clock.process(…) or a request of a "
+                    "resource"
+                )
+            elif event.env is not clock:
+                wrong = (
+                    "of another clock and may never come here; yield an event of this world, such as "
+                    "world.clock.timeout(10)"
+                )
+            else:
                 return event
-            what = f"Invalid yield value \"{checks.shown(event)}\""
-            event = self._generator.throw(NoEventError(f"process {self.__name__}: {what}, {wrong}"))
-        return self._end()
-
-    def _what_is_wrong(self, event: Any) -> str:
-        if not hasattr(event, "callbacks"):
-            return (
-                "which is no event; yield one, such as world.clock.timeout(10), world.clock.process(…) or a request of "
-                "a resource"
-            )
-        if event.env is not self._clock:
-            return (
-                "which is of another clock and may never come here; yield an event of this world, such as "
-                "world.clock.timeout(10)"
-            )
-        return ""
-
-    def _end(self) -> None:
-        """End the process, as if its function had returned; what it has in `finally` is done."""
+            shown = f"Invalid yield value \"{checks.shown(event)}\", which is {wrong}"
+            resume, value = self._generator.throw, NoEventError(f"process {self.__name__}: {shown}")
+        # The process ends as if its function had returned; what it has in `finally` is done.
         self._generator.close()
         raise StopIteration
 
@@ -358,12 +347,6 @@ class Clock(simpy.Environment):  # type: ignore[misc]
             if time < self._now:
                 raise ValueError(f"time={time:g}: has passed; it must be at least the present time, {self._now:g}")
         return Planned(self, time, priority, next(self._eid), action, arguments)
-
-    def plan_again(
-        self, time: float, priority: float, order: int, action: Callable[..., Any], arguments: tuple[Any, ...]
-    ) -> Planned:
-        """Plan a call that was saved, at its place in the order."""
-        return Planned(self, time, priority, order, action, arguments)
 
     def process(self, generator: Generator[Any, Any, Any]) -> Any:
         """Start a process: a generator that yields SimPy events, such as ``clock.timeout(10)``.

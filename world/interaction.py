@@ -16,7 +16,7 @@ from teamsight.core.contracts import check_names, class_name, numbers, parameter
 from teamsight.core.kernel import Entry, Record, specialise
 
 if TYPE_CHECKING:
-    from teamsight.world.contract import Arena
+    from teamsight.world.arena import Arena
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]

@@ -1,4 +1,4 @@
-"""Circles and polygons as arenas and obstacles, and the region of an arena in which bodies may be, for kernels."""
+"""Circles, polygons, arenas with obstacles, and the region of an arena in which bodies may be, for kernels."""
 
 from __future__ import annotations
 
@@ -14,9 +14,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Component
 from teamsight.core.kernel import kernel
-from teamsight.world.arena import Disc
-from teamsight.world.contract import Arena, Obstructed, Points
-from teamsight.world.free_places import fits, nearest_free, place_freely
+from teamsight.world.arena import Arena, Disc, Obstructed, Points, WalledArena
 from teamsight.world.limits import LONGEST, Length
 from teamsight.world.polygons import (
     checked_vertices,
@@ -29,7 +27,14 @@ from teamsight.world.polygons import (
     triangles,
     walls_of,
 )
-from teamsight.world.walls import ROUNDING, Sight, Walls, confine_walls, open_sight, walls_size
+from teamsight.world.walls import (
+    ROUNDING,
+    Sight,
+    Walls,
+    confine_walls,
+    open_sight,
+    walls_size,
+)
 
 
 def _checked_place(name: str, value: Any) -> tuple[float, float]:
@@ -93,7 +98,7 @@ class Circle(Component):
 _MOST_SHOWN = 6
 
 
-class Polygon(Arena):
+class Polygon(WalledArena):
     """An arena, or an obstacle, that is a simple polygon; its walls reflect position and heading.
 
     It need not be convex, nor centred on the origin.
@@ -128,11 +133,6 @@ class Polygon(Arena):
     def near_walls(self) -> Walls:
         """The walls."""
         return self.walls
-
-    @cached_property
-    def kept(self) -> dict[tuple[str, float], Points]:
-        """What searches for places have found, for each margin."""
-        return {}
 
     @property
     def faces(self) -> Walls:
@@ -204,15 +204,6 @@ class Polygon(Arena):
         first, second, third = np.moveaxis(triangles[which], -2, 0)
         share = v[..., None]
         return np.asarray((1.0 - root) * first + root * ((1.0 - share) * second + share * third))
-
-    def place(self, u: npt.ArrayLike, v: npt.ArrayLike, margin: float = 0.0) -> Points:
-        return place_freely(self, u, v, margin)
-
-    def inside(self, points: Points, margin: float = 0.0) -> Points:
-        return nearest_free(self, points, margin)
-
-    def fits(self, margin: float) -> bool:
-        return fits(self, margin)
 
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and np.array_equal(self.vertices, other.vertices)  # type: ignore[attr-defined]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -10,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from teamsight.agents.building import OWN_OF_GROUP, divided, forget_members, newcomers
 from teamsight.agents.components.durations import Duration, Times, TimeTo, lasting, length, next_time, time_to
 from teamsight.agents.components.failures import Coming, check_members
 from teamsight.agents.events.sources import EventSource
-from teamsight.agents.mesa.compat import next_identity, set_next_identity
+from teamsight.agents.group import Group
+from teamsight.agents.host import forget_members, newcomers
 from teamsight.core import checks
 from teamsight.core.component import Count
 
@@ -67,6 +68,8 @@ class Arrivals(_Leaving, Coming):
     A reset removes those who have arrived.
     """
 
+    changing = ("_arrived",)
+
     def __init__(
         self,
         interval: float | Duration | Times,
@@ -97,7 +100,7 @@ class Arrivals(_Leaving, Coming):
         """Note who is there before anybody arrives, and refuse arguments that none who arrives could have."""
         if "_first" not in vars(self):
             self._check()
-            self._first = self._its_group().members_so_far, next_identity(self.world)
+            self._first = self._its_group().members_so_far, self.world.agent_id_counter
 
     def reset(self) -> None:
         """Remove those who have arrived, so that the next to arrive have their numbers."""
@@ -106,7 +109,7 @@ class Arrivals(_Leaving, Coming):
         members, identity = self._first
         group, world = self._its_group(), self.world
         forget_members(group, max(members, int(group.bodies.member.max(initial=-1)) + 1))
-        set_next_identity(world, max([identity, *(agent.unique_id + 1 for agent in world.agents)]))
+        world.agent_id_counter = max([identity, *(agent.unique_id + 1 for agent in world.agents)])
 
     def begin(self) -> None:
         """Plan the first arrival."""
@@ -133,22 +136,12 @@ class Arrivals(_Leaving, Coming):
         if member in self._arrived:
             self._arrived.remove(member)
 
-    def save(self) -> Any:
-        """Return who has arrived and is still there."""
-        return list(self._arrived)
-
-    def load(self, data: Any) -> None:
-        """Go back to what `save` returned."""
-        self._arrived = list(data)
-
     def _check(self) -> None:
         """Compute an arrival that does not take place."""
-        group, given = self._its_group(), self._given()
-        arguments = {name: value for name, value in given.items() if name not in OWN_OF_GROUP}
+        arguments, own = self._given(), inspect.signature(Group.add).parameters.values()
+        given = {one.name: arguments.pop(one.name, one.default) for one in own if one.kind is one.KEYWORD_ONLY}
         with _naming_arrivals():
-            own = divided(group.agent_class, 1, arguments, OWN_OF_GROUP, group.columns)
-            full = {**dict.fromkeys(OWN_OF_GROUP), "placement": "uniform", **given}
-            newcomers(self.world._data, group, 1, full, own.columns)
+            newcomers(self.world._data, self._its_group(), 1, given, arguments)
 
     def _given(self) -> dict[str, Any]:
         """Return the arguments of `Group.add`."""

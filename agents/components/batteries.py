@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import Column
 from teamsight.agents.body import Body
-from teamsight.agents.columns import Column
 from teamsight.agents.components.durations import Lasting, length
-from teamsight.agents.components.failures import Disabling, check_members
-from teamsight.agents.engine.watching import Bound
+from teamsight.agents.components.failures import Holding, check_members
+from teamsight.agents.engine.records import Bound
 from teamsight.agents.events.sources import Watching
-from teamsight.agents.events.timeline import AgentLeftError
 from teamsight.agents.group import Group
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.agents.world_data import AgentLeftError
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Count
 from teamsight.core.kernel import Entry, Record
@@ -112,7 +112,7 @@ _Drain = Annotated[float, Allowed(least=0, cure="0 is no drain")]
 
 
 @dataclass(eq=False, repr=False)
-class Batteries(Disabling, Watching):
+class Batteries(Holding, Watching):
     """Each agent has a battery; one whose battery is empty is inactive until it is charged.
 
     The charge is the column "battery" of the group: ``robot.battery``, ``robots.battery``. It can be set, from 0 to
@@ -150,6 +150,7 @@ class Batteries(Disabling, Watching):
     low_level: Annotated[float, Allowed(least=0, unit="charge")] | None = None
 
     entry = _DRAIN
+    changing = ("_held", "_level", "_supply", "_reported")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -238,20 +239,10 @@ class Batteries(Disabling, Watching):
         """Return a SimPy event that happens when the battery of an agent is empty; at once if it is already."""
         return self._event(agent, EMPTY)
 
-    def level(self, member: int) -> int:
-        """Return the level of the battery of a member: 0 for enough, 1 for low, 2 for empty."""
-        return int(self._level[member])
-
     def supply(self, member: int, per_step: float) -> None:
         """Charge the battery of a member by this much in each step, in place of its drain; 0 ends that."""
         self.make_room()
         self._supply[member] = per_step
-
-    def set_charge(self, member: int, charge: float) -> None:
-        """Set the charge of a member; it becomes active at once if only its battery has kept it inactive."""
-        self.charge[self.row(member)] = charge
-        if charge > 0:
-            self.enable(member)
 
     def reach(self, member: int, before: int, level: int) -> None:
         """Act on a level that the battery of an agent has fallen to, or risen to."""
@@ -259,10 +250,10 @@ class Batteries(Disabling, Watching):
         if agent is None:
             return
         if level == EMPTY:
-            self.disable(member)
+            self.hold(member)
             self.log("empty", agent)
         else:
-            self.enable(member)
+            self.release(member)
             if before < level:
                 self.log("low", agent)
         for reached in range(LOW, level + 1):
@@ -270,9 +261,8 @@ class Batteries(Disabling, Watching):
             if event is not None:
                 event.succeed(agent)
         if level >= LOW:
-            for source in self.world.sources:
-                if source.group is self.group and isinstance(source, ChargingPlaces):
-                    source.is_low(member)
+            for places in self.beside(ChargingPlaces):
+                places.is_low(member)
 
     def left(self, agent: Body, member: int) -> None:
         """Forget an agent that has left; processes that wait for its battery get an `AgentLeftError`."""
@@ -284,15 +274,9 @@ class Batteries(Disabling, Watching):
                 event.defused = True
                 event.fail(AgentLeftError(f"{name}({agent!r}): it has left the world, and its battery with it"))
 
-    def save(self) -> Any:
-        """Return the levels, and who is being charged or inactive."""
-        return self._level.copy(), self._supply.copy(), self._reported.copy(), super().save()
-
     def load(self, data: Any) -> None:
         """Go back to what `save` returned."""
-        level, supply, reported, disabled = data
-        self._level, self._supply, self._reported = level.copy(), supply.copy(), reported.copy()
-        super().load(disabled)
+        super().load(data)
         self._awaited = {}
 
     def _check_charge(self, charge: npt.NDArray[Any]) -> None:
@@ -428,6 +412,7 @@ class ChargingPlaces(Watching):
     reach: Annotated[float, Allowed(above=0, cure="leave it out for no limit", unit="length")] | None = None
 
     entry = _FIND
+    changing = ("_speeds", "_policies", "_visits", "_begun", "_place")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -442,7 +427,7 @@ class ChargingPlaces(Watching):
         """Add the places, and watch."""
         group = self._its_group()
         if "_place" not in vars(self):
-            found = [one for one in self.world.sources if isinstance(one, Batteries) and one.group is group]
+            found = self.beside(Batteries)
             if not found:
                 raise ValueError(
                     f"ChargingPlaces: the agents of {group.name!r} have no batteries; attach them first, as in "
@@ -497,7 +482,7 @@ class ChargingPlaces(Watching):
         self._begun: set[int] = set()
         self._resources = [self.clock.resource(self.chargers) for _ in np.asarray(self.position)]
         for member in self.members:
-            if self._batteries.level(member):
+            if self._batteries._level[member] != ENOUGH:
                 self.is_low(member)
 
     def end(self) -> None:
@@ -526,7 +511,7 @@ class ChargingPlaces(Watching):
         """Let an agent queue at a place."""
         agent = self.agent(member)
         # Where it queues already, it comes from there again if it leaves that queue low.
-        if agent is None or any(member in one._requests for one in self._all_places()):
+        if agent is None or any(member in one._requests for one in self.beside(ChargingPlaces)):
             return
         self._speeds[member], agent.speed = agent.speed, 0.0
         self._place[member] = place + 1
@@ -552,7 +537,9 @@ class ChargingPlaces(Watching):
         agent = self.agent(member)
         if agent is None or member not in self._requests or self._visits[member] != visit:
             return
-        self._batteries.set_charge(member, self._batteries.capacity)
+        # It becomes active at once if only its battery has kept it inactive.
+        self._batteries.charge[agent.row] = self._batteries.capacity
+        self._batteries.release(member)
         self.log("charged", agent, place=int(self._place[member]) - 1)
         self._let_go(member)
 
@@ -565,14 +552,12 @@ class ChargingPlaces(Watching):
         order = [
             [self._members_of(resource.users), self._members_of(resource.queue)] for resource in self._resources
         ]
-        own = self._speeds.copy(), self._policies.copy(), self._visits.copy(), self._begun.copy()
-        return order, self._place.copy(), own
+        return order, super().save()
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned: the queues are made again, in the same order."""
-        order, place, own = data
-        self._speeds, self._policies, self._visits, self._begun = (part.copy() for part in own)
-        self._place = place.copy()
+        order, own = data
+        super().load(own)
         self._requests = {}
         self._resources = [self.clock.resource(self.chargers) for _ in np.asarray(self.position)]
         for number, (users, queue) in enumerate(order):
@@ -588,7 +573,7 @@ class ChargingPlaces(Watching):
         request, agent = self._requests.pop(member, None), self.agent(member)
         if agent is not None and member in self._speeds and agent.speed == 0.0:
             agent.speed = self._speeds[member]
-        for one in self._all_places():
+        for one in self.beside(ChargingPlaces):
             one._give_policy_back(member)
             if one is not self and member not in one._requests:
                 # Where it is, is found again.
@@ -613,14 +598,9 @@ class ChargingPlaces(Watching):
             # A group that was given another policy has forgotten those of single robots.
             agent.policy = known[index] if index < len(known) else known[0]
 
-    def _all_places(self) -> list[ChargingPlaces]:
-        """Return the sources of charging places of the group, this one among them."""
-        sources = [one for one in self.world.sources if isinstance(one, ChargingPlaces)]
-        return [one for one in sources if one.group is self.group]
-
     def _check_policy(self) -> None:
         """Refuse a second policy for agents that are low."""
-        others = [one for one in self._all_places() if one is not self and one.policy is not None]
+        others = [one for one in self.beside(ChargingPlaces) if one is not self and one.policy is not None]
         if self.policy is not None and others:
             raise ValueError(
                 f"ChargingPlaces(policy={checks.shown(self.policy)}): other places of {self._its_group().name!r} give "

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, ClassVar
 
+from teamsight.agents.channel import channel_of
 from teamsight.agents.components.durations import Duration, Lasting, Times, TimeTo, length, next_time
 from teamsight.agents.events.sources import EventSource
 from teamsight.core.component import Allowed
@@ -22,6 +23,7 @@ class Holding(EventSource):
     once, and its later release changes nothing.
     """
 
+    changing: ClassVar[tuple[str, ...]] = ("_held",)
     # Whether this source is switching something, which the user then is not.
     _switches = False
 
@@ -48,7 +50,8 @@ class Holding(EventSource):
         agent = self.agent(member)
         if not self.holds(member, channel):
             others = [source._held[member, channel] for source in self._others_that_hold(member, channel)]
-            self._held[member, channel] = any(others) if others else not _is_on(agent, channel)
+            is_on = agent.active if channel is None else agent.sensor_works(channel)
+            self._held[member, channel] = any(others) if others else not is_on
             self._switch(agent, channel, on=False)
 
     def release(self, member: int, channel: str | None = None) -> None:
@@ -67,14 +70,6 @@ class Holding(EventSource):
         else:
             self._held[member, channel] = True
 
-    def save(self) -> Any:
-        """Return what it holds."""
-        return dict(self._held)
-
-    def load(self, data: Any) -> None:
-        """Go back to what `save` returned."""
-        self._held = dict(data)
-
     def _switch(self, agent: Body, channel: str | None, *, on: bool) -> None:
         self._switches = True
         try:
@@ -88,12 +83,7 @@ class Holding(EventSource):
             self._switches = False
 
     def _others_that_hold(self, member: int, channel: str | None) -> list[Holding]:
-        sources = [one for one in self.world.sources if isinstance(one, Holding) and one is not self]
-        return [one for one in sources if one.group is self.group and one.holds(member, channel)]
-
-
-def _is_on(agent: Body, channel: str | None) -> bool:
-    return agent.active if channel is None else agent.sensor_works(channel)
+        return [one for one in self.beside(Holding) if one is not self and one.holds(member, channel)]
 
 
 class Coming(EventSource):
@@ -102,14 +92,10 @@ class Coming(EventSource):
 
 def check_members(source: EventSource, *names: str) -> None:
     """Refuse a source whose parameters list times for members that its group neither has nor will have."""
-    group = source.group
-    assert group is not None
-    if any(isinstance(one, Coming) and one.group is group for one in source.world.sources):
-        return
-    for name in names:
+    for name in names if not source.beside(Coming) else ():
         value = getattr(source, name)
         if isinstance(value, Times):
-            value.check_members(name, source.members, group.name)
+            value.check_members(name, source.members, source._its_group().name)
 
 
 class Interruptions(EventSource):
@@ -179,24 +165,8 @@ class Interruptions(EventSource):
         raise NotImplementedError
 
 
-class Disabling(Holding):
-    """A source that makes agents inactive for a time; see `Holding` for several of them, and for what the user sets."""
-
-    def is_disabled(self, member: int) -> bool:
-        """Whether this source keeps a member of its group inactive."""
-        return self.holds(member)
-
-    def disable(self, member: int) -> None:
-        """Make an agent inactive; it must be present."""
-        self.hold(member)
-
-    def enable(self, member: int) -> None:
-        """Let an agent take part again, unless something else keeps it inactive."""
-        self.release(member)
-
-
 @dataclass(eq=False, repr=False)
-class Failures(Disabling, Interruptions):
+class Failures(Holding, Interruptions):
     """Agents fail, each independently of the others, and may be repaired.
 
     An agent that has failed is inactive: it neither moves nor decides, senses nobody and is sensed by nobody. The log
@@ -235,7 +205,7 @@ class Failures(Disabling, Interruptions):
 
     def begin(self) -> None:
         """Plan the first failure of each agent."""
-        Disabling.begin(self)
+        Holding.begin(self)
         Interruptions.begin(self)
 
     @property
@@ -245,11 +215,11 @@ class Failures(Disabling, Interruptions):
 
     def begin_one(self, agent: Body, member: int) -> None:
         """Let an agent fail."""
-        self.disable(member)
+        self.hold(member)
 
     def end_one(self, agent: Body, member: int) -> None:
         """Repair an agent."""
-        self.enable(member)
+        self.release(member)
 
 
 @dataclass(eq=False, repr=False)
@@ -285,13 +255,8 @@ class SensorDropouts(Holding, Interruptions):
 
     def begin(self) -> None:
         """Plan the first dropout of each agent."""
-        channels = self._its_group().channels
-        if self.channel is not None and self.channel not in channels:
-            name, have = self._its_group().name, ", ".join(map(repr, channels)) or "none"
-            raise ValueError(
-                f"channel={self.channel!r}: the group {name!r} has no such channel, but {have}; declare it by "
-                "world.senses(…, as_=…)"
-            )
+        if self.channel is not None:
+            channel_of(self._its_group(), self.channel, f"channel={self.channel!r}")
         Holding.begin(self)
         Interruptions.begin(self)
 

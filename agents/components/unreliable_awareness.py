@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass, field, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 from teamsight.agents.channel import TEAMMATES
 from teamsight.agents.events.sources import EventSource
@@ -47,6 +47,7 @@ class UnreliableAwareness(EventSource):
     _: KW_ONLY
     begins: Annotated[float, Allowed(least=0, cure="0 is the start", unit="ticks")] = 0.0
     ends: Annotated[float, Allowed(unit="ticks")] | None = None
+    changing = ("_sensors",)
     # While it lasts: the sensor of the user, to which all that last add, and what they have made of it.
     _sensors: tuple[Sensor, Sensor] | None = field(default=None, init=False)
 
@@ -72,13 +73,11 @@ class UnreliableAwareness(EventSource):
         if self.ends is not None:
             self.plan(self.ends, "stop")
 
-    def reset(self) -> None:
+    def end(self) -> None:
         """Give the group its sensor back, which stays at a reset."""
         self._change(lasts=False)
 
-    def end(self) -> None:
-        """Make awareness reliable again."""
-        self._change(lasts=False)
+    reset = end
 
     def start(self) -> None:
         """Make awareness unreliable from now on."""
@@ -89,14 +88,6 @@ class UnreliableAwareness(EventSource):
         """Make awareness as reliable as without it, from now on."""
         self._change(lasts=False)
         self._log_sensor()
-
-    def save(self) -> Any:
-        """Return the sensors of the user and of the sources, while it lasts."""
-        return self._sensors
-
-    def load(self, data: Any) -> None:
-        """Go back to what `save` returned."""
-        self._sensors = data
 
     def _change(self, *, lasts: bool) -> None:
         """Begin or end, and make the sensor anew from that of the user and all sources that last."""
@@ -119,8 +110,7 @@ class UnreliableAwareness(EventSource):
 
     def _lasting(self) -> list[UnreliableAwareness]:
         """Return those that make the awareness of the group unreliable now."""
-        sources = [one for one in self.world.sources if isinstance(one, UnreliableAwareness)]
-        return [one for one in sources if one.group is self.group and one._sensors is not None]
+        return [one for one in self.beside(UnreliableAwareness) if one._sensors is not None]
 
     def _log_sensor(self) -> None:
         if self._lasting():

@@ -38,6 +38,7 @@ from teamsight.agents.engine.records import (
     TRAIL,
     WATCHING,
     WORLD,
+    Bound,
     CopyingArrays,
     GroupArrays,
     LogArrays,
@@ -48,7 +49,6 @@ from teamsight.agents.engine.records import (
     WorldArrays,
 )
 from teamsight.agents.engine.relation import counted_groups
-from teamsight.agents.engine.watching import Bound
 from teamsight.agents.group import team_of
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE
 from teamsight.core.kernel import Entry, Packed, Record, array_at
@@ -62,7 +62,6 @@ from teamsight.world.noise import LANES, Stream, stream_number
 from teamsight.world.search import FAR_AWAY
 
 if TYPE_CHECKING:
-    from teamsight.agents.engine.detection import RelayArrays
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.group import Group
     from teamsight.agents.recording.history import Stretch, Trail
@@ -369,7 +368,10 @@ class Binding:
             group.number: TEAM_GROUP.pack(_team_group(group)) for group in groups if "teammates" in group.relations
         }
         # What is known late, by group and delay.
-        late = {key: _known_late(teams[key[0]], relay.value) for key, relay in self._relays.items()}
+        late = {
+            key: TEAM_GROUP.pack(teams[key[0]].value._replace(heading=relay.shown_heading, targets=relay.shown))
+            for key, relay in ((key, packed.value) for key, packed in self._relays.items())
+        }
         records = []
         for group in groups:
             delay = delay_of(group)
@@ -609,10 +611,6 @@ def _team_group(group: Group) -> TeamGroup:
     return TeamGroup(
         first, group.bodies.heading, group.bodies.sensing_range, group.room("targets"), farthest_of(group.range_shape)
     )
-
-
-def _known_late(team_group: Packed[TeamGroup], relay: RelayArrays) -> Packed[TeamGroup]:
-    return TEAM_GROUP.pack(team_group.value._replace(heading=relay.shown_heading, targets=relay.shown))
 
 
 def _sensing(group: Group, team: list[Packed[TeamGroup]]) -> Sensing:

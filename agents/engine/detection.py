@@ -446,10 +446,10 @@ class RelayReadings(Readings):
 
 def relays_of(groups: list[Group], tick: Integers) -> dict[tuple[int, int], Packed[RelayArrays]]:
     """Return the relays of a world, by the number of the group that relays and the delay, and forget all others."""
-    delays = {delay_of(group) for group in groups} - {0}
     found = {}
     for group in groups:
-        mine = [delay for delay in sorted(delays) if _is_known_late(groups, group, delay)]
+        team = [other for other in groups if group.team is not None and other.team == group.team]
+        mine = sorted({delay_of(other) for other in team} - {0})
         for name in [name for name, kept in group.readings.items() if isinstance(kept, RelayReadings)]:
             if name not in map(_name, mine):
                 del group.readings[name]
@@ -462,12 +462,6 @@ def delay_of(group: Group) -> int:
     """Return the number of ticks after which a group knows of its teammates."""
     channel = group.channels.get(TEAMMATES)
     return channel.sensor.delay if channel and channel.sensor else 0
-
-
-def _is_known_late(groups: list[Group], group: Group, delay: int) -> bool:
-    return group.team is not None and any(
-        other.team == group.team and delay_of(other) == delay for other in groups
-    )
 
 
 def _name(delay: int) -> str:

@@ -192,15 +192,14 @@ def bind_due(
     chosen = group.action
     if table.arrives_at.shape[1]:
         chosen = Action(np.zeros((rows, 2))[:size], np.zeros(rows)[:size])
-    numbers = table.numbers
-    arrays = DueArrays(
-        key, stream_number(Stream.CYCLE, group.number), bodies.member, bodies.active, bodies.moved,
-        table.start, numbers.period, numbers.jitter, numbers.delay, table.sensings, table.next_at, table.decided_at,
-        table.trip, table.travelled, table.policy, table.arrives_at, table.waiting, *group.action, *chosen,
-        np.zeros((rows, 3), np.int64)[:size], np.zeros(1, np.int64),
-        [CHOICE.pack(one) for one in _choices(group, chosen, decision_of)],
+    aim, distance = group.action
+    known = {name: bodies[name] for name in DueArrays._fields if name in bodies and name not in ("heading", "distance")}
+    group.due = arrays = DueArrays(
+        key=key, stream=stream_number(Stream.CYCLE, group.number), heading=aim, distance=distance,
+        chosen_heading=chosen.heading, chosen_distance=chosen.distance, runs=np.zeros((rows, 3), np.int64)[:size],
+        number=np.zeros(1, np.int64), choices=[CHOICE.pack(one) for one in _choices(group, chosen, decision_of)],
+        **known,
     )  # fmt: skip
-    group.due = arrays
     return DUE.pack(arrays)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.columns import is_free
+from teamsight.agents.attributes import is_free
 from teamsight.agents.engine.records import (
     DONE,
     FAILED,
@@ -33,8 +33,8 @@ from teamsight.agents.engine.records import (
     turn_at,
 )
 from teamsight.agents.group import Group
-from teamsight.agents.policy_state import layout
 from teamsight.agents.recording.history import COLUMNS
+from teamsight.agents.resolve import layout
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel import Entry, call, inlined, kernel
@@ -489,7 +489,7 @@ def _partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
 
 def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: dict[str, Group]) -> None:
     """Put an interaction into a world; see `World.interact`."""
-    data.timeline.check_undecided("interact()", "declare it before the run, or by world.clock.at(world.clock.now, …)")
+    data.timeline.check_undecided("interact()")
     check_interaction_declarations(interaction)
     _check_groups(data, interaction, groups)
     _check_new(data, interaction, groups)
@@ -510,7 +510,7 @@ def interact(data: WorldData, engine: Engine, interaction: Interaction, groups: 
 
 def adjust_interaction(data: WorldData, interaction: Interaction, changes: Mapping[str, Any]) -> None:
     """Change the fields of an interaction; see `World.adjust`."""
-    data.timeline.check_undecided("adjust()", "plan it with world.clock.at(world.clock.now, …)")
+    data.timeline.check_undecided("adjust()")
     name = type(interaction).__name__
     found = [one for one in data.interactions if interaction is one.declared or interaction is one.interaction]
     if not found:
@@ -547,11 +547,7 @@ def _check_groups(data: WorldData, interaction: Interaction, groups: dict[str, G
     for role, group in groups.items():
         if role not in roles:
             raise TypeError(f"{name}: has no role {role!r}, but {', '.join(map(repr, roles))}: {example}")
-        if not isinstance(group, Group):
-            given = checks.shown(group)
-            raise TypeError(f"{role}={given}: give a group, not a list or an agent; world.add returns it")
-        if group not in data.groups:
-            raise ValueError(f"{role}={checks.shown(group)}: must have been added to this world")
+        data.check_group(group, f"{role}={checks.shown(group)}")
         first = next(other for other in groups if groups[other] is group)
         if first != role:
             raise ValueError(

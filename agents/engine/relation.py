@@ -168,15 +168,8 @@ class Relation:
         if self.detection:
             self.detection.see(self.detection.view._replace(in_range=self.search.room))
 
-    def agents_in_range(self, row: int) -> list[Any]:
-        """Return the agents within the range of an observer, whether or not it senses them."""
-        return self._agents(self.graph.start, self.graph.identity, row)
-
-    def agents_sensed(self, row: int) -> list[Any]:
-        """Return the agents that an observer senses."""
-        return self._agents(*self.true_lists, row)
-
-    def _agents(self, start: npt.NDArray[np.int64], indices: npt.NDArray[np.int64], row: int) -> list[Any]:
+    def agents(self, start: npt.NDArray[np.int64], indices: npt.NDArray[np.int64], row: int) -> list[Any]:
+        """Return the agents of an observer in lists of indices: those of `graph`, or `true_lists`."""
         first = list(self.first.values())
         found = []
         for index in indices[start[row] : start[row + 1]]:

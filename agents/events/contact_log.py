@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from teamsight.agents.channel import TEAMMATES
-from teamsight.agents.engine.records import RelationArrays, relation_at
-from teamsight.agents.engine.watching import Bound
+from teamsight.agents.channel import TEAMMATES, channel_of
+from teamsight.agents.engine.records import Bound, RelationArrays, relation_at
 from teamsight.agents.events.sources import EventLog, LoggedEvent, Watching
 from teamsight.core.kernel import Entry, Packed, Record, kernel
 from teamsight.core.table import Field, Table
@@ -183,12 +182,7 @@ class ContactLog(Watching):
 
     def begin(self) -> None:
         """Log the present contacts, as begun at this tick, and all changes from now on."""
-        group = self._its_group()
-        if self.channel not in group.channels:
-            have = ", ".join(map(repr, group.channels)) or "none"
-            raise ValueError(
-                f"channel={self.channel!r}: {group.name} have no such channel, but {have}; declare it with world.senses"
-            )
+        channel_of(self._its_group(), self.channel, f"channel={self.channel!r}")
         self.load((self.world.tick, np.zeros((0, len(COLUMNS)), np.int64), np.zeros((0, 2), np.int64)))
 
     def save(self) -> tuple[int, Integers, Integers]:

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from teamsight.agents.engine.records import GroupArrays, RelationArrays, group_at, relation_at
-from teamsight.agents.engine.watching import Bound
+from teamsight.agents.engine.records import Bound, GroupArrays, RelationArrays, group_at, relation_at
 from teamsight.agents.events.contact_log import places
 from teamsight.agents.events.sources import Watching
 from teamsight.core.kernel import Entry, Packed, Record, kernel

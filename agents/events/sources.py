@@ -6,30 +6,31 @@ import contextlib
 import copy
 import inspect
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 import pandas as pd
 
-from teamsight.agents.engine.watching import Watcher
-from teamsight.agents.events.timeline import Timeline
+from teamsight.agents.engine.records import Watcher
 from teamsight.agents.group import Group
 from teamsight.core import checks
 from teamsight.core.component import Component
 from teamsight.core.references import stable_name
-from teamsight.world.clock import Planned, call
+from teamsight.world.clock import Clock, Planned, call
 from teamsight.world.noise import TICKS_A_BLOCK, Stream, key_within, uniforms_of_block
 
 if TYPE_CHECKING:
     from teamsight.agents.body import Body
-    from teamsight.world.clock import Clock
-
+    from teamsight.agents.world_data import Timeline
 
 # The numbers of so many members are drawn at once: more cost hardly more time than one.
 _MEMBERS = 16
 _MOST_BLOCKS = 1024
 # What a planned call can be given: what a saved state can hold, and agents cannot be.
 _CONSTANT = frozenset({int, float, str, bool, type(None), np.int64, np.float64, tuple})
+
+
+S = TypeVar("S", bound="EventSource")
 
 
 class EventSource(Component):
@@ -50,6 +51,8 @@ class EventSource(Component):
     defers_interrupts : bool
         Declared by the class: whether Ctrl-C waits until a call of one of its methods by an event is complete.
         Otherwise that event may be lost, and with it all that it would have planned.
+    changing : tuple of str
+        Declared by the class: the attributes that states hold, unless it has a `save` and a `load` of its own.
     world : World
         Its world, once it is attached.
     group : Group or None
@@ -79,6 +82,7 @@ class EventSource(Component):
 
     needs_group: ClassVar[bool] = True
     defers_interrupts: ClassVar[bool] = True
+    changing: ClassVar[tuple[str, ...]] = ()
     world: Any = None
     group: Group[Any] | None = None
     number: int = 0
@@ -117,11 +121,15 @@ class EventSource(Component):
         """Called before it is set whether an agent of the group is active, or its sensor of a channel works."""
 
     def save(self) -> Any:
-        """Return its own data: all that changes in a run, except planned events; must be copied and pickled easily."""
-        return None
+        """Return its own data: all that changes in a run, except planned events; by default the attributes `changing`.
+
+        What it returns must be copied and pickled easily.
+        """
+        return {name: copy.deepcopy(getattr(self, name)) for name in self.changing}
 
     def load(self, data: Any) -> None:
         """Go back to what `save` returned. The planned events of that time are planned again: see `pending`."""
+        vars(self).update(copy.deepcopy(data))
 
     # What a subclass can use.
 
@@ -141,6 +149,10 @@ class EventSource(Component):
         """The members of its group that are present, in the order of rows."""
         found: list[int] = self._its_group().bodies.member.tolist()
         return found
+
+    def beside(self, kind: type[S]) -> list[S]:
+        """Return the attached sources of a kind that concern the same group, this one among them."""
+        return [one for one in self.world.sources if isinstance(one, kind) and one.group is self.group]
 
     def agent(self, member: int) -> Any:
         """Return the agent of the group that is this member; None if it has left."""
@@ -180,9 +192,15 @@ class EventSource(Component):
         TypeError, ValueError
             If the time has passed or is not a finite number, there is no such method, or an argument is something else.
         """
-        action = getattr(self, method, None) if isinstance(method, str) else None
-        if action is None or self.world is None:
-            raise self._cannot_plan(method)
+        if not isinstance(method, str):
+            raise TypeError(
+                f"plan(…, {checks.shown(method)}): must be the name of a method of {type(self).__name__}, such as "
+                '"begin", so that a state can hold the call; for functions there is world.clock.at(time, function)'
+            )
+        if self.world is None:
+            raise RuntimeError(f"{self!r}: belongs to no world; world.attach returns a copy that does")
+        if (action := getattr(self, method, None)) is None:
+            raise TypeError(f"plan(…, {method!r}): {type(self).__name__} has no method of this name; define it")
         for argument in arguments:
             if type(argument) not in _CONSTANT:
                 raise TypeError(
@@ -241,17 +259,6 @@ class EventSource(Component):
 
     # How it is attached.
 
-    def attached_copy(self, world: Any, group: Group[Any] | None, number: int, nth: int) -> Self:
-        """Return a copy that belongs to a world."""
-        mine = copy.copy(self)
-        # A subclass may be a frozen dataclass.
-        vars(mine).update(world=world, group=group, number=number, nth=nth, _numbers={})
-        return mine
-
-    def forget_numbers(self) -> None:
-        """Forget the random numbers that were drawn, because the seed has changed."""
-        vars(self)["_numbers"].clear()
-
     @property
     def is_attached(self) -> bool:
         """Whether it belongs to a world."""
@@ -278,16 +285,6 @@ class EventSource(Component):
             name = type(self).__name__
             raise ValueError(f"{self!r}: has no group; attach it to one, as in world.attach({name}(…), robots)")
         return self.group
-
-    def _cannot_plan(self, method: Any) -> Exception:
-        if not isinstance(method, str):
-            return TypeError(
-                f"plan(…, {checks.shown(method)}): must be the name of a method of {type(self).__name__}, such as "
-                '"begin", so that a state can hold the call; for functions there is world.clock.at(time, function)'
-            )
-        if self.world is None:
-            return RuntimeError(f"{self!r}: belongs to no world; world.attach returns a copy that does")
-        return TypeError(f"plan(…, {method!r}): {type(self).__name__} has no method of this name; define it")
 
 
 class Watching(EventSource, Watcher):
@@ -408,9 +405,6 @@ def _column(values: list[Any]) -> Any:
     return pd.array(texts, dtype="string")
 
 
-S = TypeVar("S", bound=EventSource)
-
-
 class Sources:
     """The sources that are attached to a world, in the order of their numbers.
 
@@ -435,12 +429,14 @@ class Sources:
 
     def attach(self, world: Any, source: S, group: Any) -> S:
         """Attach a copy of a source; see `World.attach`."""
-        self._timeline.check_undecided("attach()", "plan it with world.clock.at(world.clock.now, …)")
+        self._timeline.check_undecided("attach()")
         _check(world, source, group)
         # Numbers from `following` on are of sources that could not begin, or that a restored state does not know.
         earlier = [one for number, one in self.known.items() if number < self.following and one.group is group]
         nth = sum(type(one).__name__ == type(source).__name__ for one in earlier)
-        mine = source.attached_copy(world, group, self.following, nth)
+        mine = copy.copy(source)
+        # A subclass may be a frozen dataclass.
+        vars(mine).update(world=world, group=group, number=self.following, nth=nth, _numbers={})
         mine.check()
         self.attached.append(mine)
         self.known[mine.number] = mine
@@ -486,7 +482,8 @@ class Sources:
             source.reset()
         self.events = EventLog()
         for source in list(self.attached):
-            source.forget_numbers()
+            # They were drawn with another seed.
+            vars(source)["_numbers"].clear()
             with self._acting(source):
                 source.begin()
 
@@ -577,5 +574,5 @@ def _check(world: Any, source: Any, group: Any) -> None:
         )
     if group is None and source.needs_group:
         raise TypeError(f"attach({checks.shown(source)}): needs a group; give it, as in attach({name}(…), robots)")
-    if group is not None and not any(one is group for one in world.groups):
-        raise ValueError(f"attach({name}(…), {checks.shown(group)}): must be a group of this world, such as robots")
+    if group is not None:
+        world._data.check_group(group, f"attach({name}(…), {checks.shown(group)})")

@@ -9,12 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.channel import TEAMMATES
+from teamsight.agents.channel import TEAMMATES, channel_of
 from teamsight.agents.engine.engine import Engine
-from teamsight.agents.engine.records import relation_at
-from teamsight.agents.engine.watching import Bound, Watcher
-from teamsight.agents.events.timeline import CONDITION, AgentLeftError
-from teamsight.agents.world_data import WorldData
+from teamsight.agents.engine.records import Bound, Watcher, relation_at
+from teamsight.agents.world_data import CONDITION, AgentLeftError, WorldData
 from teamsight.core import checks
 from teamsight.core.kernel import Entry, Record, kernel
 from teamsight.world.clock import Event, Kept
@@ -168,9 +166,7 @@ class Wait:
             return []
         agent, *others = self._agents
         if self._channel is None:
-            self._engine.prepare()
-            relations = [relation for relation in self._engine.relations if relation.counts]
-            return list(dict.fromkeys(one for relation in relations for one in relation.observers_of(agent)))
+            return agent.group.host.observers_of(agent, counted=True)
         found = agent.neighbours if self._channel == TEAMMATES else agent.sensed(self._channel)
         return [one for one in found if not others or one is others[0]]
 
@@ -389,15 +385,11 @@ class Until:
         for agent in given:
             self._check_agent(shown, agent, may_have_left=name == "contact_ended")
         self._engine.prepare()
-        channels = robot.group.channels
-        if channel not in channels:
-            have = ", ".join(map(repr, channels)) or "none"
-            raise ValueError(f"{shown}: {robot.group.name} have no such channel, but {have}; declare it with senses()")
+        channels, seen = robot.group.channels, channel_of(robot.group, channel, shown).observed
         if other is None:
             return given
         if other is robot:
             raise ValueError(f"{shown}: no robot senses itself; give another agent, or none for any")
-        seen = channels[channel].observed
         if not any(group is other.group for group in seen):
             names = ", ".join(group.name for group in seen) or "no group"
             fitting = [name for name, one in channels.items() if any(group is other.group for group in one.observed)]

@@ -7,124 +7,11 @@ from __future__ import annotations
 
 import inspect
 import math
-import random
-from collections.abc import Callable, Iterator, MutableSet, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 import mesa
 import numpy as np
-
-# mesa has no type information for mypy, which would let every attribute of a subclass pass, and so hide typos. It reads
-# stand-ins instead, with the public members; `Any` stands for mesa's own classes and for models of the user's. Other
-# checkers read mesa's source: pyright takes the last name. True for mypy, and for nobody else.
-MYPY = False
-if MYPY:
-
-    class AgentSet(MutableSet[Any], Sequence[Any]):
-        """The public members of `mesa.agent.AgentSet`."""
-
-        random: random.Random
-
-        def __contains__(self, agent: object) -> bool:
-            raise NotImplementedError
-
-        def __iter__(self) -> Iterator[Any]:
-            raise NotImplementedError
-
-        def __len__(self) -> int:
-            raise NotImplementedError
-
-        def __getitem__(self, item: Any) -> Any:
-            raise NotImplementedError
-
-        def add(self, agent: Any) -> None: ...
-        def discard(self, agent: Any) -> None: ...
-        def select(
-            self, filter_func: Any = None, at_most: float = ..., inplace: bool = False, agent_type: type | None = None
-        ) -> AgentSet:
-            raise NotImplementedError
-
-        def shuffle(self, inplace: bool = False) -> AgentSet:
-            raise NotImplementedError
-
-        def sort(self, key: Any, ascending: bool = False, inplace: bool = False) -> AgentSet:
-            raise NotImplementedError
-
-        def do(self, method: str | Callable[..., Any], *args: Any, **kwargs: Any) -> AgentSet:
-            raise NotImplementedError
-
-        def shuffle_do(self, method: str | Callable[..., Any], *args: Any, **kwargs: Any) -> AgentSet:
-            raise NotImplementedError
-
-        def map(self, method: str | Callable[..., Any], *args: Any, **kwargs: Any) -> list[Any]:
-            raise NotImplementedError
-
-        def agg(self, attribute: str, func: Any) -> Any:
-            raise NotImplementedError
-
-        def get(self, attr_names: Any, handle_missing: str = "error", default_value: Any = None) -> list[Any]:
-            raise NotImplementedError
-
-        def set(self, attr_name: str, value: Any) -> AgentSet:
-            raise NotImplementedError
-
-        def groupby(self, by: Any, result_type: str = "agentset") -> Any:
-            raise NotImplementedError
-
-        def to_list(self) -> list[Any]:
-            raise NotImplementedError
-
-    class Agent:
-        """The public members of `mesa.Agent`."""
-
-        model: Any
-        unique_id: int
-
-        def __init__(self, model: Any) -> None: ...
-        def remove(self) -> None: ...
-        def step(self) -> None: ...
-        def advance(self) -> None: ...
-        @property
-        def random(self) -> random.Random:
-            raise NotImplementedError
-
-        @property
-        def rng(self) -> np.random.Generator:
-            raise NotImplementedError
-
-    class Model:
-        """The public members of `mesa.Model`."""
-
-        running: bool
-        steps: int
-        # mesa 3.5 only.
-        time: float
-        random: random.Random
-
-        def __init__(self, *, rng: Any = None, seed: Any = None) -> None: ...
-        @property
-        def agents(self) -> AgentSet:
-            raise NotImplementedError
-
-        @property
-        def agent_types(self) -> list[type]:
-            raise NotImplementedError
-
-        @property
-        def agents_by_type(self) -> dict[type, Any]:
-            raise NotImplementedError
-
-        def register_agent(self, agent: Agent) -> None: ...
-        def deregister_agent(self, agent: Agent) -> None: ...
-        def run_model(self) -> None: ...
-        def step(self) -> None: ...
-        def reset_randomizer(self, seed: int | None = None) -> None: ...
-        def reset_rng(self, rng: Any = None) -> None: ...
-        def remove_all_agents(self) -> None: ...
-else:
-    from mesa import Agent as Agent
-    from mesa import Model as Model
 
 # The priority of mesa 3.5's own event for a step: it precedes events of the same time and default priority.
 _HIGH = 1
@@ -252,16 +139,6 @@ def has_events(model: mesa.Model) -> bool:
     """Whether the user has scheduled events with mesa. Then steps are made one by one."""
     events: Any = vars(model).get("_event_list")
     return bool(events is not None and len(events))
-
-
-def next_identity(model: mesa.Model) -> int:
-    """Return the `unique_id` of the next agent."""
-    return int(model.agent_id_counter)
-
-
-def set_next_identity(model: mesa.Model, identity: int) -> None:
-    """Set the `unique_id` of the next agent."""
-    model.agent_id_counter = identity
 
 
 def number(model: mesa.Model, agent: mesa.Agent) -> None:

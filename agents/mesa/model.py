@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import mesa
 
-from teamsight.agents.building import check_keywords
 from teamsight.agents.events.sources import EventSource
+from teamsight.agents.host import check_keywords
 from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.mesa.collector import collecting_once
+from teamsight.agents.mesa.bases import Agent, Model
+from teamsight.agents.recording.recording import collecting_once
+from teamsight.agents.world_data import EVENT
 from teamsight.core import checks
 from teamsight.world.clock import Planned, check_does_not_yield
 
@@ -87,6 +89,7 @@ class Recurring(EventSource):
     needs_group: ClassVar[bool] = False
     # The user's function may never return.
     defers_interrupts: ClassVar[bool] = False
+    changing = ("_count", "_is_active", "_is_paused")
 
     def __init__(self, function: Callable[[], Any], schedule: float | Schedule, priority: float) -> None:
         self.function, self.schedule, self.priority = function, schedule, priority
@@ -145,13 +148,9 @@ class Recurring(EventSource):
         """The time of the next call [ticks]; None if none is planned."""
         return None if self._next is None else self._next.time
 
-    def save(self) -> tuple[int, bool, bool]:
-        """Return the number of calls, and whether it is active and paused."""
-        return self._count, self._is_active, self._is_paused
-
-    def load(self, data: tuple[int, bool, bool]) -> None:
+    def load(self, data: Any) -> None:
         """Go back to what `save` returned."""
-        self._count, self._is_active, self._is_paused = data
+        super().load(data)
         self._next = next(iter(self.pending("happen")), None)
 
     def __repr__(self) -> str:
@@ -181,7 +180,7 @@ class Recurring(EventSource):
         self._next = None
 
 
-class MesaModel(mesa_compat.Model):
+class MesaModel(Model):
     """mesa's names for a world; `World` derives from it, and has all others.
 
     Parameters
@@ -218,7 +217,7 @@ class MesaModel(mesa_compat.Model):
         super().__init_subclass__(**named)
         cls.__signature__ = mesa_compat.signature_for_batches(cls)  # type: ignore[attr-defined]
 
-    def register_agent(self, agent: mesa_compat.Agent) -> None:
+    def register_agent(self, agent: Agent) -> None:
         """Take an agent into the model and give it its `unique_id`; mesa calls this when an agent is made."""
         mesa_compat.number(self, agent)
         super().register_agent(agent)
@@ -331,4 +330,4 @@ class MesaModel(mesa_compat.Model):
     def _mesa_time(self) -> float:
         """The time from which mesa counts: that of the present event, or the number of counted steps."""
         timeline = self._data.timeline
-        return float(self.clock.now if timeline.is_in_event else self.steps)
+        return float(self.clock.now if timeline.inside == EVENT else self.steps)

@@ -109,10 +109,6 @@ class WorldSpace(_NewSpace, _OldSpace):
         positions.flags.writeable = False
         return positions
 
-    @property
-    def _are_active(self) -> npt.NDArray[np.bool_]:
-        return np.concatenate([np.empty(0, bool), *(group.bodies.active for group in self._data.groups)])
-
     # mesa's drawing functions and agents read these three.
     @property
     def _agent_positions(self) -> Floats:
@@ -168,32 +164,41 @@ class WorldSpace(_NewSpace, _OldSpace):
 
     def get_agents_in_radius(self, point: Points, radius: float = 1) -> Found:
         """Return the agents within a radius of a point, in the order of groups, and their distances [length]."""
-        limit = checks.number("radius", radius, least=0.0)
-        distances, agents = self.calculate_distances(point)
-        is_near = (distances <= limit) & self._are_active
-        return list(compress(agents, is_near)), distances[is_near]
+        return self._in_radius(point, radius, None)
 
     def get_k_nearest_agents(self, point: Points, k: int = 1) -> Found:
         """Return the `k` agents that are nearest to a point, or all if there are fewer, and their distances [length].
 
         The nearest is the first; of two at the same distance, the one that precedes in the order of groups.
         """
-        distances, agents = _those(self._are_active, *self.calculate_distances(point))
-        nearest = np.argsort(distances, kind="stable")[: checks.count("k", k, least=0)]
-        return [agents[row] for row in nearest], distances[nearest]
+        return self._nearest(point, k, None)
 
     def get_neighbors_in_radius(self, agent: Body, radius: float = 1) -> Found:
         """Return the other agents within a radius of an agent, and their distances [length]."""
-        return _without(agent, *self.get_agents_in_radius(self._checked(agent).position, radius))
+        return self._in_radius(self._checked(agent).position, radius, agent)
 
     def get_nearest_neighbors(self, agent: Body, k: int = 1) -> Found:
         """Return the `k` other agents that are nearest to an agent, or all if there are fewer, and their distances."""
+        return self._nearest(self._checked(agent).position, k, agent)
+
+    def _others(self, point: Points, agent: Body | None) -> tuple[Floats, list[Body]]:
+        """Return the distances and the active agents, without one."""
+        distances, agents = self.calculate_distances(point)
+        is_active = np.concatenate([np.empty(0, bool), *(group.bodies.active for group in self._data.groups)])
+        is_other = is_active & np.array([other is not agent for other in agents], bool)
+        return distances[is_other], list(compress(agents, is_other))
+
+    def _in_radius(self, point: Points, radius: float, agent: Body | None) -> Found:
+        limit = checks.number("radius", radius, least=0.0)
+        distances, agents = self._others(point, agent)
+        is_near = distances <= limit
+        return list(compress(agents, is_near)), distances[is_near]
+
+    def _nearest(self, point: Points, k: int, agent: Body | None) -> Found:
         most = checks.count("k", k, least=0)
-        # Others at the same place may precede the agent itself.
-        distances, agents = _those(self._are_active, *self.calculate_distances(self._checked(agent).position))
-        others, far = _without(agent, agents, distances)
-        nearest = np.argsort(far, kind="stable")[:most]
-        return [others[row] for row in nearest], far[nearest]
+        distances, agents = self._others(point, agent)
+        nearest = np.argsort(distances, kind="stable")[:most]
+        return [agents[row] for row in nearest], distances[nearest]
 
     def in_bounds(self, point: Points) -> bool:
         """Whether a point is inside the arena; the wall itself is inside."""
@@ -266,14 +271,3 @@ def _point(name: str, value: Points) -> Floats:
     if point.shape != (2,) or not np.isfinite(point).all():
         raise ValueError(f"{name}={checks.shown(value)}: must be two finite numbers, such as (0.5, 1.0)")
     return point
-
-
-def _those(mask: npt.NDArray[np.bool_], distances: Floats, agents: list[Body]) -> tuple[Floats, list[Body]]:
-    """Return the distances and agents of a mask."""
-    return distances[mask], list(compress(agents, mask))
-
-
-def _without(agent: Body, agents: list[Body], distances: Floats) -> Found:
-    """Return agents and distances, without one agent."""
-    is_other = np.array([other is not agent for other in agents], bool)
-    return list(compress(agents, is_other)), distances[is_other]

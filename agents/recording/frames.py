@@ -16,8 +16,8 @@ from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.drawing import COLOURS, obstacles, walls
 from teamsight.agents.engine.engine import Engine
+from teamsight.agents.engine.records import Bound, Watcher
 from teamsight.agents.engine.relation import Relation
-from teamsight.agents.engine.watching import Bound, Watcher
 from teamsight.agents.group import Group
 from teamsight.agents.recording.history import divided
 from teamsight.agents.sensing.sensor import Sensor
@@ -43,8 +43,7 @@ from teamsight.view.scene import (
     SceneGroup,
     Slot,
 )
-from teamsight.world.arena import Arena
-from teamsight.world.contract import shortest
+from teamsight.world.arena import Arena, shortest
 from teamsight.world.limits import farthest_of
 
 Bytes = npt.NDArray[np.uint8]

@@ -246,18 +246,9 @@ class History:
         return self._earlier
 
     @property
-    def _sums(self) -> Sums:
+    def sums(self) -> Sums:
+        """The sums of all stretches."""
         return self.earlier.plus(self._stretches[-1].sums()) if self._stretches else self.earlier
-
-    @property
-    def observed_fraction(self) -> float:
-        """The mean share of targets that are observed, over the rows with targets; NaN before the first."""
-        return self._sums.observed.mean_share
-
-    @property
-    def max_neighbours(self) -> int:
-        """The largest degree in any row; 0 before the first."""
-        return self._sums.largest
 
     def largest_by_group(self, first: int = 0) -> dict[tuple[str, str], int]:
         """Return the largest degree in each group that has been on a team, in the rows from `first` on."""
@@ -268,16 +259,15 @@ class History:
             first = max(first - stretch.rows, 0)
         return largest
 
-    @property
-    def mean_neighbours(self) -> float:
-        """The mean degree over the robots and steps of the rows with robots; NaN before the first."""
-        return self._sums.edges.mean_share
-
     def frame(self, scores: tuple[str, ...] = ()) -> pd.DataFrame:
         """Return the rows as a table, indexed by step from 1; `scores` are there even if no step has any yet."""
         parts = [stretch.columns() for stretch in self._stretches] or [Stretch([]).columns()]
         names = dict.fromkeys([*(name for part in parts for name in part), *scores])
-        table = pd.DataFrame({name: np.concatenate([_column_of(part, name) for part in parts]) for name in names})
+        table = pd.DataFrame({
+            # NaN for a score that was not yet kept.
+            name: np.concatenate([part.get(name, np.full(len(part["observed"]), np.nan)) for part in parts])
+            for name in names
+        })
         table.index = pd.RangeIndex(1, len(table) + 1, name="step")
         return table
 
@@ -288,11 +278,6 @@ def _sum_of(rows: Integers, relations: list[int], column: int) -> Integers:
         # No copy: most worlds have one such relation, and thousands of short runs begin with it.
         return rows[:, relations[0], column]
     return np.asarray(rows[:, relations, column].sum(axis=1))
-
-
-def _column_of(part: dict[str, npt.NDArray[Any]], name: str) -> npt.NDArray[Any]:
-    """Return a column of a stretch; NaN for a score that was not yet kept."""
-    return part[name] if name in part else np.full(len(part["observed"]), np.nan)
 
 
 def divided(numbers: Integers, sizes: int | Integers) -> npt.NDArray[np.float64]:

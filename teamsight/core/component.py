@@ -309,9 +309,28 @@ class Component:
     """
 
     def __post_init__(self) -> None:
-        for name, one in declared(type(self)).items():
-            if one.is_checked:
-                object.__setattr__(self, name, one.checked(getattr(self, name)))
+        values = vars(self)
+        kind: Any = type(self)
+        for name, check, default, kept in _checks_of(kind):
+            value = values[name]
+            found = kept if value is default else check(value)
+            if found is not value:
+                object.__setattr__(self, name, found)
+
+
+@cache
+def _checks_of(component: Any) -> list[tuple[str, Callable[[Any], Any], Any, Any]]:
+    """Return the name of each field that is checked, its check, its default, and the form in which that is kept."""
+    found: list[tuple[str, Callable[[Any], Any], Any, Any]] = []
+    for name, one in declared(component).items():
+        if one.is_checked:
+            # A default is checked once, unless what is kept of it may change.
+            default: Any = one.default
+            kept = None if default is MISSING or isinstance(default, (dict, list)) else one.checked(default)
+            if not (kept is default or isinstance(kept, (bool, int, float, str))):
+                default = MISSING
+            found.append((name, one.checked, default, kept))
+    return found
 
 
 class _Namespace(dict[str, Any]):
@@ -504,14 +523,18 @@ def built_from(component: Callable[P, S]) -> Callable[[Callable[[W, S], None]], 
         own: Any = component
         signature = inspect.signature(component)
         names = tuple(signature.parameters)
+        places = [one.name for one in signature.parameters.values() if one.kind is one.POSITIONAL_OR_KEYWORD]
 
         def begun(self: W, /, *args: P.args, **kwargs: P.kwargs) -> None:
-            try:
-                values = signature.bind(*args, **kwargs).arguments
-            except TypeError as error:
-                wrong = [name for name in kwargs if name not in names]
-                hint = checks.suggestion(wrong[0], names) if wrong else ""
-                raise TypeError(f"{type(self).__name__}: {error}{f'; {hint}' if hint else ''}") from None
+            values = dict(zip(places, args, strict=False))
+            if len(args) > len(places) or not (kwargs.keys() <= known.keys() and values.keys().isdisjoint(kwargs)):
+                try:
+                    signature.bind(*args, **kwargs)
+                except TypeError as error:
+                    wrong = [name for name in kwargs if name not in names]
+                    hint = checks.suggestion(wrong[0], names) if wrong else ""
+                    raise TypeError(f"{type(self).__name__}: {error}{f'; {hint}' if hint else ''}") from None
+            values.update(kwargs)
             begin(self, own.of(values))
 
         first = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)

@@ -32,6 +32,7 @@ MOVED: dict[str, str] = {
     "teamsight.agents.awareness.shared:SharedAwareness": "teamsight.agents.awareness.degrees:SharedAwareness",
     "teamsight.agents.awareness.none:NoAwareness": "teamsight.agents.awareness.degrees:NoAwareness",
     "teamsight.agents.awareness.ring:RingAwareness": "teamsight.agents.awareness.degrees:RingAwareness",
+    "teamsight.world.contract:Obstructed": "teamsight.world.arena:Obstructed",
     "teamsight.world.polygon:Polygon": "teamsight.world.shapes:Polygon",
     "teamsight.world.circle:Circle": "teamsight.world.shapes:Circle",
     "teamsight.policies.lazy.pessimistic_lazy_q:PessimisticLazyQ": "teamsight.policies.lazy.lazy_q:PessimisticLazyQ",

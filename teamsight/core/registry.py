@@ -31,20 +31,23 @@ class Registry(Mapping[str, T]):
 
     def __init__(self, homes: Mapping[str, str], group: str | None = None, by_reference: str = "") -> None:
         self._homes = homes
+        self._loaded: dict[str, T] = {}
         self._group = group
         self._by_reference = by_reference
 
     def __getitem__(self, name: str) -> T:
-        found: T
+        if name in self._homes:
+            home = self._homes[name]
+            if home not in self._loaded:
+                self._loaded[home] = resolve_name(home)
+            return self._loaded[home]
         if self._is_reference(name):
-            found = cast(T, references.load(name, self._by_reference, place="run this in the folder of its file"))
-        elif name in self._homes or not self._is_plug_in(name):
-            found = resolve_name(self._homes[name])
-        else:
-            from teamsight.core import plugins
+            return cast(T, references.load(name, self._by_reference, place="run this in the folder of its file"))
+        if not self._is_plug_in(name):
+            raise KeyError(name)
+        from teamsight.core import plugins
 
-            found = cast(T, plugins.find(str(self._group), name))  # users of the registry check what it is
-        return found
+        return cast(T, plugins.find(str(self._group), name))  # users of the registry check what it is
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._homes)

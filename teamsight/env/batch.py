@@ -15,7 +15,7 @@ from teamsight.agents.engine.loop import RUN
 from teamsight.agents.engine.relation import counted_groups
 from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.mesa.collector import HistoryCollector, Rows
+from teamsight.agents.recording.recording import HistoryCollector, Rows
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.world import World
 from teamsight.core import checks

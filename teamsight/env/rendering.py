@@ -13,7 +13,7 @@ import numpy.typing as npt
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.drawing import obstacles, walls
 from teamsight.agents.group import Group
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena
 
 if TYPE_CHECKING:
     from teamsight.env.batch import Place

@@ -11,7 +11,6 @@ from dataclasses import MISSING, dataclass, field, replace
 from typing import Any
 
 from teamsight.agents.awareness.registry import AWARENESS
-from teamsight.agents.cmommt import LiveSetting
 from teamsight.agents.decisions import Cycle
 from teamsight.core import checks
 from teamsight.core.component import Component, Declared, Panel, declared
@@ -222,7 +221,5 @@ def _is_live(model: Any, one: Declared) -> bool:
     """Whether a new value acts on a running world: as declared, unless a subclass has replaced the attribute."""
     if not isinstance(model, type):
         return False
-    if isinstance(inspect.getattr_static(model, one.name, None), LiveSetting):
-        return True
     home = next((kind for kind in model.__mro__ if one.name in vars(kind)), None)
     return bool(one.allowed.live) and home is not None and home.__module__.startswith("teamsight.")

@@ -13,7 +13,7 @@ from typing import Any
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.engine.engine import kernels_needed
-from teamsight.agents.engine.watching import Bound
+from teamsight.agents.engine.records import Bound
 from teamsight.agents.events.contact_log import CONTACT, ContactLog
 from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
 from teamsight.agents.world import World

@@ -22,8 +22,7 @@ from teamsight.core.kernel import inlined, kernel
 from teamsight.policies.basis import BasisBehaviours, share_correct
 from teamsight.tasks.square import check_square
 from teamsight.tasks.task import Objective, Task
-from teamsight.world.arena import Box
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena, Box
 from teamsight.world.interaction import Interaction, InteractionState
 
 _SIDE, _HOME_RADIUS, _REACH, _PERIOD, _NIGHT, _RENEWED = range(6)

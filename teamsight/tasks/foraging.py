@@ -19,8 +19,7 @@ from teamsight.core.component import Allowed, NonNegative, Positive
 from teamsight.core.kernel import inlined, kernel
 from teamsight.policies.schemas import COMMUNICATION, ForageSchemas, GrazeSchemas, Schemas
 from teamsight.tasks.task import Objective, Task
-from teamsight.world.arena import Box
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena, Box
 from teamsight.world.interaction import Interaction, InteractionState
 from teamsight.world.shapes import Circle
 

@@ -23,8 +23,7 @@ from teamsight.policies import SurroundPrey
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.policies.online.prey_q import PreyQ
 from teamsight.tasks.task import Objective, Task
-from teamsight.world.arena import Box, Torus
-from teamsight.world.contract import Arena
+from teamsight.world.arena import Arena, Box, Torus
 from teamsight.world.interaction import Interaction, InteractionState
 
 

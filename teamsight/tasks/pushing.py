@@ -22,8 +22,8 @@ from teamsight.policies.braitenberg.vehicle import FixedPriority
 from teamsight.policies.registry import POLICIES
 from teamsight.tasks.square import check_square
 from teamsight.tasks.task import Objective, Task
+from teamsight.world.arena import Arena
 from teamsight.world.arena import Box as Walls
-from teamsight.world.contract import Arena
 from teamsight.world.interaction import Interaction
 from teamsight.world.limits import Length
 

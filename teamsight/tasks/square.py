@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from teamsight.world.contract import Arena, Obstructed
+from teamsight.world.arena import Arena, Obstructed
 
 # Sides that differ by this share are equal, but for rounding.
 _ROUNDING = 1e-9

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Disc, Robot, World
-from teamsight.agents.columns import Column
+from teamsight.agents.attributes import Column
 
 
 def five() -> tuple[CMOMMT, Column]:

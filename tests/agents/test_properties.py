@@ -14,7 +14,7 @@ from teamsight.agents.engine.binding import Sizes
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.core.kernel import Entry, Record
 from teamsight.core.table import Field
-from teamsight.world.bodies import BODIES
+from teamsight.world.motion import BODIES
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Robot, World
-from teamsight.agents.policy_state import columns_of_state
+from teamsight.agents.resolve import columns_of_state
 
 PARTS: list[dict[str, Any]] = [
     {}, {"awareness": "shared", "target_policy": "evasive"}, {"policy": "centroid", "policy_options": {"idle": "wander"}},

@@ -36,7 +36,7 @@ def shares_by_hand(world: Any) -> tuple[float, float]:
     counted = [relation for group in world.groups for relation in group.relations.values() if relation.counts]
     targets = {agent for relation in counted for other in relation.observed for agent in other if agent.active}
     sensed = {
-        one for relation in counted for row in range(len(relation.observers)) for one in relation.agents_sensed(row)
+        one for relation in counted for row in range(len(relation.observers)) for one in relation.agents(*relation.true_lists, row)
     }  # fmt: skip
     robots = [agent for group in world.groups if group.team is not None for agent in group if agent.active]
     degrees = sum(len(agent.neighbours) for agent in robots)

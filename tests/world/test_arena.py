@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from naive import paper as naive
 
 from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.bodies import bodies_at
-from teamsight.world.motion import advance_entry, pack_move, turn_limit
+from teamsight.world.motion import advance_entry, bodies_at, pack_move, turn_limit
 
 ARENAS = [Disc(5.0), Disc(0.3), Box(4.0, 9.0), Torus(3.0, 7.0)]
 

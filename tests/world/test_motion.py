@@ -13,8 +13,7 @@ from naive import paper as naive
 from teamsight.core.kernel import plain
 from teamsight.core.table import Table
 from teamsight.world.arena import Box
-from teamsight.world.bodies import bodies_at
-from teamsight.world.motion import advance_entry, is_action, pack_move, turn_limit
+from teamsight.world.motion import advance_entry, bodies_at, is_action, pack_move, turn_limit
 
 angles = st.floats(-math.pi, math.pi)
 

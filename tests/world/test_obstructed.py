@@ -17,7 +17,7 @@ from scipy import stats
 
 from teamsight import Box, Circle, Disc, Obstructed, Polygon, Torus
 from teamsight.world import Arena, Walls
-from teamsight.world.free_places import _DRAW_AGAIN, ATTEMPT, Attempt, is_free
+from teamsight.world.arena import _DRAW_AGAIN, ATTEMPT, Attempt, is_free
 from teamsight.world.motion import is_watched
 from teamsight.world.walls import clearance
 

@@ -9,8 +9,7 @@ from chance import generator
 from scipy import stats
 
 from teamsight.world import placement
-from teamsight.world.arena import Arena, Box, Disc, Torus
-from teamsight.world.free_places import is_free
+from teamsight.world.arena import Arena, Box, Disc, Torus, is_free
 from teamsight.world.search import proximity_graph
 from teamsight.world.shapes import Circle, Polygon
 

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from naive import geometry as naive
 
 from teamsight.world import Arena, Box, Circle, Disc, Polygon, Torus
-from teamsight.world.bodies import bodies_at
-from teamsight.world.motion import advance_entry, pack_move, turn_limit
+from teamsight.world.motion import advance_entry, bodies_at, pack_move, turn_limit
 from teamsight.world.walls import clearance
 
 ELL = [(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)]

@@ -244,7 +244,7 @@ def test_wrong_values_are_refused() -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"spede": 3}, r"spede=3: unknown; .*; Arrivals itself takes sensing_range"),
+        ({"spede": 3}, r"spede=3: unknown; .*; Arrivals itself takes placement"),
         ({"position": (99, 0)}, r"position"),
         ({"speed": -1}, r"speed=-1"),
         ({"fuel": "much"}, r"fuel='much': the column has the type float64"),

@@ -99,7 +99,8 @@ def test_a_robot_that_has_failed_with_an_empty_battery_needs_both() -> None:
     robots[0].battery = 0.0
     world.run(15)
     assert robots.active.tolist() == [robot.row != 0 for robot in robots]
-    world.sources[0].set_charge(0, 0.5)  # type: ignore[attr-defined]
+    robots[0].battery = 0.5
+    world.sources[0].release(0)  # type: ignore[attr-defined]
     assert robots.active.all()
 
 

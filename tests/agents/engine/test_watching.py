@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from teamsight import CMOMMT, Box, Robot, World
-from teamsight.agents.engine.watching import Bound, Watcher
+from teamsight.agents.engine.records import Bound, Watcher
 from teamsight.core.kernel import Entry, Packed, Record
 from teamsight.world.motion import Move, move_at
 

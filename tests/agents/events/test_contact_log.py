@@ -267,9 +267,9 @@ def test_contacts_and_observations_are_rows_of_the_event_log_in_order() -> None:
 @pytest.mark.short
 def test_wrong_arguments_are_named() -> None:
     model = CMOMMT(rng=1)
-    with pytest.raises(ValueError, match="channel='beacons': robots have no such channel, but 'teammates', 'targets'"):
+    with pytest.raises(ValueError, match="channel='beacons': the group 'robots' has no such channel, but 'teammates', 'targets'"):
         model.log_contacts(model.robots, "beacons")
-    with pytest.raises(ValueError, match="must be a group of this world"):
+    with pytest.raises(ValueError, match="must be a group that was added to this world"):
         model.log_contacts(CMOMMT(rng=1).robots)
     with pytest.raises(AttributeError, match="contacts=3: cannot be set"):
         model.contacts = 3  # type: ignore[misc, assignment]

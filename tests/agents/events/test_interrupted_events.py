@@ -14,7 +14,7 @@ from teamsight import CMOMMT, Arrivals, Batteries, ChargingPlaces, EventSource, 
 
 STEPS = 60
 #: The files in whose lines Ctrl-C comes.
-PLACES = ("/components/", "/events/source", "/world/clock.py", "/world/clock.py", "/engine/watching.py")
+PLACES = ("/components/", "/events/source", "/world/clock.py", "/engine/records.py")
 
 
 @pytest.fixture(autouse=True)

@@ -408,13 +408,13 @@ def test_wrong_arguments_are_named() -> None:
         until.contact(other.groups[0][0])
     with pytest.raises(ValueError, match="no group senses robots in a channel that counts.*world.senses"):
         until.observed(robots[0])
-    with pytest.raises(ValueError, match="robots have no such channel, but 'teammates', 'targets'"):
+    with pytest.raises(ValueError, match="the group 'robots' has no such channel, but 'teammates', 'targets'"):
         until.contact(robots[0], channel="beacons")
     with pytest.raises(ValueError, match="robots sense targets in this channel"):
         until.contact(robots[0], robots[1], "targets")
     with pytest.raises(ValueError, match="robots sense robots in this channel, not targets; give channel='targets'"):
         until.contact(robots[0], targets[0])
-    with pytest.raises(ValueError, match=r"targets have no such channel, but none"):
+    with pytest.raises(ValueError, match=r"the group 'targets' has no such channel, but none"):
         until.contact(targets[0], robots[0])
     with pytest.raises(TypeError, match=r"returned <generator object .*, which counts as true at once"):
         until(waiting)

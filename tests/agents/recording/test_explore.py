@@ -75,7 +75,7 @@ def test_what_cannot_be_explored_is_refused() -> None:
     world = CMOMMT(rng=1)
     with pytest.raises(ValueError, match="steps=0: must be at least 1"):
         explore(world, 0)
-    with pytest.raises(ValueError, match="must have been added to this world"):
+    with pytest.raises(ValueError, match="must be a group that was added to this world"):
         explore(world, 5, CMOMMT(rng=1).robots)
     empty = World(Disc(2.0), rng=1)
     with pytest.raises(ValueError, match="no robot is on a team"):

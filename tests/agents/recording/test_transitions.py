@@ -213,7 +213,7 @@ def test_what_was_not_recorded_is_asked_for_in_vain() -> None:
     world, other = paper(), paper()
     with pytest.raises(ValueError, match=r"none were recorded; call record_transitions"):
         world.recording.transitions(world.robots)
-    with pytest.raises(ValueError, match="must have been added to this world"):
+    with pytest.raises(ValueError, match="must be a group that was added to this world"):
         world.recording.record_transitions(other.robots)
     world.recording.record_transitions(world.robots)
     assert world.recording.transitions(world.robots).situation.shape == (0, 32)

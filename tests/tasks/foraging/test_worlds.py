@@ -25,7 +25,7 @@ from teamsight.tasks.foraging import (
     completion,
     scattered,
 )
-from teamsight.world.checked_interaction import check_interaction
+from teamsight.world.check import check_interaction
 from tests.interactions import fingerprint
 
 NAMES = ("forage", "consume", "graze")

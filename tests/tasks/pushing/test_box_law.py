@@ -13,7 +13,7 @@ from teamsight import Box, Robot, World, check_interaction
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks.pushing import Box as Load
 from teamsight.tasks.pushing import BoxPushing, Pushing
-from teamsight.world.checked_interaction import call_of
+from teamsight.world.check import call_of
 from teamsight.world.interaction import Interacting, InteractionState, bodies_type, interacting_record
 from tests.interactions import fingerprint
 from tests.naive.pushing import pushed
