@@ -122,7 +122,6 @@ compared with a team with N − 1.
 
 _Share = Annotated[float, Allowed(above=0.0, most=1.0)]
 _Size = Annotated[int, Allowed(least=2)]
-_Task = Annotated[Task | str, Allowed(choices=TASKS)] if TYPE_CHECKING else Annotated[Any, Allowed(choices=TASKS)]
 
 
 def _values(texts: Iterable[str]) -> dict[str, Any]:
@@ -172,7 +171,7 @@ class GatheringPlan(Plan):
         If a value is of the wrong type or outside its limits, or a task has no team with skill.
     """
 
-    task: Annotated[Sequence[_Task], Allowed()] = ("cmommt",)
+    task: Annotated[Sequence[Annotated[Task | str, Allowed(choices=TASKS)]], Allowed()] = ("cmommt",)
     sizes: Annotated[Sequence[_Size], Allowed(most=20)] = (4, 8, 16, 30)
     runs: Annotated[limits.Runs, Allowed(least=2, cure=("an interval needs two runs", "give fewer"))] = 200
     steps: Annotated[limits.Steps | None, Allowed(shown="that of each task")] = None
@@ -577,7 +576,7 @@ def cell_of(plan: GatheringPlan, table: pd.DataFrame, task: Task, size: int) -> 
     runs = {name: chosen(table, treatment=name, delta=OWN) for name in ("explore", "skilled")}
     explore, skilled = (delta_interval(one["max_neighbours"].to_numpy(), size, plan.risk) for one in runs.values())
     curve = chosen(table, treatment="skilled").query(f"delta != {OWN}")
-    by_delta = {int(delta): values_of(rows) for delta, rows in curve.groupby("delta")}
+    by_delta = {int(delta): values_of(rows) for delta, rows in curve.groupby("delta")}  # type: ignore[arg-type]
     full = by_delta[size - 1]
     worse = {delta: sign * (full - values) for delta, values in by_delta.items() if delta < size - 1}
     level = 1 - (1 - CONFIDENCE) / max(len(worse), 1)

@@ -177,7 +177,7 @@ class Unreliability(Plan):
 
         task = task_of(self.task)
         usual = tuple(TEAMS) if task.name == CMOMMT else (SKILLED,)
-        found = {"task": task, "policies": self.policies or usual, "steps": self.steps or task.steps}
+        found: dict[str, Any] = {"task": task, "policies": self.policies or usual, "steps": self.steps or task.steps}
         for name, value in found.items():
             object.__setattr__(self, name, value)
         if wrong := [one for one in found["policies"] if one not in usual]:
