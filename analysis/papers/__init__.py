@@ -14,7 +14,7 @@ PAPERS: Registry[Paper[Any, Any]] = Registry(
     {
         name: f"teamsight.analysis.papers.{name}:PAPER"
         for name in (
-            "tan1993", "ono_fukumoto1996", "balch_arkin1994", "kube_zhang1992", "mataric", "unreliable",
+            "tan1993", "ono_fukumoto1996", "balch_arkin1994", "kube_zhang1992", "mataric", "gathering", "unreliable",
         )
     }
 )  # fmt: skip

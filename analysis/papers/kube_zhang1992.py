@@ -13,7 +13,7 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
@@ -326,7 +326,7 @@ def draw(table: pd.DataFrame, plan: Pushing) -> Canvas:
     subtitle = f"{plan.runs} runs of each team; 95 % confidence intervals; seed {plan.seed}"
     figure = titled(11.0, 4.4, _TITLE, subtitle)
     sizes = [size for size in plan.robots if size >= FEW]
-    panels = (
+    panels: tuple[tuple[str, tuple[str, ...], Callable[[pd.DataFrame], Any]], ...] = (
         ("steps until the box is moved", (FIXED, SLOW, NETWORK), lambda runs: runs["time"]),
         ("stagnation", (FIXED, SLOW), stagnation),
         ("largest number of neighbours", (EXPLORE, FIXED), lambda runs: runs["max_neighbours"]),

@@ -10,7 +10,7 @@ Examples:
   teamsight reproduce unreliable --out unreliable
   teamsight reproduce unreliable --runs 10 --policies a-cmommt
   teamsight reproduce unreliable --runs 400 --repair 20 --seed 7
-  teamsight reproduce unreliable --task graze --set robots=8 --out unreliable-graze
+  teamsight reproduce unreliable --task graze --set robots=8 --out graze
 """
 
 from __future__ import annotations

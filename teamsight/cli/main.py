@@ -13,7 +13,6 @@ from teamsight.cli import (
     delta,
     demo,
     evolve,
-    gathering,
     learn_curve,
     learn_diagnose,
     learn_evaluate,
@@ -117,9 +116,7 @@ _COMMANDS: dict[str, list[tuple[Any, type[Options]]]] = {
         (rerun.rerun, rerun.RerunSettings), (verify.verify, verify.VerifySettings),
         (submit.submit, submit.SubmitSettings), (schema.schema, schema.SchemaSettings),
     ],
-    "Reproduce": [
-        (gathering.gathering, gathering.GatheringSettings), (calibrate.calibrate, calibrate.CalibrateSettings),
-    ],
+    "Reproduce": [(calibrate.calibrate, calibrate.CalibrateSettings)],
 }  # fmt: skip
 _LEARN: list[tuple[Any, type[Options]]] = [
     (learn_explore.explore, learn_explore.ExploreSettings), (learn_evaluate.evaluate, learn_evaluate.EvaluateSettings),

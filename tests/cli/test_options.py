@@ -167,7 +167,7 @@ def test_settings_know_what_was_given() -> None:
     assert settings.values(("robots",)) == {"robots": 3}
 
 
-@pytest.mark.parametrize("command", ["", "run", "delta", "learn", "learn explore", "learn evaluate", "learn figure", "learn diagnose", "learn curve", "evolve train"])
+@pytest.mark.parametrize("command", ["", "run", "delta", "learn", "learn explore", "learn evaluate", "learn figure", "learn diagnose", "learn curve", "evolve train", "reproduce", "reproduce tan1993", "reproduce gathering"])
 def test_help_imports_nothing_slow(command: str) -> None:
     code = f"import sys, teamsight.cli as c\ntry: c.main({command.split()!r} + ['--help'])\nfinally: print(*sys.modules, file=sys.stderr)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)

@@ -13,9 +13,8 @@ import pytest
 from teamsight import TASKS, Study, open_study
 from teamsight.analysis.delta import choose_delta
 from teamsight.analysis.papers import PAPERS
+from teamsight.analysis.papers.gathering import GatheringPlan
 from teamsight.cli import main
-from teamsight.cli.gathering import GatheringSettings
-from teamsight.cli.gathering import plan_of as gathering_plan
 from teamsight.cli.learn_explore import ExploreSettings
 from teamsight.cli.options import InputError
 from teamsight.cli.reproduce import command_of, plan_in
@@ -97,31 +96,20 @@ def test_explore_of_a_task(capsys: pytest.CaptureFixture[str], tmp_path: Path) -
     assert (other[0], "give --append" in other[2]) == (2, True)
 
 
-def test_gathering_writes_its_results(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    arguments = ("--sizes", "3", "--runs", "6", "--steps", "10", "--set", "radius=2", "--out", str(tmp_path), "--workers", "1")
-    status, out, _ = call(capsys, "gathering", "--task", "cmommt", *arguments, "--format", "svg")
-    assert status == 0
-    assert "gathering index in" in out
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "gathering.md", "gathering.svg", "gathering.parquet", "gathering-index.parquet", "gathering-rounds.parquet",
-    }  # fmt: skip
-    assert "radius=2" in (tmp_path / "gathering.md").read_text(encoding="utf-8")
-    assert call(capsys, "gathering", "--seed", "3", *arguments)[0] == 2
+def gathering_plan(**texts: object) -> GatheringPlan:
+    plan: GatheringPlan = plan_in(command_of("gathering").settings.read({"out": "x", **texts}, {}), PAPERS["gathering"])
+    return plan
 
 
 def test_gathering_takes_values_for_one_task_and_for_each_size() -> None:
-    from teamsight.cli.gathering import GatheringSettings, plan_of
-
-    settings = GatheringSettings.read({"task": "cmommt,graze", "sizes": "4,8", "set": ("cmommt.radius=3,4.5", "graze.side=40")}, {})
-    assert plan_of(settings).scenario == {"cmommt.radius": (3, 4.5), "graze.side": 40}
+    plan = gathering_plan(task="cmommt,graze", sizes="4,8", set=("cmommt.radius=3,4.5", "graze.side=40"))
+    assert plan.set == {"cmommt.radius": [3, 4.5], "graze.side": 40}
 
 
 def test_values_for_each_size_follow_the_sizes_as_they_were_given() -> None:
-    from teamsight.cli.gathering import GatheringSettings, plan_of
-
-    plan = plan_of(GatheringSettings.read({"task": "graze", "sizes": "16,8,4", "set": ("side=80,60,40",)}, {}))
+    plan = gathering_plan(task="graze", sizes="16,8,4", set=("side=80,60,40",))
     assert plan.sizes == (4, 8, 16)
-    assert plan.scenario == {"side": (40, 60, 80)}
+    assert plan.set == {"side": [40, 60, 80]}
 
 
 WRONG = [
@@ -136,10 +124,10 @@ WRONG = [
     (("sweep", "s.toml", "--task", "cmommt", "--out", "x"), "STUDY: both are given"),
     (("sweep", "s.toml", "--replicates", "3", "--out", "x"), "--replicates: is for a task"),
     (("learn", "explore", "--out", "m", "--task", "cmommt", "--policy", "centroid"), "policy=centroid: is for CMOMMT"),
-    (("gathering", "--sizes", "1,4"), "sizes=1: must be at least 2"),
-    (("gathering", "--set", "graze.side=3"), "'graze.side' is of the task 'graze', which is not compared"),
+    (("reproduce", "gathering", "--sizes", "1,4"), "sizes=1: must be at least 2"),
+    (("reproduce", "gathering", "--set", "graze.side=3"), "'graze.side' is of the task 'graze', which is not compared"),
     (("run", "--task", "cmommt", "--set", "cmommt.radius=3"), "cmommt.radius: is no parameter of the task"),
-    (("gathering", "--set", "robots=3"), "robots is N, the size of the team; give it as sizes"),
+    (("reproduce", "gathering", "--set", "robots=3"), "robots is N, the size of the team; give it as sizes"),
 ]  # fmt: skip
 
 
@@ -211,7 +199,7 @@ def test_a_task_of_a_module_is_taken_by_reference(
 
 def test_analyses_take_a_task_of_a_module() -> None:
     wanted = importlib.import_module("toy_tasks").GATHER
-    assert gathering_plan(GatheringSettings.read({"task": OWN, "sizes": "3,5", "out": "x"}, {})).all_tasks == (wanted,)
+    assert gathering_plan(task=OWN, sizes="3,5").tasks == (wanted,)
     assert ExploreSettings.read({"task": OWN, "out": "x.safetensors", "steps": "2"}, {}).task_given() is wanted
     unreliable = PAPERS["unreliable"]
     assert plan_in(command_of("unreliable").settings.read({"task": OWN, "out": "x"}, {}), unreliable).task is wanted

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 
-from teamsight.analysis.papers import PAPERS, unreliable
+from teamsight.analysis.papers import PAPERS, gathering, unreliable
+from teamsight.analysis.stats.paired import Interval
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 #: By the name of the paper: the page, and the runs that it is made of.
@@ -47,3 +50,32 @@ def test_the_page_on_unreliable_teams_has_the_tables_of_its_points(sweep: str) -
     assert points.attrs["unreliable"] == plan.conditions()
     assert unreliable.sweep_table(points, sweep, plan) in text
     assert "teamsight reproduce unreliable" in text
+
+
+def _cell(row: Any) -> gathering.Cell:
+    """Return a cell from its row in the file, which has answers in place of the shortfalls."""
+    answers = {"yes": Interval(0.0, 0.0, 0.0), "undecided": Interval(0.0, -math.inf, math.inf)}
+    explore, skilled, saturation = (
+        gathering.DeltaInterval(*(int(row[f"{name}_{part}"]) for part in ("delta", "low", "high")))
+        for name in ("explore", "skilled", "saturation")
+    )
+    ratio, gain, skill = (Interval(row[name], row[f"{name}_low"], row[f"{name}_high"]) for name in ("ratio", "gain", "skill"))
+    shortfall = {skilled.delta: answers[row["enough_at_skilled"]], explore.delta: answers[row["enough_at_explore"]]}
+    given = {name: row[name] for name in ("objective", "tolerance", "censored", "too_few", "too_many", "crowded")}
+    return gathering.Cell(
+        row["task"], row["gathers"], row["size"], explore, skilled, ratio, saturation, shortfall, gain=gain, skill=skill,
+        explored=shortfall[explore.delta], **given,
+    )  # fmt: skip
+
+
+def test_the_page_on_the_gathering_index_has_the_tables_of_its_files() -> None:
+    folder = DOCS / "tasks"
+    text = (folder / "gathering.md").read_text(encoding="utf-8")
+    cells = [_cell(row) for _, row in pd.read_parquet(folder / "gathering-index.parquet").iterrows()]
+    assert gathering.index_table(cells) in text
+    assert gathering.summary_table(gathering.judge(cells)) in text
+    rounds = pd.read_parquet(folder / "gathering-rounds.parquet")
+    for (task, size), part in rounds.groupby(["task", "size"], sort=False):
+        line = next(line for line in text.splitlines() if line.startswith(f"| {task} | {size} |"))
+        assert line.endswith(f"| {part['runs'].iloc[1:].sum()} | {part['trainings'].sum()} | yes | 0 (0 to 0) |")
+    assert "teamsight reproduce gathering" in text

@@ -19,7 +19,7 @@ CHECK = runpy.run_path(str(ROOT / ".ci" / "check_site.py"))
 PUBLIC = (
     "teamsight", "teamsight.agents", "teamsight.agents.awareness", "teamsight.agents.components",
     "teamsight.agents.events", "teamsight.agents.sensing", "teamsight.analysis.contacts", "teamsight.analysis.delta",
-    "teamsight.analysis.gathering", "teamsight.env", "teamsight.live", "teamsight.policies", "teamsight.tasks",
+    "teamsight.analysis.papers.gathering", "teamsight.env", "teamsight.live", "teamsight.policies", "teamsight.tasks",
     "teamsight.view", "teamsight.world",
 )  # fmt: skip
 NEEDED = ("mkdocs", "material", "mkdocstrings")

@@ -24,6 +24,10 @@ SMALL: dict[str, tuple[dict[str, Any], set[str]]] = {
     "ono_fukumoto1996": ({"runs": 2, "share": 0.0005, "names": ("random, side 4", "modular, side 4")}, set()),
     "balch_arkin1994": ({"runs": 1, "steps": 20, "robots": (1, 3), "attractors": (1,)}, set()),
     "kube_zhang1992": ({"runs": 1, "steps": 60, "robots": (1, 2, 4), "seed": 7}, set()),
+    "gathering": (
+        {"task": ("cmommt",), "sizes": (3,), "runs": 6, "steps": 10, "set": {"radius": 2.0}},
+        {"gathering-index.parquet", "gathering-rounds.parquet"},
+    ),
     "unreliable": (
         {"runs": 2, "steps": 12, "repair": 5.0, "availabilities": (1.0, 0.5), "periods": (1, 4), "scenarios": ((4, 1.5),)},
         {"unreliable-points.parquet"},

@@ -15,16 +15,27 @@ from toy_tasks import GATHER, LEARN, SOON
 
 from teamsight import TASKS
 from teamsight.agents.awareness import NoAwareness
-from teamsight.analysis.gathering import Plan, gather, iterate_delta
-from teamsight.analysis.gathering.cells import Cell, DeltaInterval, delta_interval, ratio, saturation
-from teamsight.analysis.gathering.claims import UNRELIABLE, Verdict, by_chance, judge
-from teamsight.analysis.gathering.page import cautions, index_table
-from teamsight.analysis.gathering.plan import deltas
-from teamsight.analysis.gathering.results import make_results
+from teamsight.analysis.papers.gathering import (
+    PAPER,
+    UNRELIABLE,
+    Cell,
+    DeltaInterval,
+    GatheringPlan,
+    Verdict,
+    by_chance,
+    cautions,
+    delta_interval,
+    gather,
+    index_table,
+    iterate_delta,
+    judge,
+    ratio,
+    saturation,
+)
 from teamsight.analysis.stats.paired import Interval
 
 # 100 runs support a risk of 0.05 with the confidence of each bound, so no bound is N − 1 for want of runs.
-PLAN = Plan([GATHER, "cmommt"], (4, 8), 100, steps=60)
+PLAN = GatheringPlan([GATHER, "cmommt"], (4, 8), 100, steps=60)
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +106,7 @@ def test_robot_steps_are_counted_by_the_number_of_neighbours(found: Any) -> None
 def test_a_team_with_skill_that_is_no_better_is_said(found: Any) -> None:
     assert {cell.has_skill for cell in found.cells} == {"yes"}
     assert cautions(found.cells) == []
-    worse = gather(replace(PLAN, tasks=[replace(GATHER, objective=("closeness", "less"))], sizes=(4,)))
+    worse = gather(replace(PLAN, task=[replace(GATHER, objective=("closeness", "less"))], sizes=(4,)))
     (cell,) = worse.cells
     rows = worse.runs.query("delta == -1").pivot_table("value", "seed", "treatment")
     assert cell.skill.mean == pytest.approx((rows["explore"] - rows["skilled"]).mean())
@@ -105,27 +116,27 @@ def test_a_team_with_skill_that_is_no_better_is_said(found: Any) -> None:
     assert "| 4 | **no** |" in index_table([cell])
     # Its order is no verdict on the method.
     assert not {one.claim for one in worse.verdicts} & {"G1", "G2"}
-    noise = gather(Plan([replace(GATHER, skilled=GATHER.explore)], (4,), 90, steps=20))
+    noise = gather(GatheringPlan([replace(GATHER, skilled=GATHER.explore)], (4,), 90, steps=20))
     assert noise.cells[0].skill == EXACT
     assert noise.cells[0].has_skill == "no"
 
 
 def test_less_is_better_turns_gain_and_shortfall() -> None:
-    cell = gather(Plan([SOON], (4,), 90, steps=40)).cells[0]
+    cell = gather(GatheringPlan([SOON], (4,), 90, steps=40)).cells[0]
     assert cell.shortfall[0] == (0, 0, 0)
     assert 0 < cell.objective <= 40
     worse = replace(SOON, world=Slowed, name="slowed")
-    cell = gather(Plan([worse], (4,), 90, steps=60)).cells[0]
+    cell = gather(GatheringPlan([worse], (4,), 90, steps=60)).cells[0]
     assert cell.gain.low > 0
     assert cell.saturation == (1, 1, 1)
 
 
 def test_nothing_is_known_where_all_runs_are_censored() -> None:
-    cell = gather(Plan([SOON], (4,), 10, steps=2)).cells[0]
+    cell = gather(GatheringPlan([SOON], (4,), 10, steps=2)).cells[0]
     assert cell.censored == 1.0
     assert cell.is_enough(0) == "undecided"
     assert (cell.saturation.low, cell.saturation.high) == (0, 3)
-    assert {one.outcome for one in judge([cell]) if one.claim in ("G3", UNRELIABLE)} == {"undecided"}
+    assert {one.outcome for one in judge([cell]) if one.claim in ("G3", UNRELIABLE[0])} == {"undecided"}
 
 
 class Slowed(GATHER.world):  # type: ignore[misc, name-defined]
@@ -140,9 +151,9 @@ class Slowed(GATHER.world):  # type: ignore[misc, name-defined]
 def test_results_do_not_depend_on_workers_and_are_resumed(tmp_path: Path) -> None:
     from teamsight.analysis.runs.processes import WorkerPool
 
-    plan = Plan([LEARN], (3,), 6, steps=20)
+    plan = GatheringPlan([LEARN], (3,), 6, steps=20)
     with WorkerPool(2) as pool:
-        one, two = make_results(plan, tmp_path), gather(plan, pool)
+        one, two = PAPER.reproduce(plan, tmp_path), gather(plan, pool)
     pd.testing.assert_frame_equal(one.runs, two.runs)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "gathering-index.parquet", "gathering-rounds.parquet", "gathering.md", "gathering.parquet", "gathering.png",
@@ -152,7 +163,7 @@ def test_results_do_not_depend_on_workers_and_are_resumed(tmp_path: Path) -> Non
     assert pd.read_parquet(tmp_path / "gathering-index.parquet")["ratio"].tolist() == [one.cells[0].ratio.mean]
     json.dumps(plan.conditions())
     with pytest.raises(ValueError, match="gathering"):
-        make_results(replace(plan, seed=4), tmp_path)
+        PAPER.reproduce(replace(plan, seed=4), tmp_path)
 
 
 def test_several_trainings_are_the_units_of_the_intervals() -> None:
@@ -167,7 +178,7 @@ def test_several_trainings_are_the_units_of_the_intervals() -> None:
             self.groups[0].speed = speed
 
     task = replace(GATHER, skilled=train, world=Trained)
-    result = gather(Plan([task], (3,), 5, steps=20, trainings=3))
+    result = gather(GatheringPlan([task], (3,), 5, steps=20, trainings=3))
     assert result.runs.query("delta == 0")["training"].tolist() == [0, 0, 1, 1, 2]
     assert sorted(result.runs.query("delta == 0")["replicate"]) == [0, 1, 2, 3, 4]
     assert set(result.runs.query("treatment == 'explore'")["training"]) == {0}
@@ -219,7 +230,7 @@ def test_skill_that_needs_more_than_it_perceives_ends_the_rounds_too_early_and_i
 
 def test_a_team_of_the_same_policy_has_no_index_above_1() -> None:
     null = replace(GATHER, name="null", skilled=GATHER.explore)
-    found = gather(Plan([null], (4, 8), 100, steps=60))
+    found = gather(GatheringPlan([null], (4, 8), 100, steps=60))
     for one in found.cells:
         assert one.explore == one.skilled
         assert one.ratio.low <= 1 <= one.ratio.high
@@ -229,7 +240,7 @@ def test_a_team_of_the_same_policy_has_no_index_above_1() -> None:
 def test_shares_of_seeds_say_which_team_has_more_neighbours() -> None:
     swapped = replace(GATHER, name="swapped", explore=GATHER.skilled, skilled=GATHER.explore)
     same = replace(GATHER, name="same", skilled=GATHER.explore)
-    fewer, more, none = gather(Plan([GATHER, swapped, same], (8,), 20, steps=60)).cells
+    fewer, more, none = gather(GatheringPlan([GATHER, swapped, same], (8,), 20, steps=60)).cells
     assert fewer.too_few > 0.9 > 0.1 > fewer.too_many
     assert more.too_many > 0.9 > 0.1 > more.too_few
     # The same policy meets the same noise.
@@ -264,7 +275,7 @@ def test_a_claim_on_all_cells_allows_for_chance() -> None:
 
 
 def test_runs_that_were_made_before_are_not_made_again() -> None:
-    plan = Plan([GATHER], (3,), 6, steps=20)
+    plan = GatheringPlan([GATHER], (3,), 6, steps=20)
     first = gather(plan)
     phases: list[str] = []
     again = gather(plan, watch=lambda phase, done, total: phases.append(phase), runs=first.runs)
@@ -274,7 +285,7 @@ def test_runs_that_were_made_before_are_not_made_again() -> None:
 
 
 def test_scenarios_of_one_task_and_of_each_size() -> None:
-    plan = Plan([GATHER, "cmommt"], (4, 8), 10, scenario={"gather.side": [5.0, 7.0], "cmommt.radius": 3.0})
+    plan = GatheringPlan([GATHER, "cmommt"], (4, 8), 10, set={"gather.side": [5.0, 7.0], "cmommt.radius": 3.0})
     assert plan.scenario_of(GATHER, 4) == {"walkers": 4, "side": 5.0}
     assert plan.scenario_of(GATHER, 8) == {"walkers": 8, "side": 7.0}
     assert plan.scenario_of(TASKS["cmommt"], 8)["radius"] == 3.0
@@ -337,12 +348,12 @@ SHORTFALLS = [
 def test_the_claim_on_exploration_can_fail(shortfall: Interval, outcome: str) -> None:
     one = cell((3, 3, 3), (3, 3, 3), gathers=None, shortfall={3: shortfall, 7: EXACT})
     verdict = judge([one])[-1]
-    assert (verdict.claim, verdict.outcome) == (UNRELIABLE, outcome)
+    assert (verdict.claim, verdict.outcome) == (UNRELIABLE[0], outcome)
 
 
 def test_one_of_many_cells_that_is_short_by_chance_decides_nothing() -> None:
-    found = gather(Plan(["cmommt"], (4, 8), 10, steps=60, risk=0.9)).cells
-    alone = gather(Plan(["cmommt"], (8,), 10, steps=60, risk=0.9)).cells[0]
+    found = gather(GatheringPlan(["cmommt"], (4, 8), 10, steps=60, risk=0.9)).cells
+    alone = gather(GatheringPlan(["cmommt"], (8,), 10, steps=60, risk=0.9)).cells[0]
     one = found[1]
     assert one.explored is not None
     assert alone.explored is not None
@@ -392,23 +403,23 @@ def test_a_ratio_of_zeros_is_1_and_of_one_zero_infinite() -> None:
 
 
 def test_deltas_end_at_all_teammates() -> None:
-    assert deltas(Plan(), 2) == (0, 1)
-    assert deltas(Plan(), 10, (7, 12)) == (0, 1, 2, 3, 4, 6, 7, 8, 9)
-    assert deltas(Plan(), 30, (7, 11))[-4:] == (12, 16, 24, 29)
-    assert deltas(Plan(deltas=(3, 1)), 10, (7,)) == (0, 1, 3, 7, 9)
+    assert GatheringPlan().deltas_of(2) == [0, 1]
+    assert GatheringPlan().deltas_of(10, (7, 12)) == [0, 1, 2, 3, 4, 6, 7, 8, 9]
+    assert GatheringPlan().deltas_of(30, (7, 11))[-4:] == [12, 16, 24, 29]
+    assert GatheringPlan(deltas=(3, 1)).deltas_of(10, (7,)) == [0, 1, 3, 7, 9]
 
 
 WRONG = [
-    ({"tasks": "cmommt"}, "tasks='cmommt': must be several tasks"),
-    ({"tasks": [GATHER, GATHER]}, "'gather' is the name of two"),
-    ({"tasks": [replace(GATHER, skilled=None)]}, "the task gather has no skilled team"),
-    ({"tasks": []}, "tasks: there are none"),
+    ({"task": "cmommt"}, "task='cmommt': must be several values"),
+    ({"task": [GATHER, replace(GATHER, title="Another")]}, "'gather' is the name of two"),
+    ({"task": [replace(GATHER, skilled=None)]}, "the task gather has no skilled team"),
+    ({"task": []}, "task: there are none"),
     ({"sizes": (1,)}, "sizes=1: must be at least 2"),
-    ({"scenario": {"robots": 4}}, "robots is N, the size of the team; give it as sizes"),
-    ({"scenario": {"robts": 4}}, "robts: is no parameter of the scenario of cmommt; did you mean 'robots'"),
-    ({"scenario": {"gather.side": 4}}, "'gather.side' is of the task 'gather', which is not compared; the tasks are cmommt"),
-    ({"scenario": {"radius": [3, 4]}}, "radius=[3, 4] has 2 values; give one, or one for each of the 4 sizes"),
-    ({"scenario": {"cmommt.robots": 4}}, "robots is N, the size of the team; give it as sizes"),
+    ({"set": {"robots": 4}}, "robots is N, the size of the team; give it as sizes"),
+    ({"set": {"robts": 4}}, "robts: is no parameter of the scenario of cmommt; did you mean 'robots'"),
+    ({"set": {"gather.side": 4}}, "'gather.side' is of the task 'gather', which is not compared; the tasks are cmommt"),
+    ({"set": {"radius": [3, 4]}}, "radius=[3, 4] has 2 values; give one, or one for each of the 4 sizes"),
+    ({"set": {"cmommt.robots": 4}}, "robots is N, the size of the team; give it as sizes"),
     ({"trainings": 300}, "trainings=300: must be at most 200; trainings share the runs, at least one each"),
     ({"degree": "pairwise"}, "degree='pairwise': unknown"),
     ({"runs": 1}, "runs=1: must be at least 2; an interval needs two runs"),
@@ -418,12 +429,12 @@ WRONG = [
 @pytest.mark.parametrize(("given", "message"), WRONG, ids=map(str, range(len(WRONG))))
 def test_wrong_plans_are_refused(given: dict[str, Any], message: str) -> None:
     with pytest.raises((TypeError, ValueError)) as raised:
-        Plan(**given)
+        GatheringPlan(**given)
     assert message in str(raised.value)
 
 
 def test_cmommt_is_the_usual_task() -> None:
-    assert Plan().all_tasks == (TASKS["cmommt"],)
+    assert GatheringPlan().tasks == (TASKS["cmommt"],)
 
 
 def test_cells_that_show_all_teammates_say_nothing_of_what_is_enough() -> None:
