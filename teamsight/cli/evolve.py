@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Works, Writes
-from teamsight.cli.values import CellRuns, File, Folder
+from teamsight.cli.options import CellRuns, File, Folder, Works, Writes
 from teamsight.core.component import Allowed, Seed
 
 # More candidates or generations than can be computed.
@@ -85,17 +83,14 @@ def train(settings: TrainSettings) -> None:
     from teamsight.analysis.evolution import evolve
     from teamsight.analysis.evolution.cma import Evolution, check_installed
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.cli.show import say, working
+    from teamsight.cli.show import kept_in, say, working
     from teamsight.policies.evolved import Evolved
 
     start = Evolved.load(settings.start).constants if settings.start else ()
     evolution = Evolution(settings.population, settings.spread, settings.seed, start)
     check_installed()
     folder = prepare_folder(settings.out)
-    with (
-        when_stopped(lambda: f"finished generations are kept in {folder}; the same command continues from there"),
-        working(settings.workers) as (watch, pool),
-    ):
+    with working(settings.workers, lambda: kept_in(folder, "finished", "generations")) as (watch, pool):
         evolve.train(evolution, settings.generations, folder, pool, watch, force=settings.force)
     say(f"constants in {folder / evolve.CONSTANTS}")
 
@@ -117,7 +112,7 @@ def test(settings: TestSettings) -> None:
     from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
-    with when_stopped(lambda: "nothing was kept"), working(settings.workers) as (watch, pool):
+    with working(settings.workers) as (watch, pool):
         evolve.evaluate(
             folder, pool, watch,
             constants=settings.constants, training=settings.training, further=settings.further,

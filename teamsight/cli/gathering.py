@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.analysis.gathering.plan import DEGREES, DELTAS, SIZES
 from teamsight.analysis.runs.limits import MOST_RUNS, Steps
-from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Works, Writes
-from teamsight.cli.values import Folder, Format, Risk
-from teamsight.cli.world_settings import TaskName, listed
+from teamsight.cli.options import Folder, Format, Risk, TaskName, Works, Writes
+from teamsight.cli.world_settings import listed
 from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
@@ -85,15 +83,24 @@ def gathering(settings: GatheringSettings) -> None:
     from teamsight.analysis.gathering.page import cautions, summary
     from teamsight.analysis.gathering.results import check_results, make_results
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.cli.show import say, working
+    from teamsight.cli.show import say, show_table, working
 
     plan = plan_of(settings)
     folder = prepare_folder(settings.out)
     check_results(plan, folder, settings.format, force=settings.force)
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(folder)), working(settings.workers) as (watch, pool):
+    with working(settings.workers, lambda: _kept(folder)) as (watch, pool):
         found = make_results(plan, folder, pool, watch, settings.format, force=settings.force)
-    _print(found.frame)
+    rows = [
+        (
+            row.task, row.size, row.has_skill, row.explore_delta, row.skilled_delta, f"{row.ratio:.2f}",
+            row.saturation_delta, row.enough_at_explore,
+        )
+        for row in found.frame.itertuples()
+    ]  # fmt: skip
+    show_table(
+        rows, ("task", "N", "better", "δ(explore)", "δ(skilled)", "index", "saturates at", "enough at δ(explore)")
+    )
     for line in [*cautions(found.cells), *summary(found.verdicts)]:
         say(line)
     say(f"gathering index in {folder} after {time.perf_counter() - began:.0f} s")
@@ -119,24 +126,8 @@ def _by_size(given: Sequence[Any], sizes: Sequence[int]) -> tuple[Any, ...]:
     return tuple(value for _, value in sorted(zip(sizes, given, strict=True), key=lambda both: both[0]))
 
 
-def _print(cells: Any) -> None:
-    from rich.table import Table
-
-    from teamsight.cli.show import wide_console
-
-    table = Table(box=None, pad_edge=False)
-    for heading in ("task", "N", "better", "δ(explore)", "δ(skilled)", "index", "saturates at", "enough at δ(explore)"):
-        table.add_column(heading, justify="left" if heading == "task" else "right")
-    for row in cells.itertuples():
-        table.add_row(
-            row.task, f"{row.size}", row.has_skill, f"{row.explore_delta}", f"{row.skilled_delta}", f"{row.ratio:.2f}",
-            f"{row.saturation_delta}", row.enough_at_explore,
-        )  # fmt: skip
-    wide_console().print(table, highlight=False)
-
-
 def _kept(folder: Path) -> str:
     from teamsight.analysis.gathering.results import checkpoint_in
+    from teamsight.cli.show import kept_in
 
-    kept = checkpoint_in(folder).count()
-    return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"
+    return kept_in(folder, checkpoint_in(folder).count())

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from teamsight.agents.settings import PRESETS
 from teamsight.analysis.runs.limits import Steps
-from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Works, Writes
-from teamsight.cli.values import CellRuns, Folder, Format
+from teamsight.cli.options import CellRuns, Folder, Format, Works, Writes
 from teamsight.core.component import Allowed, Flag, Seed
 
 if TYPE_CHECKING:
@@ -110,7 +108,7 @@ def reproduce(settings: ReproduceSettings) -> None:
     plan = plan_of(settings)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(folder)), working(settings.workers) as (watch, pool):
+    with working(settings.workers, lambda: _kept(folder)) as (watch, pool):
         ledger = make(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)
@@ -129,7 +127,7 @@ def _reproduce_task(settings: ReproduceSettings, folder: Path) -> None:
     given = {name: getattr(settings, name) for name in ("seed", "runs", "steps") if name in settings.given}
     request = Request(folder, quick=settings.quick, formats=settings.format, force=settings.force, **given)
     began = time.perf_counter()
-    with when_stopped(lambda: _kept_of_task(folder)), working(settings.workers) as (watch, pool):
+    with working(settings.workers, lambda: _kept_of_task(folder)) as (watch, pool):
         lines = REPRODUCTIONS[settings.task](request, pool, watch)
     for line in lines:
         say(line)
@@ -175,6 +173,6 @@ def _kept_of_task(folder: Path) -> str:
 
 def _kept(folder: Path) -> str:
     from teamsight.analysis.paper.reproduce import checkpoint_in
+    from teamsight.cli.show import kept_in
 
-    kept = checkpoint_in(folder).count()
-    return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"
+    return kept_in(folder, checkpoint_in(folder).count())

@@ -9,16 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.analysis.runs.limits import Steps
-from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Works, Writes
-from teamsight.cli.values import CellRuns, Folder, registry
-from teamsight.cli.world_settings import TaskName
+from teamsight.cli.options import CellRuns, Folder, TaskName, Works, Writes, names_in
 from teamsight.core.component import Allowed, Seed
 
 if TYPE_CHECKING:
     from teamsight.analysis.unreliable.plan import Plan
 
-_Policy = Annotated[str, Allowed(choices=registry("teamsight.analysis.unreliable.subject", "TEAMS"))]
+_Policy = Annotated[str, names_in("teamsight.analysis.unreliable.subject:TEAMS")]
 _CMOMMT = "cmommt"
 
 
@@ -94,7 +91,7 @@ def unreliable(settings: UnreliableSettings) -> None:
     folder = prepare_folder(settings.out)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(folder)), working(settings.workers) as (watch, pool):
+    with working(settings.workers, lambda: _kept(folder)) as (watch, pool):
         table, points = make_results(plan, folder, pool, watch, force=settings.force)
     for line in summary(table, points, plan):
         say(line)
@@ -113,6 +110,6 @@ def plan_of(settings: UnreliableSettings) -> Plan:
 
 def _kept(folder: Path) -> str:
     from teamsight.analysis.unreliable.results import checkpoint_in
+    from teamsight.cli.show import kept_in
 
-    kept = checkpoint_in(folder).count()
-    return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"
+    return kept_in(folder, checkpoint_in(folder).count())

@@ -15,11 +15,11 @@ from teamsight.analysis.delta import choose_delta
 from teamsight.cli import main
 from teamsight.cli.gathering import GatheringSettings
 from teamsight.cli.gathering import plan_of as gathering_plan
-from teamsight.cli.learn_explore import ExploreSettings
+from teamsight.cli.learn import ExploreSettings
+from teamsight.cli.look import WatchSettings, watch
 from teamsight.cli.options import InputError
 from teamsight.cli.unreliable import UnreliableSettings
 from teamsight.cli.unreliable import plan_of as unreliable_plan
-from teamsight.cli.watch import WatchSettings
 
 
 def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
@@ -161,7 +161,7 @@ WRONG = [
     (("sweep", "--out", "x"), "STUDY: is missing; give a study file, or --task NAME"),
     (("sweep", "s.toml", "--task", "cmommt", "--out", "x"), "STUDY: both are given"),
     (("sweep", "s.toml", "--replicates", "3", "--out", "x"), "--replicates: is for a task"),
-    (("learn", "explore", "--out", "m", "--task", "cmommt", "--policy", "centroid"), "policy=centroid: is for CMOMMT"),
+    (("learn", "explore", "--out", "m", "--task", "pursuit", "--targets", "3"), "targets: is no parameter of the task pursuit"),
     (("gathering", "--sizes", "1,4"), "sizes=1: must be at least 2"),
     (("gathering", "--set", "graze.side=3"), "'graze.side' is of the task 'graze', which is not compared"),
     (("run", "--task", "cmommt", "--set", "cmommt.radius=3"), "cmommt.radius: is no parameter of the task"),
@@ -189,7 +189,6 @@ def test_watch_takes_a_task() -> None:
 
 def test_watch_shows_the_team_that_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     from teamsight import live
-    from teamsight.cli import watch
 
     given = []
 
@@ -202,7 +201,7 @@ def test_watch_shows_the_team_that_is_asked_for(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(live, "watch", serve)
     with pytest.raises(ShownError):
-        watch.watch(WatchSettings.read({"task": "cmommt", "treatment": "explore", "robots": "4"}, {}))
+        watch(WatchSettings.read({"task": "cmommt", "treatment": "explore", "robots": "4"}, {}))
     assert given == [{"robots": 4, "treatment": "explore", "rng": 0}]
 
 

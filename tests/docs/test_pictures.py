@@ -73,7 +73,7 @@ def test_marks_do_not_change_a_picture(name: str) -> None:
 def test_tables_have_the_settings_of_their_commands() -> None:
     """Those of the others are compared beside their pages."""
     from teamsight.analysis.foraging.plan import Plan as Foraging
-    from teamsight.analysis.learning.curves import Curves
+    from teamsight.analysis.learning.plans import Curves
     from teamsight.analysis.pushing.plan import Plan as Pushing
 
     of_tasks = ROOT / "docs" / "tasks"
