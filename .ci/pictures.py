@@ -58,16 +58,17 @@ def _unreliable(sweep: str) -> Callable[[], bytes]:
 
 
 def _lazy_q() -> bytes:
-    from teamsight.analysis.learning.diagnosis import Diagnosis, diagnosis_points
+    from teamsight.analysis.learning.diagnosis import diagnosis_points
     from teamsight.analysis.learning.diagnosis_figure import draw
+    from teamsight.analysis.learning.plans import Diagnosis
 
     return draw(diagnosis_points(pd.read_parquet(ROOT / "docs" / "lazy-q.parquet")), Diagnosis().in_words())
 
 
 def _learning_curves() -> bytes:
     from teamsight.analysis.learning.curve_figure import draw
-    from teamsight.analysis.learning.curve_points import crossings
-    from teamsight.analysis.learning.curves import Curves
+    from teamsight.analysis.learning.curves import crossings
+    from teamsight.analysis.learning.plans import Curves
 
     gains = pd.read_parquet(ROOT / "docs" / "learning-curves.parquet")
     return draw(gains, crossings(gains), Curves())
@@ -102,7 +103,7 @@ RUN: dict[str, tuple[str, str]] = {
     "gathering.png": ("docs/tasks/gathering-index.parquet", r"(?s).*"),
     "study.png": ("docs/studies.md", r"(?s)```toml.*?```sh.*?```"),
     "train_team.png": ("examples/train_team.py", r"(?s).*"),
-    "two-teams.gif": ("teamsight/cli/demo.py", r"(?s).*"),
+    "two-teams.gif": ("teamsight/cli/demo.py", r"(?s)_WORLD.*"),
 }
 
 

@@ -74,7 +74,9 @@ def main() -> int:
 def explored(transitions: int) -> tuple[LazyMemory, Any]:
     """Return a memory that robots explored, and what a larger team would ask it: readings most of which are 1."""
     plan = Exploration(runs=-(-transitions // 600))
-    asking = Exploration(robots=15, targets=15, radius=4.0, runs=-(-QUERIES[transitions] // 1_800), seed=1)
+    asking = Exploration(
+        world={"robots": 15, "targets": 15, "radius": 4.0}, runs=-(-QUERIES[transitions] // 1_800), seed=1
+    )
     memory = explore(plan)
     memory = memory.sample(transitions, seed=0) if len(memory) > transitions else memory
     asked = explore(asking).situation

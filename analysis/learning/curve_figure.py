@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pandas as pd
 
-from teamsight.analysis.learning.curve_points import BEST, mean_gains
-from teamsight.analysis.learning.curves import Curves
+from teamsight.analysis.learning.curves import BEST, mean_gains
 from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
+from teamsight.analysis.learning.plans import LEAST_FOR_INTERVAL, Curves
 from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.analysis.plot.style import FAINT, INK, canvas, plain, to_png
 
@@ -29,8 +29,6 @@ _SUBTITLE_LETTER = 0.08
 _HEAD, _SUBTITLE_LINE, _LEGEND = 0.6, 0.21, 0.6
 # Width of an entry of the legend, which has at most two lines.
 _ENTRY = 2.5
-#: Fewest explorations with an interval: with two its half-width is 13 standard errors.
-LEAST_FOR_INTERVAL = 3
 _MOST_MARKS = 6
 # Fewer than other figures have, since it has many panels.
 _DPI = 80

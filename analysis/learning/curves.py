@@ -1,4 +1,4 @@
-"""Learning curves: what learners observe with and without awareness, from equal numbers of transitions."""
+"""Learning curves: what learners observe from equal numbers of transitions, and the gain from awareness."""
 
 from __future__ import annotations
 
@@ -6,118 +6,47 @@ import math
 import warnings
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
 from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
-from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.learners import Objective, awareness_for, learn
-from teamsight.analysis.learning.registry import LEARNERS, REWARDS
+from teamsight.analysis.learning.explore import explore
+from teamsight.analysis.learning.learners import awareness_for, learn
+from teamsight.analysis.learning.plans import Curves
+from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
-from teamsight.analysis.runs.files import as_json
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.seeds import model_seed, root
+from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.search_space import log10_size
-from teamsight.core.component import Allowed, Component, Count, Probability
+from teamsight.analysis.stats.paired import half_width
 from teamsight.policies.handmade.a_cmommt import ACmommt
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.lazy.learner import LazyLearner
 from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
 from teamsight.policies.memory import LazyMemory
-from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
 
-#: Numbers of transitions, from a fifteenth of the paper's memory to 64 times the memory.
-SAMPLES = (40, 75, 150, 300, 600, 1200, 2400, 4800, 9600, 19200, 38400)
+#: Name under which the best learner with awareness is compared with the best one without.
+BEST = "best"
+_SCENARIO = ["robots", "radius"]
+_POINT = ["learner", "transitions"]
 # Cost of a job of cost 1 for the runner, which puts each job into a chunk of its own.
 _COST = 250_000.0
 
 
-@dataclass(frozen=True)
-class Curves(Component):
-    """Settings of learning curves: what is learnt, from how many transitions, and where it is evaluated.
-
-    The explorations are the paper's, 5 robots × 120 steps among 10 targets in an arena of radius 3 under Θ(1), as often
-    as the largest sample needs. A situation under Θ(1) does not depend on the number of robots, so that one exploration
-    serves all scenarios; under Θ(0) learners get the robot's own inputs of the same transitions.
-
-    Parameters
-    ----------
-    learners : tuple of str
-        Names of learners.
-    samples : tuple of int
-        Numbers of transitions. Smaller samples are subsets of larger ones.
-    memories : int
-        Number of explorations; all learners learn from the same ones.
-    worlds : int
-        Number of worlds of each scenario in which each policy is evaluated, for each exploration.
-    robots : tuple of int
-        Numbers of robots; each with each radius is a scenario.
-    radius : tuple of float
-        Radii of the arena [sensing ranges].
-    targets, steps : int
-        Number of targets, and of steps of each run.
-    seed : int
-        Root seed.
-    reward : str
-        "own", "team", "alone" or "keep".
-    discount : float
-        Discount factor γ, in [0, 1].
-    k : int, optional
-        Number of transitions that match a situation; by default that of each learner.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a name is unknown or a number too small.
-    """
-
-    learners: Annotated[tuple[Annotated[str, Allowed(choices=LEARNERS)], ...], Allowed()] = (
-        "lazy", "tabular", "linear", "regression",
-    )  # fmt: skip
-    samples: Annotated[tuple[Count, ...], Allowed()] = SAMPLES
-    memories: Count = 24
-    worlds: Count = 3
-    robots: Annotated[tuple[Count, ...], Allowed()] = (5, 10, 20)
-    radius: Annotated[tuple[Length, ...], Allowed()] = (3.0, 5.0)
-    targets: Count = 15
-    steps: Annotated[Count, Allowed(unit="ticks")] = 600
-    seed: Annotated[int, Allowed(least=0)] = root("learning curves")
-    reward: Annotated[str, Allowed(choices=REWARDS)] = "keep"
-    discount: Probability = 0.7
-    k: Count | None = None
-
-    @property
-    def objective(self) -> Objective:
-        """What is to be learnt."""
-        return Objective(REWARDS[self.reward], self.k, self.discount)
-
-    @property
-    def scenarios(self) -> list[tuple[int, float]]:
-        """Number of robots and radius of each scenario."""
-        return list(product(self.robots, self.radius))
-
-    def exploration(self, memory: int) -> Exploration:
-        """Return the exploration of a memory; memories share no world."""
-        runs = -(-max(self.samples) // Exploration().transitions)
-        return Exploration(runs=runs, seed=self.seed + memory)
-
-    def can_learn(self, learner: str, transitions: int) -> bool:
-        """Return whether so many transitions are as many as a learner matches with a situation."""
-        kind = LEARNERS[learner]
-        if not issubclass(kind, LazyLearner):
-            return True
-        return transitions >= (kind.k if self.k is None else self.k)
-
-    def conditions(self) -> dict[str, Any]:
-        """Return all settings as JSON values."""
-        return as_json(self)
+def can_learn(curves: Curves, learner: str, transitions: int) -> bool:
+    """Return whether so many transitions are as many as a learner matches with a situation."""
+    kind = LEARNERS[learner]
+    if not issubclass(kind, LazyLearner):
+        return True
+    return transitions >= (kind.k if curves.k is None else curves.k)
 
 
 @dataclass(frozen=True)
@@ -221,7 +150,7 @@ def _learnt_rows(job: CurveJob) -> list[dict[str, Any]]:
     for transitions in curves.samples:
         memory = everything.sample(transitions, seed=job.memory)
         for inputs in (memory.own, memory.inputs):
-            policy = _learnt(job, memory, inputs) if curves.can_learn(job.learner, transitions) else None
+            policy = _learnt(job, memory, inputs) if can_learn(curves, job.learner, transitions) else None
             size = float("nan") if policy is None else search_space(policy)
             about = {"learner": job.learner, "transitions": transitions, "log10_size": size}
             rows += _evaluated(job, about, policy, awareness_for(memory, inputs))
@@ -258,3 +187,104 @@ def _evaluated(job: CurveJob, about: dict[str, Any], policy: Any, degree: Awaren
     if policy is not None:
         observed = [outcome.observed_fraction for outcome in run_all(runs)]
     return [row | {"observed_fraction": share} for row, share in zip(rows, observed, strict=True)]
+
+
+def awareness_gains(table: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
+    """Return what each learner observes without and with awareness, and the gain with its interval over memories.
+
+    Parameters
+    ----------
+    table : DataFrame
+        From `make_curves`.
+    level : float
+        Confidence of the intervals.
+
+    Returns
+    -------
+    DataFrame
+        learner, transitions, robots, radius, log10_size (with awareness), collective, cooperative, gain, low, high,
+        worst (the least that a memory gave with awareness), count (of memories). The mean over all scenarios has NaN as
+        robots and radius. The gain is paired on explorations and worlds; all worlds of a memory are one trial. Points
+        without an observed fraction are left out; policies that do not learn have no gain.
+
+    Notes
+    -----
+    The rows of the learner "best" compare, at each point, the learner of the largest mean with awareness and the one of
+    the largest mean without: a gain over a learner that is poor without awareness is no evidence for awareness.
+    """
+    by = [*_POINT, *_SCENARIO, "memory"]
+    kept = table.dropna(subset="observed_fraction")
+    kept = kept.assign(degree=kept["degree"].where(kept["degree"] == "none", "other"))
+    trials = kept.pivot_table("observed_fraction", by, "degree", sort=False).rename_axis(columns=None).reset_index()
+    trials = trials.rename(columns={"none": "collective", "other": "cooperative"})
+    trials = pd.concat([trials, _best(trials[trials["transitions"] > 0])], ignore_index=True)
+    trials["gain"] = trials["cooperative"] - trials["collective"]
+    means = trials.groupby([*_POINT, "memory"], sort=False)[["collective", "cooperative", "gain"]].mean().reset_index()
+    parts = [_intervals(trials, [*_POINT, *_SCENARIO], level), _intervals(means, _POINT, level)]
+    gains = pd.concat(parts, ignore_index=True)
+    gains["log10_size"] = gains["learner"].map(kept.groupby("learner")["log10_size"].max())
+    values = ["log10_size", "collective", "cooperative", "gain", "low", "high", "worst", "count"]
+    return gains[[*_POINT, *_SCENARIO, *values]]
+
+
+def _best(trials: pd.DataFrame) -> pd.DataFrame:
+    """Return the trials of the best learner at each point, chosen separately with and without awareness."""
+    point = ["transitions", *_SCENARIO]
+    means = trials.groupby(["learner", *point], sort=False)[["cooperative", "collective"]].mean()
+    found = trials[[*point, "memory"]].drop_duplicates().assign(learner=BEST)
+    for which in ("cooperative", "collective"):
+        chosen = means[which].groupby(point, sort=False).idxmax()
+        of = trials.set_index(["learner", *point]).loc[list(chosen)].reset_index()
+        found = found.merge(of[[*point, "memory", which]], on=[*point, "memory"])
+    return found
+
+
+def _intervals(trials: pd.DataFrame, by: list[str], level: float) -> pd.DataFrame:
+    """Return the means over the memories of each point, with the interval of the gain."""
+    points = trials.groupby(by, sort=False)
+    means = points[["collective", "cooperative", "gain"]].mean()
+    spread = points["gain"].agg(se="sem", count="count")
+    wide = half_width(spread["se"].to_numpy(), spread["count"].to_numpy(), level)
+    means = means.assign(low=means["gain"] - wide, high=means["gain"] + wide, worst=points["cooperative"].min())
+    return means.assign(count=points.size()).reset_index()
+
+
+def crossings(gains: pd.DataFrame) -> pd.DataFrame:
+    """Return from how many transitions awareness pays, for each learner and scenario.
+
+    It is the smallest number of transitions from which the lower end of the gain's interval stays above 0, at this and
+    at all larger numbers, of which there must be one: the largest number alone is too easily decided by noise, once in
+    forty times for intervals of 95 %.
+
+    Parameters
+    ----------
+    gains : DataFrame
+        From `awareness_gains`.
+
+    Returns
+    -------
+    DataFrame
+        learner, log10_size, robots, radius, crossing (transitions; NaN if there is none), largest (number of
+        transitions).
+    """
+    learned = gains[gains["transitions"] > 0].sort_values("transitions", kind="stable")
+    rows = []
+    for place, points in learned.groupby(["learner", "log10_size", *_SCENARIO], sort=False, dropna=False):
+        above = (points["low"] > 0).to_numpy()
+        stays = np.logical_and.accumulate(above[::-1])[::-1]
+        numbers = points["transitions"].to_numpy()
+        crossing = float(numbers[stays].min()) if stays.sum() > 1 else np.nan
+        rows.append((*place, crossing, int(numbers.max())))
+    return pd.DataFrame(rows, columns=["learner", "log10_size", *_SCENARIO, "crossing", "largest"])
+
+
+def mean_gains(gains: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of `awareness_gains` or `crossings` that are means over all scenarios."""
+    return gains[gains["robots"].isna()]
+
+
+def pays_from(crossing: float, largest: int) -> str:
+    """Return a crossing in words, as in "pays from 600 transitions"."""
+    if np.isnan(crossing):
+        return f"is not shown to pay within {largest:,} transitions"
+    return f"pays from {int(crossing):,} transitions"

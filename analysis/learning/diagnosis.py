@@ -1,127 +1,55 @@
 """Diagnosis of learners: how actions affect the reward, what eq. 1 matches, and whether learned moves approach targets.
 
-All three are measured for situations that show a single target, against its distance; see `diagnosis_measures`.
+All three are measured for situations that show a single target, against its distance.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
-from teamsight.analysis.learning.diagnosis_measures import (
-    BINS,
-    DISTANCES,
-    action_effect,
-    approach,
-    matched_share,
-    rewarded_share,
-    shown_share,
-)
-from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.learners import Objective, learn
-from teamsight.analysis.learning.registry import LEARNERS, REWARDS
+from teamsight.analysis.learning.explore import explore
+from teamsight.analysis.learning.learners import learn
+from teamsight.analysis.learning.plans import Diagnosis, Objective
+from teamsight.analysis.learning.registry import REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
-from teamsight.analysis.runs.files import as_json
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.stats.paired import cell_means
-from teamsight.core.component import Allowed, Component, Count, Index, Probability
+from teamsight.core.neighbour_list import no_neighbours
 from teamsight.policies.eager import TooManyStatesError
-from teamsight.policies.interface import Floats
+from teamsight.policies.interface import Floats, Percept
 from teamsight.policies.lazy.lazy_q import LazyQ
+from teamsight.policies.lazy.readings import unit_vectors
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.rewards import rewards_of
+from teamsight.policies.rewards import Reward, rewards_of
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
 
-#: Numbers of transitions: the paper's, and up to 64 times as many.
-SAMPLES = (600, 2400, 9600, 38400)
+#: Number of intervals of equal width into which distances are divided.
+BINS = 20
+#: The middle of each interval [sensing ranges].
+DISTANCES: Floats = (np.arange(BINS) + 0.5) / BINS
+# Toward a target: within 45° of its bearing, by more than half a step. Away from it: the same, in the other direction.
+_NEAR_BEARING, _HALF_STEP = math.cos(math.pi / 4), 0.5
 # Columns of a point, which is a mean over explorations.
 _POINT = ("quantity", "learner", "inputs", "transitions", "distance")
 # Cost of a job for the runner, which puts each into a chunk of its own.
 _COST = 250_000.0
 
 
-@dataclass(frozen=True)
-class Diagnosis(Component):
-    """Settings of a diagnosis.
-
-    Parameters
-    ----------
-    learners : tuple of str
-        Names of learners; not "sheppard", whose moves are partly random.
-    samples : tuple of int
-        Numbers of transitions to learn from.
-    memories : int
-        Number of explorations, each with a seed of its own and otherwise the paper's: 5 robots, 10 targets, 120 steps.
-        Each 600 transitions come from a world of their own.
-    reward : str
-        "own", "team", "alone" or "keep".
-    discount : float
-        Discount factor γ, in [0, 1].
-    k : int, optional
-        Number of transitions that match a situation; by default that of each learner.
-    seed : int
-        Seed of the first exploration; the others follow.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If a name is unknown or a number too small.
-    """
-
-    learners: Annotated[tuple[Annotated[str, Allowed(choices=LEARNERS)], ...], Allowed()] = ("lazy", "regression")
-    samples: Annotated[tuple[Count, ...], Allowed()] = SAMPLES
-    memories: Count = 24
-    reward: Annotated[str, Allowed(choices=REWARDS)] = "own"
-    discount: Probability = 0.7
-    k: Count | None = None
-    seed: Index = 0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if "sheppard" in self.learners:
-            raise ValueError("learner=sheppard: moves at random now and then, and learns meanwhile; leave it out")
-        if min(self.samples) < self.matches:
-            raise ValueError(
-                f"samples={min(self.samples)}: fewer than the {self.matches} transitions that eq. 1 matches; give "
-                "larger samples, or a smaller k"
-            )
-
-    @property
-    def objective(self) -> Objective:
-        """What is to be learnt."""
-        return Objective(REWARDS[self.reward], self.k, self.discount)
-
-    @property
-    def matches(self) -> int:
-        """Number of transitions that are matched with a situation: k, or that of `LazyQ`."""
-        return LazyQ.k if self.k is None else self.k
-
-    def memory(self, number: int, transitions: int) -> LazyMemory:
-        """Return the first transitions of an exploration; where they end within a world, a sample of all."""
-        runs = -(-transitions // Exploration().transitions)
-        memory = explore(Exploration(runs=runs, seed=self.seed + number))
-        return memory if len(memory) == transitions else memory.sample(transitions, seed=self.seed + number)
-
-    def conditions(self) -> dict[str, Any]:
-        """Return all settings as JSON values."""
-        return as_json(self)
-
-    def in_words(self, memory: LazyMemory | None = None) -> str:
-        """Return the settings in a line; with `memory`, those of its diagnosis."""
-        if memory is None:
-            number = f"{self.memories} exploration" + ("s" if self.memories != 1 else "")
-            source = f"mean and 95 % interval over {number}" if self.memories > 1 else f"{number}, no interval"
-        else:
-            source = f"samples of {len(memory)} transitions, digest {memory.digest}, no interval"
-        k = "" if self.k is None else f", k = {self.k}"
-        return f"{source}; reward {self.reward}, γ = {self.discount:g}{k}, seed {self.seed}"
+def memory_of(diagnosis: Diagnosis, number: int, transitions: int) -> LazyMemory:
+    """Return the first transitions of an exploration; where they end within a world, a sample of all."""
+    plan = diagnosis.exploration(number, transitions)
+    memory = explore(plan)
+    return memory if len(memory) == transitions else memory.sample(transitions, seed=plan.seed)
 
 
 @dataclass(frozen=True)
@@ -143,7 +71,7 @@ class _ExplorationJob:
         return f"the diagnosis of exploration {self.number}"
 
     def make(self, worlds: ReusedWorlds) -> list[dict[str, Any]]:
-        found = _rows(self.diagnosis, lambda transitions: self.diagnosis.memory(self.number, transitions))
+        found = _rows(self.diagnosis, lambda transitions: memory_of(self.diagnosis, self.number, transitions))
         return [row | {"memory": self.number} for row in found]
 
 
@@ -246,3 +174,132 @@ def _learned_rows(
 def _each(quantity: str, about: dict[str, Any], values: Floats) -> Iterator[dict[str, Any]]:
     for distance, value in zip(DISTANCES.tolist(), values.tolist(), strict=True):
         yield {"quantity": quantity} | about | {"distance": distance, "value": value}
+
+
+def action_effect(memory: LazyMemory, reward: Reward) -> tuple[Floats, Floats]:
+    """Return the mean reward of moves toward a target, and of those away from it, by the distance of the target.
+
+    Situations count that show a single target. A move goes toward it if it is more than half a step and within 45° of
+    the target's bearing, and away from it in the same way.
+
+    Parameters
+    ----------
+    memory : LazyMemory
+        The transitions.
+    reward : callable
+        See `teamsight.policies.rewards`.
+
+    Returns
+    -------
+    toward, away : ndarray, shape (BINS,), float64
+        NaN without such a move.
+    """
+    own = np.asarray(memory.situation[:, : memory.own])
+    single = np.flatnonzero((own < 1.0).sum(axis=1) == 1)
+    sector = (own[single] < 1.0).argmax(axis=1)
+    place = np.minimum((own[single, sector] * BINS).astype(np.int64), BINS - 1)
+    rotation, share = np.asarray(memory.action, float)[single].T
+    along = np.cos(rotation - 2.0 * math.pi * sector / memory.own)
+    rewards = rewards_of(memory, reward)[single]
+    far = share > _HALF_STEP
+    toward, away = (_mean_by(place, rewards, far & (side * along > _NEAR_BEARING)) for side in (1.0, -1.0))
+    return toward, away
+
+
+def _mean_by(place: npt.NDArray[np.int64], values: Floats, chosen: npt.NDArray[np.bool_]) -> Floats:
+    count = np.bincount(place[chosen], minlength=BINS)
+    total = np.bincount(place[chosen], values[chosen], minlength=BINS)
+    return np.asarray(np.divide(total, count, out=np.full(BINS, np.nan), where=count > 0))
+
+
+def single_targets(own: int, inputs: int) -> npt.NDArray[np.float32]:
+    """Return the situations that show one target at one of `DISTANCES` and nothing else.
+
+    Returns
+    -------
+    ndarray, shape (BINS, own, inputs), float32
+        By distance and sector.
+    """
+    found = np.ones((BINS, own, inputs), np.float32)
+    sectors = np.arange(own)
+    found[:, sectors, sectors] = DISTANCES[:, np.newaxis]
+    return found
+
+
+def matched_share(memory: LazyMemory, inputs: int, k: int) -> Floats:
+    """Return how many of the transitions that match a single target show one where it is, by its distance.
+
+    Parameters
+    ----------
+    memory : LazyMemory
+        The transitions.
+    inputs : int
+        Number of components that are compared.
+    k : int
+        Number of nearest transitions.
+
+    Returns
+    -------
+    ndarray, shape (BINS,), float64
+        The share of the k nearest situations with a target in the same sector or the next one on either side, averaged
+        over the sectors.
+    """
+    own = memory.own
+    queries = single_targets(own, inputs).reshape(-1, inputs)
+    index, _ = memory.nearest(queries, k, inputs)
+    shown = np.asarray(memory.situation[:, :own])[index].reshape(BINS, own, k, own) < 1.0
+    near = _within_one_sector(own)
+    return np.asarray((shown & near[:, np.newaxis]).any(axis=-1).mean(axis=(1, 2)))
+
+
+def shown_share(memory: LazyMemory) -> float:
+    """Return the same share for transitions drawn at random: how many show a target near a given sector."""
+    shown = np.asarray(memory.situation[:, : memory.own]) < 1.0
+    return float((shown[:, np.newaxis] & _within_one_sector(memory.own)).any(axis=-1).mean())
+
+
+def _within_one_sector(own: int) -> npt.NDArray[np.bool_]:
+    sectors = np.arange(own)
+    apart = (sectors - sectors[:, np.newaxis]) % own
+    return np.asarray(np.minimum(apart, own - apart) <= 1)
+
+
+def rewarded_share(policy: LazyQ) -> Floats:
+    """Return how often the transition whose action `LazyQ` repeats was rewarded, by the distance of a single target.
+
+    Returns
+    -------
+    ndarray, shape (BINS,), float64
+        The share of situations, one for each sector, whose chosen transition has a reward above 0.
+    """
+    memory, inputs = policy.memory, policy.inputs
+    queries = single_targets(memory.own, inputs).reshape(-1, inputs)
+    index, _ = memory.nearest(queries, policy.k, inputs)
+    best = np.take_along_axis(index, policy.values[index].argmax(axis=1)[:, np.newaxis], axis=1)
+    rewarded = rewards_of(memory, policy.reward)[best] > 0.0
+    return np.asarray(rewarded.reshape(BINS, memory.own).mean(axis=1))
+
+
+def approach(policy: Any) -> Floats:
+    """Return by how much of a step a policy's moves approach a single target, by the target's distance.
+
+    Parameters
+    ----------
+    policy : Learner
+        A learner whose actions depend on the situation alone.
+
+    Returns
+    -------
+    ndarray, shape (BINS,), float64
+        Share of the full step · cos(rotation − bearing of the target), averaged over the sectors: 1 is a full step
+        toward the target, −1 a full step away from it.
+    """
+    own, inputs = policy.memory.own, policy.inputs
+    situation = single_targets(own, inputs).reshape(-1, inputs)
+    size = len(situation)
+    heading, speed, nobody = np.tile([1.0, 0.0], (size, 1)), np.ones(size), no_neighbours(size)
+    percept = Percept(heading, np.zeros((size, 2)), speed, speed, speed, nobody, nobody, nobody, situation)
+    action, _ = policy.decide(percept, policy.start(size), np.zeros((policy.draws, size)))
+    bearing = np.tile(unit_vectors(own, 0, ""), (BINS, 1))
+    gained = action.distance * (action.heading * bearing).sum(axis=1)
+    return np.asarray(gained.reshape(BINS, own).mean(axis=1))

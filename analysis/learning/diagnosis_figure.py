@@ -1,29 +1,32 @@
-"""The figure of a diagnosis: effect of actions, matches of eq. 1, and the moves of each learner, against distance."""
+"""The figure and the page of a diagnosis: effect of actions, matches of eq. 1, and learned moves, against distance."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from teamsight.analysis.learning.diagnosis import BINS
+from teamsight.analysis.learning.plans import LEAST_FOR_INTERVAL
 from teamsight.analysis.learning.registry import LEARNERS
+from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import FAINT, INK, canvas, head, plain, to_png
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-#: Fewest explorations with an interval: with two its half-width is 13 standard errors.
-LEAST_FOR_INTERVAL = 3
 # Inches: a panel with its margins, the margins on the left of a panel and below it, and the head of the figure.
 _WIDTH, _HEIGHT, _LEFT, _BENEATH, _ABOVE, _HEAD = 5.3, 3.7, 0.75, 0.6, 0.45, 0.8
 _COLUMNS = 2
 _TITLE = "What learners make of a single target"
 # Colours of the fewest and of the most transitions; from light to dark.
 _SHADES = ("#9ecae1", "#08306b")
+# Intervals of distances in the tables: a few of those where little changes, and all near the sensing range.
+_SHOWN = (2, 6, 10, 14, 16, 17, 18, 19)
 
 
 def draw(points: pd.DataFrame, conditions: str) -> bytes:
@@ -109,3 +112,44 @@ def _shades(count: int) -> Sequence[str]:
 
     shades = LinearSegmentedColormap.from_list("transitions", _SHADES)
     return [to_hex(shades(share)) for share in np.linspace(0.0, 1.0, count)]
+
+
+def page(points: pd.DataFrame, conditions: str) -> str:
+    """Return the tables; means with half of their 95 % intervals over the explorations.
+
+    Parameters
+    ----------
+    points : DataFrame
+        From `diagnosis_points`.
+    conditions : str
+        The settings in a line.
+    """
+    return markdown.page(
+        "# Diagnosis",
+        f"{conditions[0].upper()}{conditions[1:]}. Distances are in sensing ranges.",
+        "## Mean reward of a move",
+        _table(points, ("toward", "away", "effect", "rewarded by chance"), ("quantity",)),
+        "## Share of the matches that show a target there",
+        _table(points, ("matches", "matches by chance"), ("quantity", "inputs", "transitions")),
+        "## Approach to the target, in steps",
+        _table(points, ("approach",), ("learner", "inputs", "transitions")),
+        "## Share of the chosen transitions that were rewarded",
+        _table(points, ("rewarded",), ("learner", "inputs", "transitions")),
+    )
+
+
+def _table(points: pd.DataFrame, quantities: Sequence[str], by: Sequence[str]) -> str:
+    """Return a table with a row for each combination of `by`, and a column for each interval that is shown."""
+    columns = [f"{place / BINS:.2f}–{(place + 1) / BINS:.2f}" for place in _SHOWN]
+    rows = []
+    for quantity in quantities:
+        of = points[points["quantity"] == quantity]
+        for names, part in of.groupby(list(by), sort=True):
+            cells = {round(point["distance"] * BINS - 0.5): _cell(point) for point in part.to_dict("records")}
+            rows.append([*map(str, names), *(cells.get(place, "–") for place in _SHOWN)])
+    return markdown.table([*by, *columns], rows)
+
+
+def _cell(point: dict[Any, Any]) -> str:
+    wide = point["high"] - point["mean"]
+    return f"{point['mean']:.2f}" + (f" ± {wide:.2f}" if wide < float("inf") else "")

@@ -1,25 +1,29 @@
-"""Evaluation: what policies observe on the same worlds, and their paired differences, with intervals."""
+"""Evaluation: what teams achieve in the same worlds of a task, and their paired differences, with intervals."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness, RingAwareness
-from teamsight.analysis.learning.learners import Objective, Progress, awareness_for, learn
-from teamsight.analysis.learning.provenance import BODIES
-from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
-from teamsight.analysis.runs.processes import WorkerPool
-from teamsight.analysis.runs.seeds import model_seed
-from teamsight.analysis.stats.paired import cell_means, paired
+from teamsight.analysis.learning.explore import BODIES
+from teamsight.analysis.learning.learners import Progress, awareness_for, learn
+from teamsight.analysis.learning.plans import Evaluation, Objective
+from teamsight.analysis.runs.executor import Executor
+from teamsight.analysis.runs.run import LabelledRun, TaskMeasure, is_cmommt, task_seed
+from teamsight.analysis.runs.seeds import canonical
+from teamsight.analysis.runs.simulate import run_rows
+from teamsight.analysis.stats.paired import interval_of
+from teamsight.core import checks
 from teamsight.policies.evolved import Evolved
 from teamsight.policies.handmade.a_cmommt import ACmommt
 from teamsight.policies.handmade.follow_free import FollowFree
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.memory import LazyMemory
+from teamsight.tasks.task import Task
 from teamsight.world.limits import length
 
 #: Names of the policies that are compared.
@@ -29,8 +33,13 @@ SKILLED, RANDOM_TEAM = "skilled team", "team that explores"
 #: The shipped policy whose constants evolution found.
 EVOLVED = "evolved"
 
+#: The task whose teams are many, and of which memories are that name no task.
+CMOMMT = "cmommt"
+
 #: Policies by name, each with its degree of awareness.
 Contenders = dict[str, tuple[Any, Awareness]]
+#: The parameters of worlds by the name of the team.
+Teams = dict[str, dict[str, Any]]
 
 #: Teams that learn nothing, the controls of those that learn a law: the force of free targets is set by hand.
 BY_HAND: Contenders = {
@@ -42,30 +51,8 @@ BY_HAND: Contenders = {
 }
 
 
-class Scenario(NamedTuple):
-    """The worlds on which policies are compared; no exploration uses them, whatever its seed.
-
-    Attributes
-    ----------
-    bodies : mapping
-        Parameters of `CMOMMT` such as "robot_speed"; others have their defaults. Placements do not depend on them.
-    """
-
-    robots: int = 5
-    targets: int = 15
-    radius: float = 3.0
-    runs: int = 30
-    steps: int = 600
-    seed: int = 0
-    bodies: Mapping[str, float] = MappingProxyType({})
-
-    def run_seed(self, replicate: int) -> int:
-        """Return the seed of a world."""
-        return model_seed(self.seed, replicate, self.robots, self.targets, self.radius)
-
-
 def bodies_of(memory: LazyMemory) -> dict[str, float]:
-    """Return the speeds and ranges of all explorations of a memory, for `Scenario`.
+    """Return the speeds and ranges of all explorations of a memory, for the worlds of an evaluation.
 
     Parameters that differ between explorations are left out.
 
@@ -102,21 +89,67 @@ def check_team(memory: LazyMemory, robots: int) -> None:
         )
 
 
+def scenario_of(memory: LazyMemory, task: Task, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the whole scenario in which robots are evaluated that have learned from a memory.
+
+    It has the values that are given, and otherwise those of the exploration, if that was of this task. Of CMOMMT these
+    are the number of robots, speeds and ranges; the radius of the arena is 3.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a name is no parameter of the scenario, or the memory does not fit a team of this size.
+    """
+    explored = memory.settings.get("scenario") if memory.settings.get("task", CMOMMT) == task.name else {}
+    known = {name: value for name, value in dict(explored or {}).items() if name in task.scenario}
+    if task.name == CMOMMT:
+        known = {"robots": memory.settings.get("robots", 5), "radius": 3.0, **bodies_of(memory)}
+    scenario = task.full_scenario({**known, **given})
+    check_team(memory, checks.count(f"memory: {task.size}", scenario[task.size]))
+    return scenario
+
+
 def contenders(
-    name: str, memory: LazyMemory, objective: Objective, progress: Progress = lambda done, total: None
-) -> Contenders:
-    """Return the policies to compare in CMOMMT: what the learner learns, and others that learn nothing.
+    name: str,
+    memory: LazyMemory,
+    objective: Objective,
+    task: Task,
+    scenario: Mapping[str, Any],
+    progress: Progress = lambda done, total: None,
+    *,
+    rng: int = 0,
+) -> Teams:
+    """Return the teams to compare: what the learner learns, and teams that learn nothing from the memory.
+
+    These are the team with skill and the one that explores; in CMOMMT also those whose forces are set by hand.
 
     Parameters
     ----------
     name, memory, objective, progress
         See `learned_policies`.
+    task : Task
+        The task.
+    scenario : mapping
+        Values of its scenario.
+    rng : int
+        Root seed of the learning of the team with skill, if it has to learn.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the learner cannot learn from the memory.
     """
-    found = learned_policies(name, memory, objective, progress) | BY_HAND
-    found[DESIGNED] = ACmommt(idle="wander"), PairwiseAwareness()
-    found[EVOLVED] = Evolved(), RingAwareness()
-    found[RANDOM] = RandomWalk(), awareness_for(memory, memory.own)
-    return found
+    teams = learned_policies(name, memory, objective, progress)
+    treatments: dict[str, Any] = {}
+    if task.name == CMOMMT:
+        teams |= BY_HAND
+        teams[DESIGNED] = ACmommt(idle="wander"), PairwiseAwareness()
+        teams[EVOLVED] = Evolved(), RingAwareness()
+        teams[RANDOM] = RandomWalk(), awareness_for(memory, memory.own)
+    else:
+        treatments = {SKILLED: "skilled", RANDOM_TEAM: "explore"} if task.skilled else {RANDOM_TEAM: "explore"}
+    given = {team: {"policy": policy, "awareness": degree} for team, (policy, degree) in teams.items()} | treatments
+    return {team: task.parameters(treatment, scenario, rng=rng) for team, treatment in given.items()}
 
 
 def learned_policies(
@@ -157,65 +190,82 @@ def learned_policies(
 
 
 def evaluate(
-    policies: Mapping[str, tuple[Any, Awareness]],
-    scenario: Scenario,
-    pool: WorkerPool,
-    progress: Callable[[float, float], None] = lambda done, total: None,
+    teams: Teams,
+    task: Task,
+    scenario: Mapping[str, Any],
+    evaluation: Evaluation | None = None,
+    pool: Executor | None = None,
+    progress: Progress = lambda done, total: None,
 ) -> pd.DataFrame:
-    """Run each policy on each world.
+    """Run each team on each world.
 
     Parameters
     ----------
-    policies : mapping of str to tuple
-        Policies by name, each with its degree of awareness.
-    scenario : Scenario
-        The worlds.
-    pool : WorkerPool
-        Processes that do the work.
+    teams : dict of str to mapping
+        The parameters of worlds by the name of the team; see `contenders`.
+    task : Task
+        The task.
+    scenario : mapping
+        Values of its scenario.
+    evaluation : Evaluation, optional
+        How many worlds, for how many steps, and with which seed.
+    pool : Executor, optional
+        What makes the runs; by default this process.
     progress : callable
         Called with the work done and the work in all.
 
     Returns
     -------
     DataFrame
-        One row a policy and world: policy, robots, targets, radius, replicate, seed, observed_fraction.
+        One row a team and world: policy, replicate, seed, counted (the objective; a censored run counts as its
+        length), the metrics of the task, max_neighbours and mean_neighbours.
 
     Raises
     ------
     JobError
-        If a policy does not fit its degree and the team.
+        If a policy does not fit its degree and the worlds.
     """
-    cells = ((scenario.robots, scenario.radius),)
-    experiments = [
-        Experiment(name, {"policy": policy, "awareness": degree}, cells, scenario.targets)
-        for name, (policy, degree) in policies.items()
-    ]
-    request = Request(scenario.bodies, experiments)
-    (tables,) = make_tables(
-        [request], pool, root=scenario.seed, runs=scenario.runs, steps=scenario.steps, progress=progress
-    )
-    table = pd.concat([rows.assign(policy=name) for name, rows in tables.items()], ignore_index=True)
-    return table[["policy", "robots", "targets", "radius", "replicate", "seed", "observed_fraction"]]
+    plan = evaluation or Evaluation()
+    steps = task.steps if plan.steps is None else plan.steps
+    full, model = task.full_scenario(scenario), None if is_cmommt(task) else task.world
+    planned = []
+    for team, parameters in teams.items():
+        for replicate in range(plan.runs):
+            seed = task_seed(task, plan.seed, replicate, full)
+            label = task.name, canonical(full), team
+            run = LabelledRun(parameters, seed, steps, TaskMeasure(task), model, label)
+            planned.append(({"policy": team, "replicate": replicate, "seed": seed}, run))
+    table = run_rows(planned, pool, progress=progress)
+    counted = [task.objective.counted(value, steps) for value in table[task.objective.metric]]
+    table.insert(3, "counted", counted)
+    return table
 
 
-def summary(table: pd.DataFrame) -> pd.DataFrame:
-    """Return what each policy observes, and the paired difference of the first to each other, with 95 % intervals.
+def summary(table: pd.DataFrame, task: Task) -> pd.DataFrame:
+    """Return what each team achieves, and by how much the first is better than each other, with 95 % intervals.
+
+    Parameters
+    ----------
+    table : DataFrame
+        From `evaluate`.
+    task : Task
+        The task.
 
     Returns
     -------
     DataFrame
-        One row a policy, in the order of the table: policy, mean, low, high, and of the difference `more`, more_low,
-        more_high, which are NaN for the first.
+        One row a team, in the order of the table: policy, mean, low, high, censored (share of the runs), and of the
+        paired difference `more`, more_low, more_high, positive if the first is better, which are NaN for the first.
     """
+    wide = table.pivot(index="replicate", columns="policy", values="counted")
     names = list(dict.fromkeys(table["policy"]))
-    first = table[table["policy"] == names[0]]
     rows = []
     for name in names:
-        own = table[table["policy"] == name]
-        mean = cell_means(own, "observed_fraction").iloc[0]
-        row = {"policy": name, "mean": mean["mean"], "low": mean["low"], "high": mean["high"]}
+        mean, low, high = interval_of(wide[name].to_numpy(np.float64))
+        infinite = np.isinf(table.loc[table["policy"] == name, task.objective.metric])
+        row = {"policy": name, "mean": mean, "low": low, "high": high, "censored": float(infinite.mean())}
         if name != names[0]:
-            more = cell_means(paired(first, own), "difference").iloc[0]
-            row |= {"more": more["mean"], "more_low": more["low"], "more_high": more["high"]}
+            better = interval_of(task.objective.sign * (wide[names[0]] - wide[name]).to_numpy(np.float64))
+            row |= {"more": better.mean, "more_low": better.low, "more_high": better.high}
         rows.append(row)
     return pd.DataFrame(rows)

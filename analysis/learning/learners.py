@@ -3,40 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness
+from teamsight.analysis.learning.plans import Objective
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.core import checks
 from teamsight.policies.lazy.learner import MOST_MATCHES, LazyLearner, check_constants, next_matches
 from teamsight.policies.memory import LazyMemory
-from teamsight.policies.rewards import Reward
 
 #: Called with the work done and the work in all.
 Progress = Callable[[float, float], None]
 
 # Transitions² × inputs that are compared in a second.
 _COMPARED_A_SECOND = 30_000.0**2 * 32
-
-
-class Objective(NamedTuple):
-    """What is to be learnt.
-
-    Attributes
-    ----------
-    reward : callable or None
-        Reward of each transition; see `teamsight.policies.rewards`.
-    k : int or None
-        Number of transitions that match a situation, for learners that match.
-    discount : float or None
-        Discount factor γ, in [0, 1], for learners that look ahead.
-
-    None stands for the learner's default.
-    """
-
-    reward: Reward | None = None
-    k: int | None = None
-    discount: float | None = None
 
 
 def default_of(learner: str, constant: str) -> Any:

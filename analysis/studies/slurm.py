@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -39,31 +40,63 @@ def _in_notation(option: str, value: str) -> str:
     return value
 
 
-_Noted = Annotated[str, Allowed(check=_in_notation)]
+def _noted(metavar: str = "NAME", shown: str = "that of the cluster") -> Allowed:
+    return Allowed(check=_in_notation, metavar=metavar, shown=shown)
 
 
-@dataclass(frozen=True)
-class JobArray(Component):
+def _lines(name: str, value: Iterable[str]) -> tuple[str, ...]:
+    """Return lines of a shell, of which several may be alike."""
+    return tuple(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobOptions(Component):
+    """What each task of a job array may use.
+
+    Parameters
+    ----------
+    tasks : int
+        Number of tasks; task i makes shard i of the runs.
+    at_once : int, optional
+        Tasks that run at one time, at most.
+    cpus : int
+        Processors of each task, which are its workers.
+    memory : str, optional
+        Memory of each task, such as 4G.
+    time : str, optional
+        Longest time of a task, such as 02:00:00; the same job continues from there.
+    partition : str, optional
+        Partition of the cluster.
+    account : str, optional
+        Account to charge.
+    setup : sequence of str
+        Line of the shell before the sweep, such as 'module load python'.
+    name : str
+        Name of the job.
+    output : Path, optional
+        Folder for what the tasks print, in files ``JOB_TASK.out``.
+    """
+
+    tasks: _Tasks = 16
+    at_once: Annotated[_Tasks | None, Allowed(shown="what the cluster allows")] = None
+    cpus: Annotated[int, Allowed(least=1, most=1024)] = 1
+    memory: Annotated[str | None, _noted("SIZE")] = None
+    time: Annotated[str | None, _noted("TIME")] = None
+    partition: Annotated[str | None, _noted()] = None
+    account: Annotated[str | None, _noted(shown="yours")] = None
+    setup: Annotated[tuple[str, ...], Allowed(check=_lines, parse=tuple, metavar="LINE", is_repeated=True)] = ()
+    name: Annotated[str, _noted(shown="")] = "teamsight"
+    output: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class JobArray(JobOptions):
     """A job array and what each of its tasks may use.
 
     Parameters
     ----------
     study, out : Path
         The study file and the folder of the study, which every machine of the cluster must see under these paths.
-    tasks : int
-        Number of tasks, at most `MOST_TASKS`; task i makes shard i of them.
-    cpus : int
-        Processors of each task, which are its workers.
-    partition, account, time, memory : str, optional
-        Of each task, in SLURM's notation; by default what the cluster gives.
-    setup : tuple of str
-        Lines of the shell before the sweep, such as ``module load python``.
-    name : str
-        Name of the job.
-    at_once : int, optional
-        Tasks that run at one time, at most; by default what the cluster allows.
-    output : Path, optional
-        Folder for what the tasks print, in files ``JOB_TASK.out``; by default ``OUT-log``, beside the study's.
 
     Raises
     ------
@@ -73,16 +106,6 @@ class JobArray(Component):
 
     study: Path
     out: Path
-    tasks: _Tasks
-    cpus: Annotated[int, Allowed(least=1, most=1024)] = 1
-    partition: _Noted | None = None
-    account: _Noted | None = None
-    time: _Noted | None = None
-    memory: _Noted | None = None
-    setup: tuple[str, ...] = ()
-    name: _Noted = "teamsight"
-    at_once: _Tasks | None = None
-    output: Path | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Works, Writes
-from teamsight.cli.values import Folder
+from teamsight.cli.options import Folder, Works, Writes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,11 +35,10 @@ def calibrate(settings: CalibrateSettings) -> None:
     from teamsight.analysis.papers.calibration import calibrate as search
     from teamsight.analysis.papers.calibration import checkpoint_in
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.cli.show import say, working
+    from teamsight.cli.show import kept_in, say, working
 
     folder = prepare_folder(settings.out)
     kept = checkpoint_in(folder)
-    stopped = when_stopped(lambda: f"{kept.count()} runs are kept in {folder}; the same command continues from there")
-    with stopped, working(settings.workers) as (watch, pool):
+    with working(settings.workers, lambda: kept_in(folder, kept.count())) as (watch, pool):
         written = search(folder, pool, watch, force=settings.force)
     say(", ".join(map(str, written)))

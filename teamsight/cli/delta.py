@@ -9,13 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from teamsight.agents.settings import PRESETS
 from teamsight.analysis.runs.limits import MOST_RUNS, Runs, Steps
-from teamsight.cli import limits
-from teamsight.cli.options import Works, Writes
-from teamsight.cli.paths import check_apart
-from teamsight.cli.values import Agents, File, Folder, PolicyName, PresetName, Risk, Treatment
-from teamsight.cli.world_settings import TaskOptions
+from teamsight.cli.options import Agents, File, Folder, Risk, Works, Writes, check_apart
+from teamsight.cli.world_settings import TaskOptions, Treatment
 from teamsight.core.component import Allowed, Flag, Seed
+from teamsight.policies.registry import POLICIES
 from teamsight.world.limits import SHAPES, Length, length
 
 if TYPE_CHECKING:
@@ -25,8 +24,6 @@ _RECORDED = ("window", "sort")
 _OF_CMOMMT = ("robots", "targets", "radius", "policy", "preset")
 _OF_TASK = ("task", "set", "treatment")
 _SIMULATED = (*_OF_CMOMMT, *_OF_TASK, "runs", "steps", "seed", "workers")
-# T where nothing else says it.
-_STEPS = 600
 # Recorded positions may be in any unit.
 _SHORTEST, _LONGEST = 1e-15, 1e18
 
@@ -75,8 +72,8 @@ class DeltaSettings(TaskOptions, Works, Writes):
     robots: Agents = 30
     targets: Agents = 15
     radius: Length = 5.0
-    policy: PolicyName = "random-walk"
-    preset: PresetName | None = None
+    policy: Annotated[str, Allowed(choices=POLICIES)] = "random-walk"
+    preset: Annotated[str | None, Allowed(choices=PRESETS)] = None
     treatment: Treatment = "explore"
     awareness_range: Annotated[
         float, Allowed(least=_SHORTEST, most=_LONGEST, shown="1; required with --trajectories")
@@ -105,16 +102,7 @@ class DeltaSettings(TaskOptions, Works, Writes):
         self.check_task()
         self.refuse(_RECORDED, "is for recorded positions, and needs --trajectories")
         length("awareness_range", self.awareness_range)
-        robots, targets = (self.task_size(), 0) if self.task else (self.robots, self.targets)
-        limits.check_worlds(
-            robots, targets, self.radius, self.length(), self.runs_needed(), awareness_range=self.awareness_range
-        )
-
-    def length(self) -> int:
-        """Return T: the given number of steps, that of the task, or 600."""
-        if self.steps is not None:
-            return self.steps
-        return self.task_given().steps if self.task else _STEPS
+        self.check_size(self.length(), self.runs_needed(), awareness_range=self.awareness_range)
 
     def runs_needed(self) -> int:
         """Return the number of runs: the given one, or the 10 / risk that a risk needs.
@@ -136,12 +124,9 @@ class DeltaSettings(TaskOptions, Works, Writes):
         """Return the settings that distinguish a report from others, fit for JSON."""
         unused = _SIMULATED if self.trajectories else (*_RECORDED, *(_OF_CMOMMT if self.task else _OF_TASK))
         found = self.values(without=(*unused, "workers", "out", "force"))
-        found |= {} if self.trajectories else {"steps": self.length(), **self.parameters_of_task(), **self.brought}
+        if not self.trajectories:
+            found |= {"steps": self.length(), **({"set": self.parameters} if self.task else {}), **self.brought}
         return {name: str(value) if isinstance(value, Path) else value for name, value in found.items()}
-
-    def parameters_of_task(self) -> dict[str, Any]:
-        """Return the parameters of the task, if one was given."""
-        return {"set": self.parameters} if self.task else {}
 
 
 def delta(settings: DeltaSettings) -> None:
@@ -162,9 +147,23 @@ def delta(settings: DeltaSettings) -> None:
       teamsight delta --trajectories pursuit.parquet --awareness-range 3 \\
           --range-shape square
     """
-    _prepare(settings)
+    from teamsight.analysis.delta.report import check_report, files_in
+    from teamsight.analysis.runs.files import prepare_folder
+    from teamsight.cli.show import say, wide_console
+
+    if settings.out:
+        if settings.trajectories:
+            for file in files_in(settings.out):
+                check_apart("out", file, "trajectories", settings.trajectories)
+        check_report(settings.out, {"settings": settings.about()}, force=settings.force)
+        prepare_folder(settings.out)
     report = _recorded(settings) if settings.trajectories else _simulated(settings)
-    _show(report, settings)
+    files = []
+    if settings.out:  # before anything is printed, since printing may fail
+        files = report.save(settings.out, force=settings.force, settings=settings.about())
+    wide_console().print(report)
+    if settings.out:
+        say(f"{len(files)} files in {settings.out}")
 
 
 def _simulated(settings: DeltaSettings) -> DeltaReport:
@@ -174,22 +173,25 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
     # The number of neighbours does not depend on the degree of awareness, only on how the policy moves the robots.
     world: Any = settings.values((*_OF_CMOMMT, "awareness_range", "range_shape")) | settings.world()
     how: dict[str, Any] = {}
-    agents = settings.robots + settings.targets
+    agents, steps, runs = settings.robots + settings.targets, settings.length(), settings.runs_needed()
     if settings.task:
-        agents = settings.task_size()
-        world, how = settings.task, settings.chosen(settings.treatment)
-    runs = settings.runs_needed()
-    with working(settings.workers, agents * settings.length() * runs) as (watch, pool):
+        agents, world, how = settings.task_size(), settings.task, _of_task(settings)
+    with working(settings.workers, agent_steps=agents * steps * runs) as (watch, pool):
         return choose_delta(
-            world,
-            **how,
-            runs=runs,
-            steps=settings.length(),
-            risk=settings.risk,
-            rng=settings.seed,
-            pool=pool,
+            world, **how, runs=runs, steps=steps, risk=settings.risk, rng=settings.seed, pool=pool,
             progress=partial(watch, "simulating"),
-        )
+        )  # fmt: skip
+
+
+def _of_task(settings: DeltaSettings) -> dict[str, Any]:
+    """Return the treatment and the scenario as `choose_delta` takes them; other parameters belong to the team."""
+    task, given = settings.task_given(), settings.parameters
+    scenario = {name: value for name, value in given.items() if name in task.scenario}
+    if len(scenario) == len(given):
+        return {"treatment": settings.treatment, "scenario": scenario}
+    full = settings.model_of(settings.treatment).parameters(given)
+    team = {name: value for name, value in full.items() if name not in task.scenario}
+    return {"treatment": team, "scenario": scenario}
 
 
 def _recorded(settings: DeltaSettings) -> DeltaReport:
@@ -210,28 +212,3 @@ def _recorded(settings: DeltaSettings) -> DeltaReport:
             window=settings.window,
             progress=partial(watch, "counting"),
         )
-
-
-def _prepare(settings: DeltaSettings) -> None:
-    """Check that the report can be written, before the work."""
-    if settings.out is None:
-        return
-    from teamsight.analysis.delta.report import check_report, files_in
-    from teamsight.analysis.runs.files import prepare_folder
-
-    if settings.trajectories:
-        for file in files_in(settings.out):
-            check_apart("out", file, "trajectories", settings.trajectories)
-    check_report(settings.out, {"settings": settings.about()}, force=settings.force)
-    prepare_folder(settings.out)
-
-
-def _show(report: DeltaReport, settings: DeltaSettings) -> None:
-    from teamsight.cli.show import say, wide_console
-
-    files = []
-    if settings.out:  # before anything is printed, since printing may fail
-        files = report.save(settings.out, force=settings.force, settings=settings.about())
-    wide_console().print(report)
-    if settings.out:
-        say(f"{len(files)} files in {settings.out}")

@@ -7,8 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from teamsight.cli.options import Writes
-from teamsight.cli.values import File
+from teamsight.cli.options import File, Writes
 from teamsight.core.component import Flag, Seed
 
 if TYPE_CHECKING:

@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from teamsight.analysis.papers.training import MOST, Evolution
-from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Works, Writes
-from teamsight.cli.values import CellRuns, File, Folder
+from teamsight.cli.options import CellRuns, File, Folder, Works, Writes
 from teamsight.core.component import Allowed
 
 
@@ -73,7 +71,7 @@ def train(settings: TrainSettings) -> None:
     """
     from teamsight.analysis.papers import evolution
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.cli.show import say, working
+    from teamsight.cli.show import kept_in, say, working
     from teamsight.core.extras import extra
     from teamsight.policies.evolved import Evolved
 
@@ -81,10 +79,7 @@ def train(settings: TrainSettings) -> None:
     plan = Evolution(settings.population, settings.spread, settings.seed, start)
     extra("cma", "evolution", "evolve")
     folder = prepare_folder(settings.out)
-    with (
-        when_stopped(lambda: f"finished generations are kept in {folder}; the same command continues from there"),
-        working(settings.workers) as (watch, pool),
-    ):
+    with working(settings.workers, lambda: kept_in(folder, "finished", "generations")) as (watch, pool):
         evolution.train(plan, settings.generations, folder, pool, watch, force=settings.force)
     say(f"constants in {folder / evolution.CONSTANTS}")
 
@@ -107,6 +102,6 @@ def test(settings: TestSettings) -> None:
 
     folder = prepare_folder(settings.out)
     given = settings.values(("constants", "training", "further", "runs", "force"))
-    with when_stopped(lambda: "nothing was kept"), working(settings.workers) as (watch, pool):
+    with working(settings.workers) as (watch, pool):
         evolution.evaluate(folder, pool, watch, **given)
     say(f"page, table and figure in {folder}")

@@ -8,20 +8,23 @@ anything is printed. If standard error cannot be written, the status alone says 
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from typing import NoReturn, TextIO
 
 import click
 
-from teamsight.cli import streams
-from teamsight.cli.errors import lines, one_line
+from teamsight.cli.options import InputError
 
 WRONG_INPUT, INTERRUPTED = 2, 130
 
 _COMPLETE = "every file written so far is complete"
+# A line that is too long keeps its end, which is the cure.
+_MOST, _END = 360, 140
+_OF_WRITING = {errno.ENOSPC, errno.EFBIG, errno.EIO, getattr(errno, "EDQUOT", errno.ENOSPC)}
 
 
 def run_and_exit(commands: click.Group, arguments: Sequence[str] | None) -> NoReturn:
@@ -58,7 +61,7 @@ def run_and_exit(commands: click.Group, arguments: Sequence[str] | None) -> NoRe
     except Exception as error:
         if _is_interrupt(error):
             _leave([f"interrupted; {_COMPLETE}"], INTERRUPTED)
-        failure = streams.failure_of(output, error) if isinstance(error, OSError) else None
+        failure = _failure_of(output, error) if isinstance(error, OSError) else None
         if isinstance(failure, BrokenPipeError):
             _leave([], 0)
         _fail(failure or error)
@@ -84,5 +87,106 @@ def _leave(messages: Sequence[str], status: int) -> NoReturn:
     with contextlib.suppress(OSError):
         for message in messages:
             click.echo(f"teamsight: {one_line(message)}", err=True)
-    streams.settle()
+    # The buffers of streams that cannot be written; otherwise Python would exit with a status of its own.
+    for stream in (sys.__stdout__, sys.__stderr__, sys.stdout, sys.stderr):  # click may have wrapped them
+        if stream is not None:
+            try:
+                stream.flush()
+            except (OSError, ValueError):
+                give_up(stream)
     sys.exit(status)
+
+
+def lines(error: Exception) -> list[str]:
+    """Return the messages of `error`, each on one line.
+
+    An error that does not come from the input is a bug in teamsight; its line asks to report it.
+    """
+    from teamsight.analysis.runs.executor import JobError
+
+    if isinstance(error, InputError):
+        return list(map(one_line, error.messages))
+    text = str(error)
+    if isinstance(error, OSError):
+        text = f"{error.filename or 'a file'}: {error.strerror or error}"
+    elif isinstance(error, MemoryError):
+        text = f"not enough memory ({error or 'none left'}); give fewer robots, targets, steps or runs"
+    # An optional package has an error that says how to install it.
+    elif not (
+        isinstance(error, ValueError | TypeError | JobError)
+        or (isinstance(error, ModuleNotFoundError) and error.name is None)
+    ):
+        text = (
+            f"{type(error).__name__}: {error} (a bug in teamsight: please report it, with the output under "
+            "TEAMSIGHT_TRACEBACK=1)"
+        )
+    return [one_line(text)]
+
+
+def printable(text: str) -> str:
+    """Return a text with control characters, and characters that cannot be encoded, as escape sequences."""
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def one_line(text: str) -> str:
+    """Return a text on one printable line; the middle of a long text is left out."""
+    shown = printable(" ".join(text.split()))
+    return shown if len(shown) <= _MOST else f"{shown[: _MOST - _END - 3]} … {shown[-_END:]}"
+
+
+def _failure_of(output: TextIO | None, error: OSError) -> OSError | None:
+    """Return the error of standard output, or None if it has none; after an error, its output is discarded.
+
+    Errors of files are of other types or have a file name; one without is of the output.
+    """
+    try:
+        if output is not None:
+            output.flush()
+    except OSError as found:
+        error = found
+    else:
+        if error.filename is not None or error.errno not in _OF_WRITING:
+            return None
+    if output is not None:
+        give_up(output)
+    return named(error)
+
+
+def named(error: OSError) -> OSError:
+    """Return an error of standard output with a name in place of the file name that it lacks."""
+    return OSError(error.errno, error.strerror or str(error), "standard output")
+
+
+def give_up(stream: TextIO) -> None:
+    """Discard what is written to a stream from now on."""
+    with contextlib.suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+
+
+class LossyStream:
+    """A stream for progress, which ignores errors: they must not lose the results.
+
+    Parameters
+    ----------
+    stream : TextIO
+        The stream.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text; errors are ignored."""
+        with contextlib.suppress(OSError):
+            self._stream.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush the stream; errors are ignored."""
+        with contextlib.suppress(OSError):
+            self._stream.flush()

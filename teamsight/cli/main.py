@@ -8,29 +8,8 @@ from typing import Any, NoReturn
 import click
 
 from teamsight import __version__
-from teamsight.cli import (
-    calibrate,
-    delta,
-    demo,
-    evolve,
-    learn_curve,
-    learn_diagnose,
-    learn_evaluate,
-    learn_explore,
-    learn_figure,
-    plot,
-    plugins,
-    reproduce,
-    rerun,
-    run,
-    schema,
-    status,
-    submit,
-    sweep,
-    tasks,
-    verify,
-    watch,
-)
+from teamsight.cli import calibrate, delta, demo, evolve, look, reproduce, study
+from teamsight.cli import learn as learning
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Command, Group, Options
 
@@ -105,32 +84,31 @@ def papers() -> None:
     """
 
 
-_COMMANDS: dict[str, list[tuple[Any, type[Options]]]] = {
-    "Look": [
-        (demo.demo, demo.DemoSettings), (watch.watch, watch.WatchSettings), (run.run, run.RunSettings),
-        (tasks.tasks, tasks.TasksSettings), (plugins.plugins, plugins.PluginsSettings),
-    ],
-    "Measure": [(delta.delta, delta.DeltaSettings)],
-    "Study": [
-        (sweep.sweep, sweep.SweepSettings), (status.status, status.StatusSettings), (plot.plot, plot.PlotSettings),
-        (rerun.rerun, rerun.RerunSettings), (verify.verify, verify.VerifySettings),
-        (submit.submit, submit.SubmitSettings), (schema.schema, schema.SchemaSettings),
-    ],
-    "Reproduce": [(calibrate.calibrate, calibrate.CalibrateSettings)],
+_COMMANDS: dict[str, tuple[Any, ...]] = {
+    "Look": (
+        (demo.demo, demo.DemoSettings), (look.watch, look.WatchSettings), (look.run, look.RunSettings),
+        (look.tasks, look.TasksSettings), (look.plugins, Options),
+    ),
+    "Measure": ((delta.delta, delta.DeltaSettings),),
+    "Study": (
+        (study.sweep, study.SweepSettings), (study.status, study.StatusSettings), (study.plot, study.PlotSettings),
+        (study.rerun, study.RerunSettings), (study.verify, study.VerifySettings),
+        (study.submit, study.SubmitSettings), (study.schema, Options),
+    ),
+    "Learn": (learn, evolution),
+    "Reproduce": (papers, (calibrate.calibrate, calibrate.CalibrateSettings)),
 }  # fmt: skip
-_LEARN: list[tuple[Any, type[Options]]] = [
-    (learn_explore.explore, learn_explore.ExploreSettings), (learn_evaluate.evaluate, learn_evaluate.EvaluateSettings),
-    (learn_figure.figure, learn_figure.FigureSettings), (learn_diagnose.diagnose, learn_diagnose.DiagnoseSettings),
-    (learn_curve.curve, learn_curve.CurveSettings),
-]  # fmt: skip
+_LEARN: tuple[tuple[Any, type[Options]], ...] = (
+    (learning.explore, learning.ExploreSettings), (learning.evaluate, learning.EvaluateSettings),
+    (learning.figure, learning.FigureSettings), (learning.diagnose, learning.DiagnoseSettings),
+    (learning.curve, learning.CurveSettings),
+)  # fmt: skip
 
 for _section, _made in _COMMANDS.items():
-    for _work, _settings in _made:
-        commands.add_command(Command(_work, _settings, _section))
-    if _section == "Study":
-        commands.add_command(learn)
-        commands.add_command(evolution)
-        commands.add_command(papers)
+    for _command in _made:
+        if isinstance(_command, tuple):
+            _command = Command(_command[0], _command[1], _section)
+        commands.add_command(_command)
 for _work, _settings in _LEARN:
     learn.add_command(Command(_work, _settings))
 evolution.add_command(Command(evolve.train, evolve.TrainSettings))

@@ -5,19 +5,27 @@ Nothing slow is imported here, so that ``--help`` answers at once.
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from pkgutil import resolve_name
 from typing import Annotated, Any, Self, TypeVar
 
 import click
 
 from teamsight.core import checks, references
-from teamsight.core.component import Allowed, Component, Declared, Flag, declared, of_name
+from teamsight.core.component import Allowed, Component, Declared, Flag, declared, number_in, of_name
 from teamsight.core.registry import Registry
 
+C = TypeVar("C", bound=Component)
 S = TypeVar("S", bound="Options")
 
+# An address, such as https://…; a scheme of one letter is a drive of Windows.
+_ADDRESS = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:/")
 # Where a command line keeps the options that its other options bring.
 _FURTHER = "teamsight.further"
 _METAVARS = {
@@ -115,6 +123,10 @@ class Options(Component):
         chosen = [name for name in self.options() if (not names or name in names) and name not in without]
         return {name: value for name in chosen if (value := getattr(self, name)) is not None}
 
+    def part(self, kind: type[C]) -> C:
+        """Return the component of a kind whose fields are among these options."""
+        return kind(**{name: getattr(self, name) for name in declared(kind)})
+
     def refuse(self, names: Iterable[str], why: str) -> None:
         """Refuse options that were given, although something else stands against them.
 
@@ -130,13 +142,99 @@ class Options(Component):
                 raise ValueError(f"{name}={shown}: {why}; leave --{flag(name)} out")
 
 
+def path(name: str, given: str | os.PathLike[str], wanted: str) -> Path:
+    """Return the path of a file or of a folder.
+
+    Parameters
+    ----------
+    name : str
+        What the error calls it.
+    given : str or PathLike
+        The path as it was given.
+    wanted : {"a file", "a folder"}
+        What it must be able to be.
+
+    Raises
+    ------
+    ValueError
+        If it cannot be such a path.
+    """
+    text = os.fspath(given)
+    if not text.strip():
+        raise ValueError(f"{name}={checks.shown(text)}: is empty; give {wanted}")
+    if "\0" in text:
+        raise ValueError(f"{name}={checks.shown(text)}: contains a null character; give {wanted}")
+    if _ADDRESS.match(text):
+        raise ValueError(f"{name}={checks.shown(text)}: is an address; give {wanted} on this machine")
+    # Shells expand "~" neither in quotes nor behind "=".
+    expanded = os.path.expanduser(text)
+    if expanded.startswith("~"):
+        raise ValueError(f"{name}={checks.shown(text)}: there is no such user; write ./~ for a name that begins so")
+    if wanted == "a file" and os.path.basename(text) in ("", ".", ".."):
+        raise ValueError(f"{name}={checks.shown(text)}: is a folder; give a file")
+    found = Path(expanded)
+    # pathlib drops the "./" of "./~", and the result would be expanded again.
+    return found.absolute() if os.fspath(found).startswith("~") else found
+
+
+def check_apart(option: str, path: Path, name: str, read: Path) -> None:
+    """Refuse to overwrite a file that the command reads, even with ``--force``.
+
+    Parameters
+    ----------
+    option, path : str, Path
+        The option that names the output, and a file that would be written.
+    name, read : str, Path
+        What the file that is read is called, and its path.
+
+    Raises
+    ------
+    ValueError
+        If both are the same file.
+    """
+    with contextlib.suppress(OSError):  # one of them does not exist
+        if os.path.samefile(path, read):
+            raise ValueError(f"{option}={path}: is the {name} file, which would be overwritten; give another place")
+
+
 def _workers(name: str, value: Any) -> int:
     from teamsight.analysis.runs.processes import check_workers
 
     return check_workers(value)
 
 
+def _shard(name: str, given: Any) -> tuple[int, int]:
+    """Return one part of several equal ones, as in 1/8."""
+    first, _, second = given.partition("/") if isinstance(given, str) else (given[0], "/", given[1])
+    try:
+        count = checks.count(name, number_in(second))
+        return checks.count(name, number_in(first), most=count), count
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"{name}={checks.shown(given)}: must be i/n with i from 1 to n; give, for example, 1/8"
+        ) from None
+
+
+def names_in(reference: str) -> Allowed:
+    """Return that the names in a registry are allowed, which is imported when they are asked for."""
+    return Allowed(choices=lambda: resolve_name(reference))
+
+
 WORKERS = Allowed(least=1, check=_workers, shown="number of cores")
+_FILE, _FOLDER = (partial(path, wanted=kind) for kind in ("a file", "a folder"))
+File = Annotated[Path, Allowed(check=_FILE, metavar="FILE")]
+Folder = Annotated[Path, Allowed(check=_FOLDER, metavar="FOLDER")]
+StudyFile = Annotated[Path, Allowed(check=_FILE, metavar="STUDY", is_argument=True)]
+StudyFolder = Annotated[Path, Allowed(check=_FOLDER, metavar="DIR", is_argument=True)]
+Shard = Annotated[tuple[int, int] | None, Allowed(check=_shard, parse=str, metavar="I/N", shown="all")]
+Format = Annotated[str, names_in("teamsight.analysis.plot.style:FORMATS")]
+TaskName = Annotated[str, names_in("teamsight.tasks.registry:TASKS")]
+#: Agents of one kind: any two of them may be neighbours.
+Agents = Annotated[int, Allowed(least=1, most=1_000_000)]
+#: Runs of each cell of commands that have thousands of cells.
+CellRuns = Annotated[int, Allowed(least=1, most=1_000)]
+#: A smaller risk would need by far more runs than a command may make.
+Risk = Annotated[float, Allowed(least=1e-9, most=1)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -331,7 +429,7 @@ def component_options(settings: type[Options], arguments: Sequence[str]) -> dict
     for name, one in settings.options().items():
         asks = any(text.startswith(f"--{flag(name)}.") for text in arguments)
         named = options_in(arguments, name)
-        if isinstance(one.choices, Registry) and (asks or (named and {"-h", "--help"} & set(arguments))):
+        if (asks or (named and {"-h", "--help"} & set(arguments))) and isinstance(one.choices, Registry):
             owner = of_name(one, named[-1] if named else one.default)
             # A task is made already.
             for option, of in declared(owner).items() if callable(owner) else ():

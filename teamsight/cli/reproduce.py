@@ -15,16 +15,13 @@ import click
 from teamsight.agents.settings import PRESETS
 from teamsight.analysis.papers import PAPERS
 from teamsight.analysis.runs.limits import Steps
-from teamsight.cli.errors import when_stopped
-from teamsight.cli.options import Command, Group, Works, Writes
-from teamsight.cli.values import CellRuns, Folder, Format
+from teamsight.cli.options import CellRuns, Command, Folder, Format, Group, Works, Writes
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Flag, Seed
 
 if TYPE_CHECKING:
     from teamsight.analysis.papers.reproduction import Paper
     from teamsight.analysis.papers.touzet2000.reproduce import Plan
-    from teamsight.analysis.runs.checkpoint import Checkpoint
 
 _LEDGER = "ledger"
 #: The paper whose figures have numbers.
@@ -136,14 +133,14 @@ def command_of(name: str) -> Command:
 def _reproduce(name: str, settings: Any) -> None:
     """Make the results of a paper, and say what they are."""
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.cli.show import say, working
+    from teamsight.cli.show import kept_in, say, working
 
     paper = PAPERS[name]
     plan = plan_in(settings, paper)
     folder = prepare_folder(settings.out)
     paper.check(plan, folder, settings.format, force=settings.force)
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(folder, paper.checkpoint(folder))), working(settings.workers) as (watch, pool):
+    with working(settings.workers, lambda: kept_in(folder, paper.checkpoint(folder).count())) as (watch, pool):
         found = paper.reproduce(plan, folder, pool, watch, settings.format, force=settings.force)
     for line in paper.summary(found, plan):
         say(line)
@@ -176,13 +173,13 @@ def touzet2000(settings: ReproduceSettings) -> None:
     from teamsight.analysis.papers.touzet2000.reproduce import check_results, checkpoint_in
     from teamsight.analysis.papers.touzet2000.reproduce import reproduce as make
     from teamsight.analysis.runs.files import prepare_folder
-    from teamsight.cli.show import say, show_ledger, working
+    from teamsight.cli.show import kept_in, say, show_ledger, working
 
     folder = prepare_folder(settings.out)
     plan = plan_of(settings)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
-    with when_stopped(lambda: _kept(folder, checkpoint_in(folder))), working(settings.workers) as (watch, pool):
+    with working(settings.workers, lambda: kept_in(folder, checkpoint_in(folder).count())) as (watch, pool):
         ledger = make(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)
@@ -221,8 +218,3 @@ def _summaries(plan: Plan, folder: Path) -> Iterator[str]:
             found = folder.glob(f"figure-{name}-*.parquet")
             tables = {file.stem.removeprefix(f"figure-{name}-"): pd.read_parquet(file) for file in found}
             yield f"figure {name}: {summarise(tables)}"
-
-
-def _kept(folder: Path, checkpoint: Checkpoint) -> str:
-    kept = checkpoint.count()
-    return f"{kept} runs are kept in {folder}; the same command continues from there" if kept else "nothing was kept"

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import math
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
@@ -19,9 +21,10 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
+from rich.table import Table
+from rich.text import Text
 
-from teamsight.cli.errors import printable
-from teamsight.cli.streams import LossyStream, give_up, named
+from teamsight.cli.exits import LossyStream, give_up, named, printable
 
 if TYPE_CHECKING:
     from teamsight.analysis.papers.touzet2000.ledger import Ledger
@@ -48,6 +51,7 @@ class Watch(Progress):
             console=console, transient=True, disable=not console.is_terminal,
         )  # fmt: skip
         self._bars: dict[str, TaskID] = {}
+        self._began = time.perf_counter()
 
     def __call__(self, phase: str, done: float, total: float) -> None:
         """Show how much of a phase is done."""
@@ -59,23 +63,45 @@ class Watch(Progress):
         """Print a line above the bars."""
         self.console.print(line, highlight=False, markup=False)
 
+    def passed(self) -> str:
+        """Return how long the work has taken."""
+        return f"{time.perf_counter() - self._began:.0f} s"
+
 
 @contextlib.contextmanager
-def working(workers: int | None, agent_steps: float = math.inf) -> Iterator[tuple[Watch, WorkerPool]]:
+def when_stopped(kept: Callable[[], str]) -> Iterator[None]:
+    """Add what is kept to the message "interrupted", if Ctrl-C is pressed within the block."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(kept()) from None
+
+
+@contextlib.contextmanager
+def working(
+    workers: int | None, kept: Callable[[], str] = lambda: "nothing was kept", *, agent_steps: float = math.inf
+) -> Iterator[tuple[Watch, WorkerPool]]:
     """Show progress, and start a worker pool whose messages stand above the bars.
 
     Parameters
     ----------
     workers : int or None
         The number of workers; None stands for the number of cores, or for 1 if the work is short.
+    kept : callable
+        Returns what is kept if Ctrl-C is pressed.
     agent_steps : float
         Agents × steps × runs of the command.
     """
     from teamsight.analysis.runs.processes import WorkerPool, cores
 
     number = workers or (cores() if agent_steps > _SHORT else 1)
-    with Watch() as watch, WorkerPool(number, watch.emit) as pool:
+    with when_stopped(kept), Watch() as watch, WorkerPool(number, watch.emit) as pool:
         yield watch, pool
+
+
+def kept_in(place: Path, count: object, what: str = "runs", otherwise: str = "nothing was kept") -> str:
+    """Return how much of the work is kept for the same command, which continues from there."""
+    return f"{count} {what} are kept in {place}; the same command continues from there" if count else otherwise
 
 
 def plural(count: int, noun: str) -> str:
@@ -83,16 +109,43 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def interval(middle: float, low: float, high: float, how: str) -> str:
-    """Return a mean and its 95 % confidence interval in percent; a single run has no interval."""
-    if low == float("-inf"):
-        return f"{100 * middle:{how}}"
-    return f"{100 * middle:{how}} ({100 * low:{how}} to {100 * high:{how}})"
+def interval(
+    row: Mapping[Any, Any], how: str, scale: float = 1.0, names: Iterable[str] = ("mean", "low", "high")
+) -> str:
+    """Return a mean and its 95 % confidence interval, which a single run does not have, times a scale."""
+    middle, low, high = (scale * row[name] for name in names)
+    return f"{middle:{how}} ({low:{how}} to {high:{how}})" if math.isfinite(low) else f"{middle:{how}}"
 
 
 def say(line: str) -> None:
     """Print a line without wrapping it."""
     wide_console().print(printable(line), highlight=False, soft_wrap=True, markup=False)
+
+
+def show_table(
+    rows: Iterable[Iterable[Any]], headings: Sequence[str] = (), left: Iterable[int] = (0,), **how: Any
+) -> None:
+    """Print a table of texts.
+
+    Parameters
+    ----------
+    rows : iterable of iterable
+        The cells.
+    headings : sequence of str
+        The headings of all columns; none by default.
+    left : iterable of int
+        The columns whose texts begin at the left; numbers end at the right.
+    **how
+        Parameters of the columns, as of `rich.table.Table.add_column`.
+    """
+    kept = [[Text(printable(str(cell))) for cell in row] for row in rows]
+    table = Table(box=None, pad_edge=False, show_header=bool(headings))
+    for place in range(len(headings) or len(kept[0])):
+        heading = headings[place] if headings else ""
+        table.add_column(heading, justify="left" if place in set(left) else "right", **how)
+    for row in kept:
+        table.add_row(*row)
+    wide_console().print(table, highlight=False)
 
 
 def show_ledger(ledger: Ledger) -> None:

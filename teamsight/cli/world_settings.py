@@ -1,4 +1,7 @@
-"""The options of commands that make worlds: those of `CMOMMT`, of its components, and of a task in place of it."""
+"""The options of commands that make worlds: those of `CMOMMT`, of its components, and of a task in place of it.
+
+The amount of work and output of a command is computed before it starts, and refused if no machine can do it.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +12,24 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.agents import settings as cmommt
-from teamsight.cli.options import Options, component_options, flag, options_in
-from teamsight.cli.values import Treatment
+from teamsight.cli.options import Options, TaskName, component_options, flag, names_in, options_in
 from teamsight.core.component import Allowed, Declared, Positive, Seed, declared, value_in
 
 if TYPE_CHECKING:
     from teamsight.agents.components.failures import Failures
-    from teamsight.core.registry import Registry
     from teamsight.tasks.model import TaskModel
     from teamsight.tasks.task import Task
 
+# Events of one command: hours of work, and a log that fills the memory.
+_MOST_EVENTS = 1e7
+# Agents × steps of one command: months of work.
+_MOST_AGENT_STEPS = 1e14
+# Neighbours, sensed targets and relayed targets of all robots in one step, which are in memory together.
+_MOST_NEIGHBOURS = 2e8
+# Radius of the arena: beyond it the sensing range, which is 1, or the speeds would exceed the limits of a world.
+_LEAST_RADIUS, _MOST_RADIUS = 1e-3, 1e8
 
-def TASKS() -> Registry[Any]:  # noqa: N802  named like the registries
-    """Return the tasks that a command takes."""
-    from teamsight.tasks import registry
-
-    return registry.TASKS
-
-
-TaskName = Annotated[str, Allowed(choices=TASKS)]
+Treatment = Annotated[str, names_in("teamsight.tasks.task:TREATMENTS")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,9 +65,17 @@ class TaskOptions(Options):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """The parameters of the task that were given, under their own names or by ``--set``."""
+        """The parameters of the task that were given, under their own names or by ``--set``.
+
+        Raises
+        ------
+        ValueError
+            If one is given in both ways.
+        """
         own = {name: value for name, value in self.brought.items() if "." not in name}
         shared = {name: getattr(self, name) for name in self.given & self.world_options()}
+        for name in {**own, **shared}.keys() & self.set.keys():
+            raise ValueError(f"set={name}: is given as --{flag(name)} too; leave one out")
         return {**shared, **own, **self.set}
 
     @classmethod
@@ -98,10 +108,22 @@ class TaskOptions(Options):
         for name in self.brought:
             if "." in name:
                 raise ValueError(f"--{name}: is for CMOMMT, not for the task {self.task}; leave it out")
-        for name in self.set:
-            if name in self.parameters and name in self.given | self.brought.keys():
-                raise ValueError(f"set={name}: is given as --{flag(name)} too; leave one out")
         self.model_of().parameters_known(self.parameters)
+
+    def check_size(self, steps: int, runs: int = 1, **world: Any) -> int:
+        """Refuse worlds that are too large, and return the number of agents in one.
+
+        Parameters
+        ----------
+        steps, runs : int
+            The number of steps of each run, and of runs.
+        **world
+            Further parameters of `check_worlds`.
+        """
+        own: Any = self
+        robots, targets = (self.task_size(), 0) if self.task else (own.robots, own.targets)
+        check_worlds(robots, targets, own.radius, steps, runs, **world)
+        return int(robots + targets)
 
     def task_given(self) -> Task:
         """Return the task that was given."""
@@ -110,24 +132,16 @@ class TaskOptions(Options):
         assert self.task is not None
         return task_of(self.task)
 
+    def length(self) -> int:
+        """Return T: the given number of steps, that of the task, or 600."""
+        steps: int | None = getattr(self, "steps", None)
+        return steps or (self.task_given().steps if self.task else 600)
+
     def model_of(self, treatment: str | None = None, rng: int = 0) -> TaskModel:
         """Return the task that was given as a model."""
         from teamsight.tasks.model import TaskModel
 
         return TaskModel(self.task_given(), treatment, rng)  # type: ignore[arg-type]
-
-    def chosen(self, treatment: str) -> dict[str, Any]:
-        """Return the treatment and the scenario that were given, as `choose_delta` takes them.
-
-        Other parameters of the world belong to the team: with them, the treatment is a mapping.
-        """
-        task, given = self.task_given(), self.parameters
-        scenario = {name: value for name, value in given.items() if name in task.scenario}
-        if len(scenario) == len(given):
-            return {"treatment": treatment, "scenario": scenario}
-        full = self.model_of(treatment).parameters(given)
-        team = {name: value for name, value in full.items() if name not in task.scenario}
-        return {"treatment": team, "scenario": scenario}
 
     def task_size(self) -> int:
         """Return N of the task that was given; 1 if that is no number, which its world refuses."""
@@ -180,6 +194,26 @@ class WorldOptions(TaskOptions, cmommt.Settings):
     repair: Annotated[Positive | None, Allowed(unit="ticks", shown="no repair")] = None
     seed: Seed = 0
 
+    def check_world(self, steps: int) -> int:
+        """Refuse repairs without failures, too many events, and worlds that are too large; return the number of agents.
+
+        Raises
+        ------
+        ValueError
+            With the values, the limit and the cure.
+        """
+        agents = self.check_size(steps, awareness_range=self.awareness_range, degrees=(str(self.awareness),))
+        if self.repair is None:
+            return agents
+        if self.failures is None:
+            raise ValueError(f"repair={self.repair:g}: no robot fails; give --failures too, or leave --repair out")
+        if 2.0 * self.robots * steps > _MOST_EVENTS * (self.failures + self.repair):
+            raise ValueError(
+                f"failures={self.failures:g}, repair={self.repair:g}: make more than {_MOST_EVENTS:g} events; give "
+                "longer times, or fewer steps"
+            )
+        return agents
+
     def source_of_failures(self) -> Failures | None:
         """Return the source of failures, if there are any."""
         if self.failures is None:
@@ -187,6 +221,70 @@ class WorldOptions(TaskOptions, cmommt.Settings):
         from teamsight.agents.components.failures import Failures
 
         return Failures(self.failures, self.repair)
+
+
+def check_sectors(settings: Any) -> None:
+    """Refuse ``--delta`` for a degree of awareness without δ; both are options of these settings.
+
+    Raises
+    ------
+    ValueError
+        If both do not fit.
+    """
+    from teamsight.agents.awareness.registry import with_option
+
+    having = with_option("delta")
+    if "delta" in settings.given and settings.awareness not in having:
+        raise ValueError(
+            f"delta={settings.delta}: awareness {settings.awareness!r} has no δ; leave --delta out, or give "
+            f"--awareness {' or '.join(having)}"
+        )
+
+
+def check_worlds(
+    robots: int, targets: int, radius: float, steps: int, runs: int = 1, *, awareness_range: float = 1.0,
+    degrees: Sequence[str] = (),
+) -> None:  # fmt: skip
+    """Refuse more agent steps than a command can simulate, and worlds whose neighbours do not fit in memory.
+
+    Parameters
+    ----------
+    robots, targets : int
+        The number of each in one world.
+    radius : float
+        Radius of the arena [sensing ranges].
+    steps, runs : int
+        The number of steps of each run, and of runs.
+    awareness_range : float
+        Distance within which two robots are neighbours [sensing ranges].
+    degrees : sequence of str
+        The degrees of awareness; under some of them teammates report the targets that they sense.
+
+    Raises
+    ------
+    ValueError
+        If there are too many, or the radius is outside its limits.
+    """
+    from teamsight.agents.awareness.registry import degree_named
+
+    made = float(robots + targets) * steps * runs
+    if made > _MOST_AGENT_STEPS:
+        counts = f"robots={robots}, targets={targets}, steps={steps}" + (f", runs={runs}" if runs > 1 else "")
+        raise ValueError(f"{counts}: makes {made:.1e} agent steps, at most {_MOST_AGENT_STEPS:g}; reduce one of them")
+    if not _LEAST_RADIUS <= radius <= _MOST_RADIUS:
+        raise ValueError(
+            f"radius={radius:g}: must be from {_LEAST_RADIUS:g} to {_MOST_RADIUS:g} sensing ranges, since otherwise "
+            "rounding errors dominate; give another radius"
+        )
+    neighbours = float(robots) ** 2 * min(1.0, (awareness_range / radius) ** 2)
+    sensed = targets * min(1.0, 1 / radius**2)
+    relayed = any("relayed" in degree_named(degree).delivers for degree in degrees)
+    made = neighbours * (1.0 + sensed if relayed else 1.0) + robots * sensed
+    if made > _MOST_NEIGHBOURS:
+        raise ValueError(
+            f"robots={robots}, targets={targets}, radius={radius:g}: makes about {made:.1e} neighbours per step, at "
+            f"most {_MOST_NEIGHBOURS:g} fit in memory; give fewer robots, or a larger radius"
+        )
 
 
 def listed(value: Any) -> list[Any]:

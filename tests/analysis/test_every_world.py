@@ -21,8 +21,8 @@ from teamsight.agents.recording.explore import explore
 from teamsight.analysis import neighbour_graph
 from teamsight.analysis.contacts import of_world
 from teamsight.analysis.delta import choose_delta
+from teamsight.analysis.learning.explore import explore_worlds
 from teamsight.analysis.learning.learners import LEARNERS, awareness_for, learn
-from teamsight.analysis.learning.worlds import explore_worlds
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.processes import WorkerPool

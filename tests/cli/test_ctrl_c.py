@@ -10,7 +10,7 @@ from typing import NoReturn
 import pytest
 
 from teamsight.cli import main
-from teamsight.cli.run import RunSettings
+from teamsight.cli.look import RunSettings
 
 ROOT = Path(__file__).parents[2]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.learning.task_curve_figure import curve_points
+from teamsight.analysis.learning.training import training_points
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.cli import main
 
@@ -29,7 +29,7 @@ def test_a_curve_is_written_and_kept(capsys: pytest.CaptureFixture[str], tmp_pat
     assert len(tests) == 2 * 2 * 2 * 2
     assert tests.attrs["learning curve"]["scenario"]["side"] == 5
     points = pd.read_parquet(tmp_path / "learning-curve-points.parquet")
-    pd.testing.assert_frame_equal(points, curve_points(tests), check_like=True)
+    pd.testing.assert_frame_equal(points, training_points(tests), check_like=True)
     gains = pd.read_parquet(tmp_path / "learning-curve-gains.parquet")
     assert set(gains["awareness"]) == {"PairwiseAwareness()"}
     assert (tmp_path / "learning-curve.svg").read_bytes().startswith(b"<?xml")
@@ -45,7 +45,7 @@ def test_points_are_means_over_trainings() -> None:
         for amount in (10, 100) for training in range(3) for value in (*rng.uniform(1, 60, 3), np.inf)
     ]  # fmt: skip
     curve = pd.DataFrame(rows, columns=["awareness", "learned", "training", "value", "counted"])
-    points = curve_points(curve)
+    points = training_points(curve)
     for point in points.to_dict("records"):
         part = curve[curve["learned"] == point["learned"]]
         means = np.array([part[part["training"] == training]["counted"].mean() for training in range(3)])
@@ -58,7 +58,7 @@ def test_points_are_means_over_trainings() -> None:
     [
         (["--task", "graze"], "task='graze': its team does not learn; give one whose team does: pursuit"),
         (["--set", "sied=5"], "sied: is no parameter of the scenario of pursuit; did you mean 'side'?"),
-        (["--learned", "100000000"], "learned=100000000: must be at most 10000000"),
+        (["--learned", "100000000"], "learned=100000000: must be at most 10000000; let teams learn for less long"),
         (["--awareness", "pairwize"], "awareness='pairwize': unknown; did you mean 'pairwise'?"),
     ],
 )

@@ -42,14 +42,14 @@ def test_robots_are_evaluated_in_the_task_that_they_explored(
     table = pd.read_parquet(saved)
     assert len(table) == 2 * 4
     assert {"trial_steps", "captures", "counted"} <= set(table)
-    assert table.attrs["set"]["rule"] == "alone"
+    assert table.attrs["scenario"]["rule"] == "alone"
     status, _, err = call(capsys, *line, "--set", "side=5")
     assert (status, "other settings" in err, "--force" in err) == (2, True, True)
 
 
 def test_another_task_can_be_given(capsys: pytest.CaptureFixture[str], memory: Path) -> None:
     status, out, _ = call(capsys, "evaluate", str(memory), *TESTS, "--task", "cmommt")
-    assert (status, "observed targets" in out) == (0, True)
+    assert (status, "observed_fraction [%] (more is better)" in out) == (0, True)
     status, out, _ = call(capsys, "evaluate", str(memory), *TESTS, "--task", "graze", "--reward", "keep")
     assert (status, "completion_time (less is better)" in out) == (0, True)
 
@@ -57,8 +57,8 @@ def test_another_task_can_be_given(capsys: pytest.CaptureFixture[str], memory: P
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        (["--robots", "3"], "--robots=3: is an option of CMOMMT; with the task pursuit give --set NAME=VALUE"),
-        (["--task", "cmommt", "--set", "side=5"], "--set: is for another task than cmommt; give --robots"),
+        (["--robots", "3"], "robots: is no parameter of the scenario of pursuit"),
+        (["--task", "cmommt", "--set", "side=5"], "side: is no parameter of the scenario of cmommt"),
         (["--set", "sied=5"], "sied: is no parameter of the scenario of pursuit; did you mean 'side'?"),
         (["--task", "grase"], "task='grase': unknown; did you mean 'graze'?"),
     ],

@@ -8,7 +8,7 @@ import pytest
 
 from teamsight.analysis.runs.executor import JobError
 from teamsight.cli import main
-from teamsight.cli.errors import lines, one_line
+from teamsight.cli.exits import lines, one_line
 
 EXPLORE = ["learn", "explore", "--out", "x"]
 
@@ -35,7 +35,7 @@ EXPLORE = ["learn", "explore", "--out", "x"]
         (["reproduce", "--workers", "100000"], ["workers=100000: must be at most "]),
         (["reproduce", "--runs", "1000000"], ["runs=1000000: must be at most 1000"]),
         (["learn", "evaluate", "x", "--workers", "100000", "--runs", "1e9"], ["runs=1000000000: must be at most 1000000", "workers=100000: must be at most "]),
-        (["learn", "figure", "--samples", "100,10000000000"], ["makes 1.0e+10 transitions of 75 numbers"]),
+        (["learn", "figure", "--samples", "100,10000000000"], ["samples=10000000000: must be at most 10000000"]),
         (["learn", "figure", "--samples", ",".join(map(str, range(1, 300)))], ["samples: are 299 values, at most 100; leave some out"]),
         (["learn", "figure", "--memories", "1000", "--worlds", "1000"], ["memories=1000, worlds=1000, 6 scenarios, 11 samples: makes 5.4e+08 rows, at most 2e+06"]),
     ],

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from teamsight.cli import main
-from teamsight.cli.errors import lines
+from teamsight.cli.exits import lines
 from teamsight.cli.main import commands
 
 

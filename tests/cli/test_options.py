@@ -14,10 +14,10 @@ from typing import Annotated, Any
 import click
 import pytest
 
-from teamsight.cli import delta, evolve, learn_evaluate, learn_explore, learn_figure, reproduce
+from teamsight.analysis.learning.plans import Curves, Diagnosis, Training
+from teamsight.cli import delta, evolve, learn, reproduce
 from teamsight.cli.main import commands
-from teamsight.cli.options import Command, InputError, Options, Works, default_of, help_of, metavar_of
-from teamsight.cli.values import File
+from teamsight.cli.options import Command, File, InputError, Options, Works, default_of, help_of, metavar_of
 from teamsight.core.component import Allowed, Count, Flag, Index
 
 ROOT = Path(__file__).parents[2]
@@ -46,10 +46,6 @@ def in_python() -> dict[type[Options], Mapping[str, Any]]:
     from teamsight.agents.cmommt import DEFAULTS
     from teamsight.analysis.delta.choose import choose_delta
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories
-    from teamsight.analysis.learning.curves import Curves
-    from teamsight.analysis.learning.evaluation import Scenario
-    from teamsight.analysis.learning.explore import Exploration
-    from teamsight.analysis.learning.learners import Objective
     from teamsight.analysis.papers.evolution import evaluate
     from teamsight.analysis.papers.touzet2000.reproduce import Plan
 
@@ -62,15 +58,6 @@ def in_python() -> dict[type[Options], Mapping[str, Any]]:
                               "window": recorded["window"], "targets": DEFAULTS["targets"],
                               "awareness_range": DEFAULTS["awareness_range"]},
         reproduce.ReproduceSettings: {"runs": plan["runs"], "steps": plan["steps"], "seed": plan["root"]},
-        learn_explore.ExploreSettings: {
-            **{name: value for name, value in defaults_of(Exploration).items() if name not in ("awareness", "policy")},
-            "robot_speed": DEFAULTS["robot_speed"], "delta": DEFAULTS["delta"],
-        },
-        learn_evaluate.EvaluateSettings: {
-            **{name: value for name, value in defaults_of(Scenario).items() if name not in ("robots", "steps")},
-            "reward": Objective().reward, "k": Objective().k, "discount": Objective().discount,
-        },
-        learn_figure.FigureSettings: defaults_of(Curves),
         evolve.TestSettings: defaults_of(evaluate),
     }  # fmt: skip
 
@@ -84,10 +71,14 @@ def test_a_default_is_the_same_on_the_command_line_and_in_python() -> None:
         assert not differing, f"{settings.__name__}: {differing}"
 
 
-def test_without_a_task_policies_are_evaluated_for_the_steps_of_a_scenario() -> None:
-    from teamsight.analysis.learning.evaluation import Scenario
+def test_the_options_of_learning_are_those_of_its_plans() -> None:
+    from teamsight.analysis.learning.explore import Exploration
 
-    assert defaults_of(Scenario)["steps"] == learn_evaluate._STEPS
+    assert learn.FigureSettings.read({}, {}).part(Curves) == Curves()
+    assert learn.DiagnoseSettings.read({}, {}).part(Diagnosis) == Diagnosis()
+    assert learn.CurveSettings.read({}, {}).part(Training) == Training()
+    plan = learn.ExploreSettings.read({"out": "x"}, {}).plan()
+    assert plan.settings() == Exploration().settings()
 
 
 @pytest.mark.parametrize("command", list(leaves()), ids=lambda command: command.name)

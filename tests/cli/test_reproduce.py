@@ -149,7 +149,7 @@ def test_the_time_of_a_run_is_without_compilation(capsys: pytest.CaptureFixture[
     really_compile = Entry._compile
     monkeypatch.setattr(Entry, "_compile", compiles)
     monkeypatch.setattr(CMOMMT, "run", run)
-    for module in ("teamsight.core.kernel.entry", "teamsight.cli.run"):
+    for module in ("teamsight.core.kernel.entry", "teamsight.cli.look"):
         monkeypatch.setattr(f"{module}.perf_counter", lambda: now[0])
     _, out, _ = call(capsys, "run", "--robots", "2", "--targets", "1", "--steps", "2")
     assert re.search(r"^time +4\.000 s for 2 steps", out, re.M)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from teamsight.cli.errors import lines
+from teamsight.cli.exits import lines
 from teamsight.cli.main import commands
 
 pytestmark = pytest.mark.short

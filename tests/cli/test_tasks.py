@@ -15,10 +15,10 @@ from teamsight.analysis.delta import choose_delta
 from teamsight.analysis.papers import PAPERS
 from teamsight.analysis.papers.gathering import GatheringPlan
 from teamsight.cli import main
-from teamsight.cli.learn_explore import ExploreSettings
+from teamsight.cli.learn import ExploreSettings
+from teamsight.cli.look import WatchSettings, watch
 from teamsight.cli.options import InputError
 from teamsight.cli.reproduce import command_of, plan_in
-from teamsight.cli.watch import WatchSettings
 
 
 def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
@@ -123,7 +123,7 @@ WRONG = [
     (("sweep", "--out", "x"), "STUDY: is missing; give a study file, or --task NAME"),
     (("sweep", "s.toml", "--task", "cmommt", "--out", "x"), "STUDY: both are given"),
     (("sweep", "s.toml", "--replicates", "3", "--out", "x"), "--replicates: is for a task"),
-    (("learn", "explore", "--out", "m", "--task", "cmommt", "--policy", "centroid"), "policy=centroid: is for CMOMMT"),
+    (("learn", "explore", "--out", "m", "--task", "pursuit", "--targets", "3"), "targets: is no parameter of the task pursuit"),
     (("reproduce", "gathering", "--sizes", "1,4"), "sizes=1: must be at least 2"),
     (("reproduce", "gathering", "--set", "graze.side=3"), "'graze.side' is of the task 'graze', which is not compared"),
     (("run", "--task", "cmommt", "--set", "cmommt.radius=3"), "cmommt.radius: is no parameter of the task"),
@@ -150,7 +150,6 @@ def test_watch_takes_a_task() -> None:
 
 def test_watch_shows_the_team_that_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     from teamsight import live
-    from teamsight.cli import watch
 
     given = []
 
@@ -163,7 +162,7 @@ def test_watch_shows_the_team_that_is_asked_for(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(live, "watch", serve)
     with pytest.raises(ShownError):
-        watch.watch(WatchSettings.read({"task": "cmommt", "treatment": "explore", "robots": "4"}, {}))
+        watch(WatchSettings.read({"task": "cmommt", "treatment": "explore", "robots": "4"}, {}))
     assert given == [{"robots": 4, "treatment": "explore", "rng": 0}]
 
 

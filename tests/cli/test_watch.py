@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from teamsight.cli import main
+from teamsight.cli.look import WatchSettings
 from teamsight.cli.options import InputError
-from teamsight.cli.watch import WatchSettings
 
 _MODEL = """
 from teamsight import CMOMMT

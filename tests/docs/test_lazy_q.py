@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from teamsight.analysis.learning import diagnosis_page
-from teamsight.analysis.learning.diagnosis import Diagnosis, diagnose_explorations, diagnosis_points
+from teamsight.analysis.learning.diagnosis import diagnose_explorations, diagnosis_points
+from teamsight.analysis.learning.diagnosis_figure import page
+from teamsight.analysis.learning.plans import Diagnosis
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "lazy-q.md").read_text(encoding="utf-8")
@@ -19,7 +20,7 @@ def tables(text: str) -> list[str]:
 
 
 def test_the_tables_are_those_of_the_measurements() -> None:
-    made = diagnosis_page.page(diagnosis_points(pd.read_parquet(DOCS / "lazy-q.parquet")), Diagnosis().in_words())
+    made = page(diagnosis_points(pd.read_parquet(DOCS / "lazy-q.parquet")), Diagnosis().in_words())
     assert tables(made) == tables(PAGE)
 
 

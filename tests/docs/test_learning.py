@@ -9,10 +9,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.analysis.learning.curve_points import BEST, awareness_gains, crossings, mean_gains, pays_from
-from teamsight.analysis.learning.curves import Curves, make_curves
+from teamsight.analysis.learning.curves import BEST, awareness_gains, crossings, make_curves, mean_gains, pays_from
 from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration
+from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.cli import main
 
@@ -58,7 +58,7 @@ class FirstPoints(Curves):
     robots: tuple[int, ...] = (10,)
     radius: tuple[float, ...] = (3.0,)
 
-    def exploration(self, memory: int) -> Exploration:
+    def exploration(self, memory: int, transitions: int | None = None) -> Exploration:
         return replace(super().exploration(memory), runs=Curves().exploration(memory).runs)
 
 

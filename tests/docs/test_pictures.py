@@ -72,6 +72,6 @@ def test_marks_do_not_change_a_picture(name: str) -> None:
 
 def test_a_table_has_the_settings_of_its_command() -> None:
     """Those of the papers are compared beside their pages."""
-    from teamsight.analysis.learning.curves import Curves
+    from teamsight.analysis.learning.plans import Curves
 
     assert pd.read_parquet(ROOT / "docs" / "learning-curves.parquet").attrs["curves"] == Curves().conditions()

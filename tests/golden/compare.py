@@ -193,7 +193,7 @@ def analyses() -> Iterator[tuple[str, str]]:
     from teamsight import run_many
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.analysis.delta import choose_delta
-    from teamsight.analysis.learning.worlds import explore_worlds
+    from teamsight.analysis.learning.explore import explore_worlds
 
     model = partial(CMOMMT, robots=5, targets=8, radius=2.5, policy="random-walk", awareness="ring")
     memory = explore_worlds(model, 60, 6, rng=1)

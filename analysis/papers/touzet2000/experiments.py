@@ -106,7 +106,10 @@ def exploration(number: int, world: tuple[tuple[str, Any], ...] = ()) -> LazyMem
     from teamsight.analysis.learning.explore import Exploration, explore
 
     plan = Exploration(world=MappingProxyType(dict(world)))
-    seed = model_seed(root("figure 11: explore"), number, plan.robots, plan.targets, plan.radius)
+    scenario = plan.scenario
+    seed = model_seed(
+        root("figure 11: explore"), number, scenario["robots"], scenario["targets"], scenario["radius"]
+    )  # fmt: skip
     return explore(Exploration(seed=seed, world=plan.world))
 
 

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from teamsight.analysis.learning.curve_figure import LEAST_FOR_INTERVAL, draw, draw_on_canvas
-from teamsight.analysis.learning.curve_points import awareness_gains, crossings
-from teamsight.analysis.learning.curves import SAMPLES, Curves
+from teamsight.analysis.learning.curve_figure import draw, draw_on_canvas
+from teamsight.analysis.learning.curves import awareness_gains, crossings
 from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
+from teamsight.analysis.learning.plans import LEAST_FOR_INTERVAL, Curves
 
 pytestmark = pytest.mark.short
 
@@ -67,7 +67,7 @@ def test_everything_is_inside_and_nothing_lies_over_something_else(
 
 
 @pytest.mark.parametrize(
-    ("samples", "shown"), [((150, 600), (150, 600)), (SAMPLES, SAMPLES[::2]), (SAMPLES[:8], SAMPLES[1:8:2])]
+    ("samples", "shown"), [((150, 600), (150, 600)), (Curves.samples, Curves.samples[::2]), (Curves.samples[:8], Curves.samples[1:8:2])]
 )
 def test_samples_are_labelled(samples: tuple[int, ...], shown: tuple[int, ...]) -> None:
     figure = drawn(Curves(learners=("lazy",), samples=samples, memories=1))

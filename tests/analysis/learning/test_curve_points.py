@@ -7,15 +7,15 @@ import pandas as pd
 import pytest
 from scipy.stats import t
 
-from teamsight.analysis.learning.curve_points import awareness_gains, crossings, mean_gains, pays_from
-from teamsight.analysis.learning.curves import SAMPLES
+from teamsight.analysis.learning.curves import awareness_gains, crossings, mean_gains, pays_from
+from teamsight.analysis.learning.plans import Curves
 
 pytestmark = pytest.mark.short
 
 SCENARIOS = ((5, 3.0), (10, 5.0))
 
 
-def table_of(gain, memories: int = 6, worlds: int = 2, samples=SAMPLES[:4]) -> pd.DataFrame:  # type: ignore[no-untyped-def]
+def table_of(gain, memories: int = 6, worlds: int = 2, samples=Curves.samples[:4]) -> pd.DataFrame:  # type: ignore[no-untyped-def]
     """Return made-up tests of one learner, where ``gain(transitions, memory, scenario)`` is what awareness adds."""
     rng = np.random.default_rng(3)
     rows = []
@@ -83,7 +83,7 @@ def test_a_single_memory_has_no_interval_and_crosses_nowhere() -> None:
 
 
 def gains_of(low: list[float]) -> pd.DataFrame:
-    rows = {"learner": "linear", "log10_size": 3.0, "robots": 5.0, "radius": 3.0, "transitions": SAMPLES[: len(low)]}
+    rows = {"learner": "linear", "log10_size": 3.0, "robots": 5.0, "radius": 3.0, "transitions": Curves.samples[: len(low)]}
     return pd.DataFrame(rows | {"low": low})
 
 
@@ -110,12 +110,12 @@ def test_pure_noise_hardly_ever_crosses() -> None:
     rng, cases, memories = np.random.default_rng(11), 4_000, 24
     # The samples of a memory are nested: their noise is correlated.
     common = rng.normal(size=(cases, memories, 1))
-    noise = 0.7 * common + rng.normal(size=(cases, memories, len(SAMPLES)))
+    noise = 0.7 * common + rng.normal(size=(cases, memories, len(Curves.samples)))
     se = noise.std(axis=1, ddof=1) / np.sqrt(memories)
     low = noise.mean(axis=1) - t.ppf(0.975, memories - 1) * se
-    points = gains_of([0.0] * len(SAMPLES))
+    points = gains_of([0.0] * len(Curves.samples))
     table = pd.concat([points] * cases, ignore_index=True).assign(
-        low=low.ravel(), robots=np.arange(cases).repeat(len(SAMPLES))
+        low=low.ravel(), robots=np.arange(cases).repeat(len(Curves.samples))
     )
     rate = crossings(table)["crossing"].notna().mean()
     # Without correlation it were 0.025², with full correlation 0.025; the standard error of 0.003 is 0.001.

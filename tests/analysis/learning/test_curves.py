@@ -12,10 +12,11 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.analysis.learning import curves as module
-from teamsight.analysis.learning.curves import Curves, curve_jobs, make_curves
-from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM, Scenario
+from teamsight.analysis.learning.curves import can_learn, curve_jobs, make_curves
+from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
 from teamsight.analysis.learning.explore import explore
 from teamsight.analysis.learning.learners import learn
+from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import FollowFree
@@ -83,9 +84,9 @@ def test_what_a_memory_is_too_small_for_is_missing(table: pd.DataFrame) -> None:
     # Lazy Q-learning matches ten transitions; the others make do with eight.
     assert set(zip(missing["learner"], missing["transitions"], strict=True)) == {("lazy", 8)}
     assert len(missing) == 2 * 2 * 2 * 2
-    assert SMALL.can_learn("lazy", 10)
-    assert not replace(SMALL, k=11).can_learn("lazy", 10)
-    assert replace(SMALL, k=11).can_learn("regression", 1)
+    assert can_learn(SMALL, "lazy", 10)
+    assert not can_learn(replace(SMALL, k=11), "lazy", 10)
+    assert can_learn(replace(SMALL, k=11), "regression", 1)
 
 
 def test_the_search_space_is_the_number_of_values_to_learn(table: pd.DataFrame) -> None:
@@ -143,5 +144,4 @@ def test_memories_share_no_world_and_no_transition() -> None:
 def test_all_scenarios_are_those_of_the_table(table: pd.DataFrame) -> None:
     assert SMALL.scenarios == [(3, 2.0), (5, 2.0)]
     assert set(zip(table["robots"], table["radius"], strict=True)) == set(SMALL.scenarios)
-    assert Scenario().targets == Curves.targets
     assert np.isfinite(table["seed"]).all()

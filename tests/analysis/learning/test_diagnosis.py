@@ -10,24 +10,22 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.learning import diagnosis_page
 from teamsight.analysis.learning.diagnosis import (
-    Diagnosis,
-    diagnose_explorations,
-    diagnose_memory,
-    diagnosis_points,
-)
-from teamsight.analysis.learning.diagnosis_figure import draw
-from teamsight.analysis.learning.diagnosis_measures import (
     BINS,
     DISTANCES,
     action_effect,
     approach,
+    diagnose_explorations,
+    diagnose_memory,
+    diagnosis_points,
     matched_share,
     rewarded_share,
     shown_share,
     single_targets,
 )
+from teamsight.analysis.learning.diagnosis import memory_of as explored
+from teamsight.analysis.learning.diagnosis_figure import draw, page
+from teamsight.analysis.learning.plans import Diagnosis
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import LazyQ
 from teamsight.policies.lazy.lazy_q import shipped
@@ -150,9 +148,9 @@ def test_every_measurement_is_there_for_every_exploration(table: pd.DataFrame) -
 
 
 def test_the_first_exploration_of_600_is_the_shipped_one() -> None:
-    assert TINY.memory(0, 600) == shipped()
-    assert TINY.memory(0, 60) == shipped().sample(60, seed=0)
-    assert len(TINY.memory(1, 1200)) == 1200
+    assert explored(TINY, 0, 600) == shipped()
+    assert explored(TINY, 0, 60) == shipped().sample(60, seed=0)
+    assert len(explored(TINY, 1, 1200)) == 1200
 
 
 def test_a_given_memory_is_measured_like_an_exploration(table: pd.DataFrame) -> None:
@@ -164,7 +162,7 @@ def test_points_are_means_over_explorations(table: pd.DataFrame) -> None:
     points = diagnosis_points(table)
     matches = points[(points["quantity"] == "matches") & (points["transitions"] == 600) & (points["inputs"] == 16)]
     rim = matches[matches["distance"] == DISTANCES[-1]].iloc[0]
-    both = [matched_share(TINY.memory(number, 600), 16, 3)[-1] for number in (0, 1)]
+    both = [matched_share(explored(TINY, number, 600), 16, 3)[-1] for number in (0, 1)]
     assert rim["mean"] == pytest.approx(np.mean(both))
     assert rim["count"] == 2
     assert points["mean"].notna().all()
@@ -173,7 +171,7 @@ def test_points_are_means_over_explorations(table: pd.DataFrame) -> None:
 def test_drawing_and_tables_of_one_exploration_have_no_interval() -> None:
     points = diagnosis_points(diagnose_memory(TINY, shipped()))
     assert draw(points, "one").startswith(b"\x89PNG")
-    text = diagnosis_page.page(points, "one")
+    text = page(points, "one")
     assert "±" not in text
     assert "inf" not in text
     assert text.count("| regression | 16 | 600 |") == 1

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-import numpy as np
-import pandas as pd
 import pytest
 
 from teamsight import CMOMMT
@@ -19,30 +16,26 @@ from teamsight.analysis.learning.evaluation import (
     DESIGNED,
     EVOLVED,
     RANDOM,
-    Scenario,
-    bodies_of,
     check_team,
     contenders,
     evaluate,
-    summary,
+    scenario_of,
 )
 from teamsight.analysis.learning.explore import Exploration
-from teamsight.analysis.learning.learners import (
-    Objective,
-    awareness_for,
-    check_objective,
-    default_of,
-    default_reward,
-    learn,
-)
+from teamsight.analysis.learning.learners import awareness_for, check_objective, default_of, default_reward, learn
+from teamsight.analysis.learning.plans import Evaluation, Objective
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
 from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.run import task_seed
 from teamsight.policies import RandomWalk, check_policy
 from teamsight.policies.memory import LazyMemory
+from teamsight.tasks import TASKS
 from teamsight.tasks.pursuit import Pursuit
 
-SMALL = Scenario(robots=3, targets=5, radius=2.0, runs=3, steps=20, seed=1)
+CMOMMT_TASK = TASKS["cmommt"]
+SMALL = Evaluation(runs=3, steps=20, seed=1)
+SCENARIO = {"robots": 3, "targets": 5, "radius": 2.0}
 
 
 def memory(awareness: Any = "ring", robots: int = 3) -> LazyMemory:
@@ -101,29 +94,32 @@ def test_a_memory_reports_the_degree_that_shows_its_situations() -> None:
 
 @pytest.mark.short
 def test_an_evaluation_is_what_each_model_gives_alone() -> None:
-    policies = contenders("linear", memory(), Objective())
-    assert list(policies) == [COOPERATIVE, COLLECTIVE, *BY_HAND, DESIGNED, EVOLVED, RANDOM]
+    teams = contenders("linear", memory(), Objective(), CMOMMT_TASK, SCENARIO)
+    assert list(teams) == [COOPERATIVE, COLLECTIVE, *BY_HAND, DESIGNED, EVOLVED, RANDOM]
     seen: list[float] = []
     with WorkerPool(1) as pool:
-        table = evaluate(policies, SMALL, pool, lambda done, total: seen.append(done / total))
+        table = evaluate(teams, CMOMMT_TASK, SCENARIO, SMALL, pool, lambda done, total: seen.append(done / total))
     assert seen[-1] == 1
     assert len(table) == 3 * 10
     for _, row in table.iterrows():
-        policy, degree = policies[row["policy"]]
-        model = CMOMMT(robots=3, targets=5, radius=2.0, policy=policy, awareness=degree, rng=row["seed"])
+        team = teams[row["policy"]]
+        assert SCENARIO.items() <= team.items()
+        model = CMOMMT(**team, rng=row["seed"])
         model.run(20)
         assert row["observed_fraction"] == model.observed_fraction
         model.close()
 
 
 def test_a_memory_without_teammates_has_no_cooperative_learner() -> None:
-    assert list(contenders("tabular", memory("none"), Objective())) == [COLLECTIVE, *BY_HAND, DESIGNED, EVOLVED, RANDOM]
+    teams = contenders("tabular", memory("none"), Objective(), CMOMMT_TASK, SCENARIO)
+    assert list(teams) == [COLLECTIVE, *BY_HAND, DESIGNED, EVOLVED, RANDOM]
 
 
 def test_a_team_of_another_size_is_refused_where_the_degree_depends_on_it() -> None:
-    policies = contenders("linear", memory("pairwise"), Objective())
+    scenario = SCENARIO | {"robots": 4}
+    teams = contenders("linear", memory("pairwise"), Objective(), CMOMMT_TASK, scenario)
     with WorkerPool(1) as pool, pytest.raises(JobError, match="20 inputs|reads 20"):
-        evaluate(policies, SMALL._replace(robots=4), pool)
+        evaluate(teams, CMOMMT_TASK, scenario, SMALL, pool)
 
 
 def test_a_team_of_another_size_is_refused_before_anything_is_learned() -> None:
@@ -171,7 +167,7 @@ def test_a_discount_that_no_learner_uses_is_refused() -> None:
 
 def test_a_search_reports_how_far_it_is() -> None:
     seen: list[float] = []
-    contenders("lazy", memory(), Objective(), lambda done, total: seen.append(done / total))
+    contenders("lazy", memory(), Objective(), CMOMMT_TASK, SCENARIO, lambda done, total: seen.append(done / total))
     # 60 pairs are one block: first of all 32 inputs, then of 16.
     assert seen == pytest.approx([2 / 3, 2 / 3, 1, 1])
 
@@ -179,46 +175,24 @@ def test_a_search_reports_how_far_it_is() -> None:
 def test_robots_act_with_the_bodies_that_they_explored_with() -> None:
     model = CMOMMT(robots=3, targets=4, radius=1.5, policy=RandomWalk(), awareness="ring", robot_speed=0.4, rng=2)
     pairs = explore(model, 10)
-    bodies = bodies_of(pairs)
-    assert bodies == {"robot_speed": 0.4, "target_speed": 0.075, "sensing_range": 1.0, "awareness_range": 1.0}
-    scenario = SMALL._replace(bodies=bodies, runs=1)
-    with WorkerPool(1) as pool:
-        row = evaluate({"random": (RandomWalk(), NoAwareness())}, scenario, pool).iloc[0]
+    bodies = {"robot_speed": 0.4, "target_speed": 0.075, "sensing_range": 1.0, "awareness_range": 1.0}
+    scenario = scenario_of(pairs, CMOMMT_TASK, {"targets": 5, "radius": 2.0})
+    assert bodies.items() <= scenario.items()
+    assert (scenario["robots"], scenario["targets"], scenario["radius"]) == (3, 5, 2.0)
+    # Of explorations that differ there is no one speed.
+    assert scenario_of(pairs.merge(memory()), CMOMMT_TASK, {})["robot_speed"] == 0.1
+    teams = {"random": CMOMMT_TASK.parameters({"policy": RandomWalk(), "awareness": NoAwareness()}, scenario)}
+    row = evaluate(teams, CMOMMT_TASK, scenario, SMALL).iloc[0]
     fast = CMOMMT(
         robots=3, targets=5, radius=2.0, policy=RandomWalk(), awareness="none", robot_speed=0.4, rng=row["seed"]
     )
     fast.run(20)
     assert row["observed_fraction"] == fast.observed_fraction
-    # Of explorations that differ there is no one speed.
-    assert "robot_speed" not in bodies_of(pairs.merge(memory()))
-
-
-def test_the_summary_is_student_by_hand() -> None:
-    shares = {"a": [0.5, 0.7, 0.6], "b": [0.4, 0.5, 0.6]}
-    rows = [
-        {
-            "policy": name,
-            "robots": 1,
-            "targets": 1,
-            "radius": 1.0,
-            "replicate": k,
-            "seed": k,
-            "observed_fraction": share,
-        }
-        for name, found in shares.items()
-        for k, share in enumerate(found)
-    ]
-    found = summary(pd.DataFrame(rows)).set_index("policy")
-    assert found["mean"].tolist() == pytest.approx([0.6, 0.5])
-    # t with 2 degrees of freedom: 4.3027; the standard deviations are 0.1 and, of the differences, 0.1.
-    half = 4.302653 * 0.1 / math.sqrt(3)
-    assert found.loc["a", "high"] - 0.6 == pytest.approx(half, rel=1e-6)
-    assert (found.loc["b", "more"], found.loc["b", "more_low"]) == pytest.approx((0.1, 0.1 - half))
-    assert np.isnan(found.loc["a", "more"])
 
 
 def test_no_world_is_both_explored_and_evaluated() -> None:
-    exploration = Exploration(robots=5, targets=15, radius=3.0, runs=50)
+    scenario = {"robots": 5, "targets": 15, "radius": 3.0}
+    exploration = Exploration(world=scenario, runs=50)
     explored = {exploration.run_seed(run) for run in range(50)}
-    assert explored.isdisjoint({Scenario().run_seed(run) for run in range(50)})
+    assert explored.isdisjoint({task_seed(CMOMMT_TASK, 0, replicate, scenario) for replicate in range(30)})
     assert len(explored) == 50

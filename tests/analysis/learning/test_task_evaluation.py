@@ -6,13 +6,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.learning.evaluation import COLLECTIVE, COOPERATIVE, RANDOM_TEAM, SKILLED, Scenario, evaluate
-from teamsight.analysis.learning.explore import explore
-from teamsight.analysis.learning.learners import Objective
+from teamsight.analysis.learning.evaluation import (
+    COLLECTIVE,
+    COOPERATIVE,
+    RANDOM_TEAM,
+    SKILLED,
+    Teams,
+    contenders,
+    evaluate,
+    summary,
+)
+from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.analysis.learning.plans import Evaluation, Objective
 from teamsight.analysis.learning.registry import REWARDS
-from teamsight.analysis.learning.task_evaluation import Teams, evaluate_in_task, task_contenders, task_summary
-from teamsight.analysis.learning.task_exploration import TaskExploration
-from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.tasks import TASKS
 
@@ -21,13 +27,13 @@ SMALL = {"robots": 2, "obstacles": 0.0, "side": 30.0}
 
 @pytest.fixture(scope="module")
 def teams() -> Teams:
-    memory = explore(TaskExploration(task="consume", scenario=SMALL, steps=30, runs=2))
-    return task_contenders("linear", memory, Objective(REWARDS["keep"]), TASKS["consume"], SMALL)
+    memory = explore(Exploration(task="consume", world=SMALL, steps=30, runs=2))
+    return contenders("linear", memory, Objective(REWARDS["keep"]), TASKS["consume"], SMALL)
 
 
 def test_every_run_can_be_repeated_from_its_row(teams: Teams) -> None:
     task = TASKS["consume"]
-    table = evaluate_in_task(teams, task, SMALL, runs=3, steps=80, seed=4)
+    table = evaluate(teams, task, SMALL, Evaluation(runs=3, steps=80, seed=4))
     assert list(dict.fromkeys(table["policy"])) == [COOPERATIVE, COLLECTIVE, SKILLED, RANDOM_TEAM]
     assert (table.groupby("replicate")["seed"].nunique() == 1).all()
     for row in table.itertuples():
@@ -44,23 +50,9 @@ def test_differences_are_paired_and_positive_where_the_first_is_better() -> None
         (team, replicate, time, min(time, 80.0)) for team, some in times.items() for replicate, time in enumerate(some)
     ]
     table = pd.DataFrame(rows, columns=["policy", "replicate", "completion_time", "counted"])
-    summary = task_summary(table, TASKS["consume"]).set_index("policy")
+    found = summary(table, TASKS["consume"]).set_index("policy")
     expected = interval_of(np.array([15.0, 5.0, 60.0]))
-    assert tuple(summary.loc["second", ["more", "more_low", "more_high"]]) == pytest.approx(expected)
-    assert np.isnan(summary.loc["first", "more"])
-    assert summary["censored"].to_list() == pytest.approx([0.0, 1 / 3])
-    assert summary.loc["first", "mean"] == pytest.approx(20.0)
-
-
-def test_cmommt_as_a_task_gives_what_its_own_evaluation_gives() -> None:
-    scenario = {"robots": 3, "targets": 4, "radius": 2.0}
-    memory = explore(TaskExploration(scenario=scenario, steps=20))
-    teams = task_contenders("linear", memory, Objective(REWARDS["own"]), TASKS["cmommt"], scenario)
-    found = evaluate_in_task(teams, TASKS["cmommt"], scenario, runs=2, steps=20, seed=1)
-    policies = {name: (teams[name]["policy"], teams[name]["awareness"]) for name in (COOPERATIVE, COLLECTIVE)}
-    with WorkerPool(1) as pool:
-        direct = evaluate(policies, Scenario(3, 4, 2.0, runs=2, steps=20, seed=1), pool)
-    for name in policies:
-        one, other = (table[table["policy"] == name] for table in (found, direct))
-        assert one["seed"].tolist() == other["seed"].tolist()
-        assert one["observed_fraction"].tolist() == other["observed_fraction"].tolist()
+    assert tuple(found.loc["second", ["more", "more_low", "more_high"]]) == pytest.approx(expected)
+    assert np.isnan(found.loc["first", "more"])
+    assert found["censored"].to_list() == pytest.approx([0.0, 1 / 3])
+    assert found.loc["first", "mean"] == pytest.approx(20.0)

@@ -11,14 +11,15 @@ from toy_tasks import GATHER, SOON
 
 from teamsight.agents.awareness import NoAwareness, RingAwareness
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.task_curves import awareness_gain, learning_curve
-from teamsight.analysis.learning.task_exploration import TaskExploration
+from teamsight.analysis.learning.plans import Training
+from teamsight.analysis.learning.training import awareness_gain, learning_curve
 
 
 def test_exploring_cmommt_as_a_task_gives_the_same_transitions() -> None:
     given = {"steps": 10, "runs": 2, "seed": 4, "awareness": RingAwareness(8)}
-    plain = explore(Exploration(robots=4, targets=6, radius=2.0, policy="random-walk", **given))  # type: ignore[arg-type]
-    task = explore(TaskExploration(scenario={"robots": 4, "targets": 6, "radius": 2.0}, **given))  # type: ignore[arg-type]
+    scenario = {"robots": 4, "targets": 6, "radius": 2.0}
+    plain = explore(Exploration(world={**scenario, "policy": "random-walk"}, **given))  # type: ignore[arg-type]
+    task = explore(Exploration(task="cmommt", world=scenario, **given))  # type: ignore[arg-type]
     assert len(task) == 80
     for name in ("situation", "action", "next_situation"):
         np.testing.assert_array_equal(getattr(task, name), getattr(plain, name))
@@ -27,12 +28,15 @@ def test_exploring_cmommt_as_a_task_gives_the_same_transitions() -> None:
 
 
 def test_exploring_another_task_records_its_team() -> None:
-    plan = TaskExploration(task=GATHER, scenario={"walkers": 3}, steps=7)
+    plan = Exploration(task=GATHER, world={"walkers": 3}, steps=7)
     assert (plan.robots, plan.transitions, len(explore(plan))) == (3, 21, 21)
-    with pytest.raises(ValueError, match="wakers: is no parameter of the scenario of gather"):
-        TaskExploration(task=GATHER, scenario={"wakers": 3})
+    with pytest.raises(ValueError, match="wakers: is no parameter of the task gather; did you mean 'walkers'"):
+        Exploration(task=GATHER, world={"wakers": 3})
     with pytest.raises(ValueError, match="the task gather has no exploration treatment"):
-        explore(TaskExploration(task=replace(GATHER, explore=None), steps=5))
+        Exploration(task=replace(GATHER, explore=None), steps=5)
+
+
+SHORT = Training(trainings=2, runs=3, steps=40, seed=1)
 
 
 def learns(scenario: Any, awareness: Any, rng: int, steps: int = 10) -> dict[str, Any]:
@@ -42,7 +46,7 @@ def learns(scenario: Any, awareness: Any, rng: int, steps: int = 10) -> dict[str
 
 def test_the_curve_shows_when_awareness_pays() -> None:
     task = replace(GATHER, skilled=learns)
-    curve = learning_curve(task, [0, 10, 20], awareness=["none", RingAwareness(4)], trainings=2, runs=3, steps=40, rng=1)
+    curve = learning_curve(task, replace(SHORT, learned=(0, 10, 20), awareness=("none", RingAwareness(4))))
     assert len(curve) == 3 * 2 * 2 * 3
     assert (curve.groupby("replicate")["seed"].nunique() == 1).all()
     gain = awareness_gain(task, curve, "NoAwareness()").set_index("learned")["gain"]
@@ -50,13 +54,13 @@ def test_the_curve_shows_when_awareness_pays() -> None:
     assert gain[10] < 0
     # Where less is better, the sign is the other way round.
     slow = replace(SOON, skilled=learns)
-    later = learning_curve(slow, [10], awareness=["none", "ring"], trainings=2, runs=3, steps=40, rng=1)
+    later = learning_curve(slow, replace(SHORT, learned=(10,), awareness=("none", "ring")))
     assert awareness_gain(slow, later, "NoAwareness()")["gain"].item() < 0
 
 
 def test_a_team_that_does_not_learn_has_no_curve() -> None:
-    with pytest.raises(ValueError, match=r"the task gather has no team that learns; give it a function"):
-        learning_curve(GATHER, [1])
-    curve = learning_curve(replace(GATHER, skilled=learns), [1], awareness=["none"], trainings=1, runs=1, steps=5)
+    with pytest.raises(ValueError, match=r"task='gather': its team does not learn; .*pursuit.* a function"):
+        learning_curve(GATHER)
+    curve = learning_curve(replace(GATHER, skilled=learns), Training(learned=(1,), awareness=("none",), trainings=1, runs=1, steps=5))
     with pytest.raises(ValueError, match=r"base='None': unknown; .*NoAwareness\(\)"):
         awareness_gain(GATHER, curve, "None")

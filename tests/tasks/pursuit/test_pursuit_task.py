@@ -10,7 +10,8 @@ import pytest
 
 from teamsight import TASKS, check_task
 from teamsight.agents.awareness import Awareness, NearestAwareness, NoAwareness, PairwiseAwareness, RingAwareness
-from teamsight.analysis.learning.task_curves import learning_curve
+from teamsight.analysis.learning.plans import Training
+from teamsight.analysis.learning.training import learning_curve
 from teamsight.policies import PreyQ
 from teamsight.policies.online.modular_q import ModularQ
 from teamsight.tasks.pursuit import Pursuit, learned, trial_steps
@@ -70,7 +71,8 @@ def test_a_team_learns_with_each_degree_and_size(degree: Awareness, hunters: int
 
 
 def test_a_team_that_learns_for_longer_needs_less() -> None:
-    curve = learning_curve("pursuit", [0, 20_000], awareness=["none"], scenario=SMALL, trainings=1, runs=8, steps=400)
+    training = Training(learned=(0, 20_000), awareness=("none",), trainings=1, runs=8, steps=400)
+    curve = learning_curve("pursuit", training, SMALL)
     means = curve.groupby("learned")["counted"].mean()
     # Five times as long without learning; the mean of eight runs of 400 steps varies by a third.
     assert means[0] > 1.5 * means[20_000], means.to_dict()
