@@ -338,7 +338,7 @@ class Sweep(NamedTuple):
     weights : ndarray, shape (actions, terms), float64
         Changed in place.
     features : int
-        See `teamsight.policies.eager.linear`.
+        See `LinearQ`.
     discount, learning_rate, last_learning_rate : float
         The learning rate falls linearly from the first to the last.
     """

@@ -31,7 +31,7 @@ from teamsight.policies.handmade.target_tracks import (
 )
 from teamsight.policies.interface import PolicyState
 
-#: Features of a robot's whole situation; see `teamsight.policies.evolved.policy`.
+#: Features of a robot's whole situation.
 CONTEXT = 7
 #: Further features of a target, and of a teammate.
 TARGET_FEATURES, TEAMMATE_FEATURES = 8, 2
@@ -455,7 +455,7 @@ class Evolved(CompiledPolicy):
     Parameters
     ----------
     constants : sequence of float, optional
-        The `SIZE` constants of the policy, see `teamsight.policies.evolved.layout`; by default those shipped.
+        The `SIZE` constants of the policy, in the order of its `BLOCKS`; by default those shipped.
 
     Raises
     ------

@@ -15,9 +15,6 @@ from teamsight.policies.memory import LazyMemory
 #: Called with the work done and the work in all.
 Progress = Callable[[float, float], None]
 
-# Transitions² × inputs that are compared in a second.
-_COMPARED_A_SECOND = 30_000.0**2 * 32
-
 
 def default_of(learner: str, constant: str) -> Any:
     """Return a learner's default for a parameter, such as "k" or "discount"; None if it has no such parameter."""
@@ -78,14 +75,6 @@ def check_objective(
                 f"k={wanted}: {name} matches so many transitions, but the memory has only {transitions}; use a smaller "
                 "k, or more transitions"
             )
-
-
-def search_seconds(name: str, memory: LazyMemory, objective: Objective) -> float:
-    """Return the expected duration of a learner's search, with all inputs and with the robot's own ones [s]."""
-    if default_of(name, "k") is None or objective.discount == 0:
-        return 0.0
-    inputs = memory.own + (memory.inputs if memory.added else 0)
-    return float(len(memory)) ** 2 * inputs / _COMPARED_A_SECOND
 
 
 def learn(

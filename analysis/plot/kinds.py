@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,12 +13,10 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from teamsight.analysis.plot.style import (
-    DIVERGING,
     FAINT,
     INK,
     RADIUS_LABEL,
     ROBOTS_LABEL,
-    SEQUENTIAL,
     canvas,
     plain,
 )
@@ -320,29 +318,3 @@ def _luminance(colour: NDArray[np.float64]) -> NDArray[np.float64]:
     linear = np.where(colour <= 0.04045, colour / 12.92, ((colour + 0.055) / 1.055) ** 2.4)
     # Perceived lightness: the threshold is a middle grey.
     return np.asarray(np.cbrt(linear[..., :3] @ np.array([0.2126, 0.7152, 0.0722])) - 0.1)
-
-
-def draw_maps(title: str, about: str, grids: Mapping[str, pd.DataFrame], look: Look) -> Canvas:
-    """Return maps beside each other in the colours of one scale, such as those of two teams.
-
-    Parameters
-    ----------
-    title, about : str
-        What was found, and what was simulated.
-    grids : mapping of str to DataFrame
-        By its title each map: one row a team size, one column a radius.
-    look : Look
-        Label, format and range of all values.
-    """
-    import matplotlib
-    from matplotlib.colors import Normalize
-
-    norm, colours = Normalize(look.low, look.high), matplotlib.colormaps[DIVERGING if look.around_zero else SEQUENTIAL]
-    rows = max(len(grid) for grid in grids.values())
-    figure, places = panels(
-        title, about, list(grids), x=RADIUS_LABEL, y=ROBOTS_LABEL, size=(5.4, 0.9 + 0.24 * rows), is_plain=False
-    )
-    for axes, grid in zip(places, grids.values(), strict=True):
-        draw_heat_map(axes, grid, texts_of(grid, look), norm, colours)
-    colour_bar(figure, places[0].images[0], places, look.label)
-    return figure

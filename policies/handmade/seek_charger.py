@@ -26,7 +26,7 @@ def _seek(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 class SeekCharger(CompiledPolicy):
     """Go straight to the nearest agent of the channel "chargers", and stay there; stay if there is none.
 
-    `teamsight.agents.events.ChargingPlaces` gives it to agents whose battery is low.
+    `teamsight.agents.components.ChargingPlaces` gives it to agents whose battery is low.
     """
 
     kernel = _seek

@@ -49,6 +49,9 @@ class Registry(Mapping[str, T]):
 
         return cast(T, plugins.find(str(self._group), name))  # users of the registry check what it is
 
+    # It stands for itself: to compare two would import all that is in them, and annotations must be hashed.
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._homes)
 

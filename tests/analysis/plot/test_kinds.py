@@ -8,7 +8,7 @@ import pytest
 from matplotlib.collections import LineCollection
 
 from teamsight.agents.awareness import AWARENESS
-from teamsight.analysis.plot.kinds import Look, draw_curves, draw_distribution, draw_maps, draw_means, panels
+from teamsight.analysis.plot.kinds import draw_curves, draw_distribution, draw_means, panels
 from teamsight.analysis.plot.style import DEGREE, POLICY, TARGETS, canvas, colours_of
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies import POLICIES
@@ -64,14 +64,6 @@ def test_a_distribution_shows_the_share_up_to_each_value() -> None:
     steps, mean = axes.lines
     assert dict(zip(*map(np.ndarray.tolist, steps.get_data()), strict=True)) == {1.0: 0.25, 2.0: 0.75, 3.0: 1.0}
     assert mean.get_xdata()[0] == 2.0
-
-
-def test_maps_beside_each_other_have_one_scale() -> None:
-    grids = {name: pd.DataFrame([[1.0, value]], index=[2], columns=[1.0, 2.0]) for name, value in (("a", 3), ("b", 9))}
-    figure = draw_maps("finding", "about", grids, Look("observed  [%]", "{:.0f}".format, 0, 10))
-    one, other = (axes for axes in figure.axes if axes.images)
-    assert (one.images[0].norm.vmax, other.images[0].norm.vmax) == (10, 10)
-    assert [axes.get_ylabel() for axes in figure.axes].count("observed  [%]") == 1
 
 
 def test_each_degree_and_each_policy_has_its_colour_everywhere() -> None:

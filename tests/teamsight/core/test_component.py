@@ -8,9 +8,9 @@ import math
 import pkgutil
 import sys
 from collections.abc import Iterator
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pytest
 import toy_components
@@ -19,8 +19,9 @@ from hypothesis import strategies as st
 
 import teamsight
 from teamsight import CMOMMT, Study
-from teamsight.core.component import Component, Declared, built_from, declared
+from teamsight.core.component import Allowed, Component, Declared, built_from, declared
 from teamsight.live.controls import controls_of
+from teamsight.policies.registry import POLICIES
 from teamsight.tasks.model import TaskModel
 
 # Modules that end the program or need a package that need not be there.
@@ -139,6 +140,16 @@ def test_the_schema_refuses_what_python_refuses() -> None:
                 assert not validator.is_valid(value) or value != value, (one.name, value)
         if isinstance(one.default, (bool, int, float, str)):
             assert validator.is_valid(one.default), one.name
+
+
+def test_a_choice_of_a_registry_may_be_none() -> None:
+    @dataclass(frozen=True)
+    class Chosen(Component):
+        policy: Annotated[str, Allowed(choices=POLICIES)] | None = None
+
+    assert list(declared(Chosen)["policy"].choices) == list(POLICIES)
+    with pytest.raises(ValueError, match="policy='centriod': .*did you mean 'centroid'"):
+        Chosen("centriod")
 
 
 def test_settings_of_a_world_are_those_of_its_component() -> None:
