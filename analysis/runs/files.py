@@ -14,13 +14,14 @@ import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.core.files import UnwritableError, check_name, check_place, complete, open_regular, unwritable
 from teamsight.core.version import __version__
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = [
     "UnwritableError", "check_replaceable", "complete", "prepare_folder", "write_bytes", "write_json", "write_page",
@@ -179,7 +180,7 @@ def _settings_in_table(file: io.IOBase | Any) -> dict[Any, Any] | None:
 
 
 #: A table, a picture, a page of Markdown, or JSON values.
-Content = pd.DataFrame | bytes | str | Mapping[str, Any]
+Content: TypeAlias = "pd.DataFrame | bytes | str | Mapping[str, Any]"
 
 
 def check_results(
@@ -238,14 +239,14 @@ def write_results(
         If a file must not be replaced; see `check_results`.
     """
     for name, content in contents.items():
-        if isinstance(content, pd.DataFrame):
-            write_table(folder / name, content, {**about, "version": __version__}, force=force)
-        elif isinstance(content, bytes):
+        if isinstance(content, bytes):
             write_bytes(folder / name, content, force=force)
         elif isinstance(content, str):
             write_page(folder / name, content, force=force)
-        else:
+        elif isinstance(content, Mapping):
             write_json(folder / name, {"software": "teamsight", **content}, force=force)
+        else:
+            write_table(folder / name, content, {**about, "version": __version__}, force=force)
 
 
 def as_json(settings: Any) -> dict[str, Any]:

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
-from teamsight.analysis.stats.paired import half_width
-from teamsight.analysis.studies.definition.values import hex_of
+from teamsight.analysis.studies.definition.values import hex_of, scalars
 from teamsight.analysis.studies.describe import conditions, described, described_in_html, what_is_missing
 from teamsight.analysis.studies.folder.parts import runs_in
 from teamsight.analysis.studies.shard import OWN_COLUMNS
 from teamsight.analysis.studies.standing import Present, standing, values_of
+from teamsight.analysis.studies.summary import summarise
 from teamsight.core import checks
 from teamsight.core.extras import extra
 from teamsight.core.version import __version__
@@ -174,11 +173,6 @@ def settings_of(plan: Plan, real: Collection[str] = ()) -> pd.DataFrame:
     return pd.DataFrame(columns, index=index)
 
 
-def scalars(values: Sequence[object]) -> list[object]:
-    """Return values that tables can hold: lists and tables become JSON."""
-    return [json.dumps(value) if isinstance(value, dict | list | tuple) else value for value in values]
-
-
 def groups_of(study: Study) -> tuple[tuple[str, ...], ...]:
     """Return the axes of a study; those that advance together in one group, columns of points and samples alone."""
     found: list[tuple[str, ...]] = []
@@ -209,75 +203,6 @@ def recorded(table: pa.Table, plan: Plan) -> pd.DataFrame:
     table = table.take(order)
     found: pd.DataFrame = table.to_pandas()
     return found.set_index(run_ids(table))
-
-
-#: Columns of a summary, after those that name the setting.
-STATISTICS = ("n", "mean", "low", "high", "maximum")
-
-
-def summarise(
-    values: NDArray[np.float64], cell: NDArray[np.int64], cells: int, level: float = 0.95, *, are_flags: bool = False
-) -> pd.DataFrame:
-    """Return the statistics of the values in each cell.
-
-    Parameters
-    ----------
-    values : ndarray of float64, shape (n,)
-        One value for each run; NaN is left out.
-    cell : ndarray of int64, shape (n,)
-        The cell of each run, from 0.
-    cells : int
-        Number of cells.
-    level : float
-        Confidence of the interval of the mean.
-    are_flags : bool
-        Whether the values are True and False. Their mean is a rate, whose interval is Wilson's; that of numbers is
-        Student's.
-
-    Returns
-    -------
-    DataFrame
-        One row for each cell: n, the number of values; mean, low, high and maximum, NaN in a cell without values. The
-        interval of a single number is infinite, that of a rate within [0, 1]. Student's interval supposes that means
-        are about normally distributed: of few values near a bound, as of fractions near 1, it may end beyond the bound
-        and is too narrow if all of them are equal.
-    """
-    known = ~np.isnan(values)
-    values, cell = values[known], cell[known]
-    n = np.bincount(cell, minlength=cells)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.bincount(cell, values, cells) / n
-        # Around the mean of the cell: a sum of squares around 0 would lose all digits of a small spread.
-        squares = np.bincount(cell, (values - mean[cell]) ** 2, cells)
-        se = np.sqrt(squares / (n - 1) / n)
-    wide = half_width(se, n, level)
-    low, high = wilson(mean, n, level) if are_flags else (mean - wide, mean + wide)
-    maximum = np.full(cells, -np.inf)
-    np.maximum.at(maximum, cell, values)
-    maximum[n == 0] = np.nan
-    return pd.DataFrame({"n": n, "mean": mean, "low": low, "high": high, "maximum": maximum})
-
-
-def wilson(
-    rate: NDArray[np.float64], n: NDArray[np.int64], level: float = 0.95
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the ends of Wilson's confidence intervals of rates, (cells,); NaN where `n` is 0.
-
-    Parameters
-    ----------
-    rate : ndarray of float64, shape (cells,)
-        The share of True among the values.
-    n : ndarray of int64, shape (cells,)
-        The numbers of values.
-    level : float
-        Confidence.
-    """
-    z = ndtri(0.5 + level / 2)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        middle = (rate + z * z / (2 * n)) / (1 + z * z / n)
-        wide = z / (1 + z * z / n) * np.sqrt(rate * (1 - rate) / n + (z / (2 * n)) ** 2)
-    # Rounding must not put the rate outside, as 0 or 1 at the end of its interval.
-    return np.minimum(np.clip(middle - wide, 0.0, 1.0), rate), np.maximum(np.clip(middle + wide, 0.0, 1.0), rate)
 
 
 class StudyTables:

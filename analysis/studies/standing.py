@@ -310,7 +310,7 @@ class _Intervals(NamedTuple):
         mean = np.bincount(setting, value, settings) / np.maximum(count, 1)
         # Slow to import.
         from teamsight.analysis.stats.paired import half_width
-        from teamsight.analysis.studies.results import wilson
+        from teamsight.analysis.studies.summary import wilson
 
         if is_flag:
             low, high = wilson(mean, count)

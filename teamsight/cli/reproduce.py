@@ -111,9 +111,10 @@ class Papers(Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         named = args[0] if args else ""
-        # An option is no misspelt command, however close: --out stands in "touzet2000".
-        is_near = not named.startswith("-") and checks.suggestion(named, self.commands)
-        is_command = named in (*self.commands, "-h", "--help") or is_near
+        is_command = named in (*self.commands, "-h", "--help")
+        # An option or a figure is no misspelt command, however close: --out stands in "touzet2000".
+        if not is_command and not named.startswith("-") and checks.suggestion(named, self.commands):
+            is_command = named not in _figures()
         return super().parse_args(ctx, args if named and is_command else [self.default, *args])
 
 

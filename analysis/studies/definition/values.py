@@ -313,3 +313,8 @@ def hex_of(setting: int) -> str:
 def run_id(setting: int, replicate: int) -> str:
     """Return the id of a run: that of its setting, and the number of the replicate."""
     return f"{hex_of(setting)}-{replicate}"
+
+
+def scalars(values: Sequence[object]) -> list[object]:
+    """Return values that tables can hold: lists and tables become JSON."""
+    return [json.dumps(value) if isinstance(value, dict | list | tuple) else value for value in values]

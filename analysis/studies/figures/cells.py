@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.studies.results import summarise
+from teamsight.analysis.studies.summary import summarise
 from teamsight.core import checks
 from teamsight.core.component import number_in
 

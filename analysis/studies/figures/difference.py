@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from teamsight.analysis.studies.definition.values import scalars
 from teamsight.analysis.studies.figures.cells import is_same
-from teamsight.analysis.studies.results import scalars
 from teamsight.core import checks
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from teamsight.analysis.studies.results import STATISTICS, summarise
+from teamsight.analysis.studies.summary import STATISTICS, summarise
 
 pytestmark = pytest.mark.short
 
