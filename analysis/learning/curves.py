@@ -13,7 +13,7 @@ import pandas as pd
 
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
 from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
-from teamsight.analysis.learning.explore import explore
+from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import awareness_for, learn
 from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.learning.registry import LEARNERS
@@ -145,7 +145,7 @@ def search_space(policy: Any) -> float:
 
 def _learnt_rows(job: CurveJob) -> list[dict[str, Any]]:
     curves = job.curves
-    everything = explore(curves.exploration(job.memory))
+    everything = explore(Exploration(**curves.exploration(job.memory)))
     rows = []
     for transitions in curves.samples:
         memory = everything.sample(transitions, seed=job.memory)

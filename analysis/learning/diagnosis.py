@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from teamsight.analysis.learning.explore import explore
+from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import learn
 from teamsight.analysis.learning.plans import Diagnosis, Objective
 from teamsight.analysis.learning.registry import REWARDS
@@ -47,7 +47,7 @@ _COST = 250_000.0
 
 def memory_of(diagnosis: Diagnosis, number: int, transitions: int) -> LazyMemory:
     """Return the first transitions of an exploration; where they end within a world, a sample of all."""
-    plan = diagnosis.exploration(number, transitions)
+    plan = Exploration(**diagnosis.exploration(number, transitions))
     memory = explore(plan)
     return memory if len(memory) == transitions else memory.sample(transitions, seed=plan.seed)
 

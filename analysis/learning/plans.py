@@ -16,7 +16,6 @@ from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
     from teamsight.agents.awareness import Awareness
-    from teamsight.analysis.learning.explore import Exploration
     from teamsight.policies.memory import LazyMemory
     from teamsight.policies.rewards import Reward
 
@@ -168,12 +167,10 @@ class _Learning(Component):
         """What is to be learnt."""
         return Objective(REWARDS[self.reward], self.k, self.discount)
 
-    def exploration(self, memory: int, transitions: int | None = None) -> Exploration:
-        """Return the exploration of a memory, of so many transitions or more; by default of the largest sample."""
-        from teamsight.analysis.learning.explore import Exploration
-
-        runs = -(-(transitions or max(self.samples)) // Exploration().transitions)
-        return Exploration(runs=runs, seed=self.seed + memory)
+    def exploration(self, memory: int, transitions: int | None = None) -> dict[str, Any]:
+        """Return runs and seed of an exploration with as many transitions; by default as the largest sample."""
+        each = EXPLORED["robots"] * Exploring.steps
+        return {"runs": -(-(transitions or max(self.samples)) // each), "seed": self.seed + memory}
 
     def conditions(self) -> dict[str, Any]:
         """Return all settings as JSON values."""

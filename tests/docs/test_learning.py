@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 
 from teamsight.analysis.learning.curves import BEST, awareness_gains, crossings, make_curves, mean_gains, pays_from
 from teamsight.analysis.learning.evaluation import BY_HAND
-from teamsight.analysis.learning.explore import Exploration
 from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.cli import main
@@ -58,8 +58,8 @@ class FirstPoints(Curves):
     robots: tuple[int, ...] = (10,)
     radius: tuple[float, ...] = (3.0,)
 
-    def exploration(self, memory: int, transitions: int | None = None) -> Exploration:
-        return replace(super().exploration(memory), runs=Curves().exploration(memory).runs)
+    def exploration(self, memory: int, transitions: int | None = None) -> dict[str, Any]:
+        return {**super().exploration(memory), "runs": Curves().exploration(memory)["runs"]}
 
 
 def test_the_first_points_of_the_curves_are_made_again() -> None:

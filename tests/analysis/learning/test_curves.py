@@ -14,7 +14,7 @@ from teamsight import CMOMMT
 from teamsight.analysis.learning import curves as module
 from teamsight.analysis.learning.curves import can_learn, curve_jobs, make_curves
 from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
-from teamsight.analysis.learning.explore import explore
+from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.learners import learn
 from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.runs.checkpoint import Checkpoint
@@ -68,7 +68,7 @@ def test_without_awareness_a_learner_has_the_own_inputs_of_the_same_transitions(
     monkeypatch.setattr(module, "learn", noted)
     make_curves(replace(SMALL, learners=("linear",), memories=1))
     assert [(size, inputs) for size, _, inputs in seen] == [(n, d) for n in (8, 40, 300) for d in (16, 32)]
-    everything = explore(SMALL.exploration(0))
+    everything = explore(Exploration(**SMALL.exploration(0)))
     rows = {row.tobytes() for row in everything.table.T}
     former: set[bytes] = set()
     for (_, memory, _), (_, other, _) in zip(seen[::2], seen[1::2], strict=True):
@@ -134,7 +134,7 @@ def test_finished_jobs_are_kept_after_an_interruption(
 
 
 def test_memories_share_no_world_and_no_transition() -> None:
-    one, other = (SMALL.exploration(memory) for memory in (0, 1))
+    one, other = (Exploration(**SMALL.exploration(memory)) for memory in (0, 1))
     assert one.run_seed(0) != other.run_seed(0)
     assert one.transitions >= max(SMALL.samples)
     first, second = (explore(plan) for plan in (one, other))
