@@ -29,7 +29,7 @@ _ALLOWED = re.compile(r"(file|data|blob|about):|(https?|wss?)://(127\.0\.0\.1|lo
 # A violation of the policy also prints to the console, but not where a page only reports it.
 _WATCH_POLICY = """addEventListener("securitypolicyviolation", event =>
   console.error(`policy violated: ${event.violatedDirective} by ${event.blockedURI}`))"""
-_PATIENCE = 1_800_000  # milliseconds, against a hang: two busy cores start a page slowly
+_PATIENCE = 300_000  # milliseconds, against a hang: two busy cores start a page slowly
 
 
 def missing() -> str | None:

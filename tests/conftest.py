@@ -16,6 +16,7 @@ import numpy.random.bit_generator
 import pytest
 from hypothesis import HealthCheck, settings
 
+from teamsight.analysis.runs import simulate
 from teamsight.core.kernel import entry as kernel_entry
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -51,3 +52,5 @@ def _seeds_of_worlds_without_one(request: pytest.FixtureRequest, monkeypatch: py
 @pytest.fixture(autouse=True)
 def _silent_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernel_entry, "announce", lambda name: None)
+    # So do those of whole analyses, which announce it themselves, once a process.
+    monkeypatch.setattr(simulate, "_announced", True)

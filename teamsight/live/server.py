@@ -265,6 +265,10 @@ class Server:
                     await connection.send(message)
         except self._websockets.exceptions.ConnectionClosed:
             pass
+        except Exception:
+            # A page without news would wait for ever; one whose connection ends tries again.
+            _LOGGER.exception("a page could not be sent its news")
+            await connection.close(1011)
 
     async def _receive(self, connection: ServerConnection, client: Client) -> None:
         async for data in connection:

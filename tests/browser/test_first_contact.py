@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 ROOT = Path(teamsight.__file__).resolve().parents[1]
-_PATIENCE = 1800.0  # seconds; against a hang: a busy machine is slow, and kernels may have to be compiled
+_PATIENCE = 300.0  # seconds; against a hang: a busy machine is slow, and kernels may have to be compiled
 
 
 @pytest.fixture

@@ -15,14 +15,14 @@ from typing import Any
 
 import live_models
 import pytest
-from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from teamsight import CMOMMT, Disc, World
 from teamsight.live import LivePage, session, watch
 from teamsight.live.protocol import KINDS, MOST_BYTES
 
-_PATIENCE = 1800.0  # seconds, against a hang
+_PATIENCE = 300.0  # seconds, against a hang
 
 
 @pytest.fixture
@@ -354,6 +354,23 @@ def test_models_that_cannot_be_watched_are_refused(live: Callable[..., LivePage]
         live(beside={"seed": 4})
     with pytest.raises(ValueError, match="rate=0"):
         live(rate=0)
+
+
+def test_a_page_whose_news_fail_is_closed_and_can_come_back(
+    live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = live()
+
+    def fail(of: session.Session) -> list[str | bytes]:
+        raise RuntimeError("changed size during iteration")
+
+    with monkeypatch.context() as patch, opened(page) as socket:
+        patch.setattr(session.Session, "history", fail)
+        with opened(page) as other, pytest.raises(ConnectionClosedError, match="1011"):
+            until(other, "nothing")
+        until(socket, "state")
+    with opened(page) as socket:
+        until(socket, "state")
 
 
 def test_closing_ends_its_threads(live: Callable[..., LivePage]) -> None:
