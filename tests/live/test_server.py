@@ -364,11 +364,14 @@ def test_a_page_whose_news_fail_is_closed_and_can_come_back(
     def fail(of: session.Session) -> list[str | bytes]:
         raise RuntimeError("changed size during iteration")
 
-    with monkeypatch.context() as patch, opened(page) as socket:
+    with opened(page) as socket, monkeypatch.context() as patch:
+        until(socket, "state")
         patch.setattr(session.Session, "history", fail)
         with opened(page) as other, pytest.raises(ConnectionClosedError, match="1011"):
             until(other, "nothing")
-        until(socket, "state")
+        # Other pages go on.
+        ask(socket, "step")
+        until(socket, "state", lambda state: state["tracks"][0]["tick"] == 1)
     with opened(page) as socket:
         until(socket, "state")
 
