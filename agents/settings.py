@@ -80,7 +80,7 @@ class Settings(Component):
     awareness : str or Awareness
         What robots perceive of teammates: a degree of awareness by name, or an object.
     delta : int
-        Number δ of sectors of "ring", or of teammates of "nearest".
+        Number δ of sectors of "ring", or of teammates of "nearest"; other degrees have none.
     sensing_range : float
         Distance within which robots and targets sense each other.
     awareness_range : float
@@ -142,8 +142,8 @@ class Settings(Component):
         Allowed(choices=POLICIES, live=True, label="policy",
                 panel=Panel(names=("random-walk", "evasive", "stationary"))),
     ] = "random-walk"  # fmt: skip
-    policy_options: _OPTIONS = field(default_factory=dict)
-    target_policy_options: _OPTIONS = field(default_factory=dict)
+    policy_options: Annotated[_OPTIONS, _TEAM] = field(default_factory=dict)
+    target_policy_options: Annotated[_OPTIONS, _TARGETS] = field(default_factory=dict)
     events: EventSource | Sequence[EventSource] | None = None
     preset: Annotated[PresetName | None, _WORLD] = None
     rng: SeedLike = None

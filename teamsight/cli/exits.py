@@ -17,7 +17,7 @@ from typing import NoReturn, TextIO
 
 import click
 
-from teamsight.cli.options import InputError
+from teamsight.cli.options import InputError, usage
 
 WRONG_INPUT, INTERRUPTED = 2, 130
 
@@ -52,9 +52,7 @@ def run_and_exit(commands: click.Group, arguments: Sequence[str] | None) -> NoRe
         # click wraps the interrupt; what the command added to it is in the cause.
         _leave([f"interrupted; {str(stop.__cause__ or stop) or _COMPLETE}"], INTERRUPTED)
     except click.ClickException as error:
-        context = error.ctx if isinstance(error, click.UsageError) else None
-        hint = f"; see {context.command_path} --help" if context else ""
-        _leave([error.format_message().rstrip(".") + hint], WRONG_INPUT)
+        _leave([usage(error)], WRONG_INPUT)
     except SystemExit:
         # click raises it when the reader of standard output has gone away.
         _leave([], 0)

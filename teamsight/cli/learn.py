@@ -66,10 +66,12 @@ class ExploreSettings(TaskOptions, Exploring, cmommt.Settings, Works, Writes):
 
     def check(self) -> None:
         """Refuse options that do not fit together, and explorations that are too large."""
-        check_sectors(self)
         self.check_task(others=("distance",))
+        check_sectors(self)
         if self.policy != "random-walk":
             self.refuse(("distance",), f"applies to the policy random-walk only, and policy={self.policy}")
+        elif not self.task and "random_distance" in self.world().get("policy_options", {}):
+            self.refuse(("distance",), "is given as the option random_distance of the policy too")
         self.check_size(self.steps, self.runs, degrees=(str(self.awareness),))
 
     def plan(self) -> Exploration:

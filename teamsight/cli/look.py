@@ -75,8 +75,8 @@ class RunSettings(WorldOptions, Writes):
         """Refuse settings that do not go together, and worlds that are too large."""
         from teamsight.agents.decisions import check_run
 
-        check_sectors(self)
         self.check_task(others=("failures", "repair", "evenness"))
+        check_sectors(self)
         steps = self.length()
         agents = self.check_world(steps)
         if self.record:
@@ -229,6 +229,8 @@ class WatchSettings(WorldOptions):
     ----------
     model : str, optional
         A class or function of your own that builds a world. Its numbers, truth values and choices become controls.
+    set : mapping of str to object
+        A parameter of the task, or of the model. May be given several times.
     beside : mapping of str to object
         A parameter in which a second world differs, which runs beside the first with the same seed. May be given
         several times.
@@ -260,10 +262,10 @@ class WatchSettings(WorldOptions):
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""
-        if not self.beside:
-            check_sectors(self)
         # Of a model of one's own, --set gives the parameters.
         self.check_task(("treatment",), others=("model", "failures", "repair"))
+        if not self.beside:
+            check_sectors(self)
         self.check_world(1)
         if self.model or self.task:
             return

@@ -86,13 +86,7 @@ class Options(Component):
         InputError
             With one message for each option that is wrong; `check` runs only if all are right.
         """
-        messages, values = [], {}
-        for name, one in {**cls.options(), **further}.items():
-            if (text := texts.get(name)) not in (None, (), False):
-                try:
-                    values[name] = one.parsed(text)
-                except (TypeError, ValueError) as error:
-                    messages.append(str(error))
+        values, messages = cls.values_in(texts, further)
         if messages:
             raise InputError(messages)
         made = cls(**{name: value for name, value in values.items() if name not in further})
@@ -100,6 +94,24 @@ class Options(Component):
         object.__setattr__(made, "brought", {name: value for name, value in values.items() if name in further})
         made.check()
         return made
+
+    @classmethod
+    def values_in(cls, texts: Mapping[str, Any], further: Mapping[str, Declared]) -> tuple[dict[str, Any], list[str]]:
+        """Return the value of each option that was given, and one message for each that is wrong."""
+        values, messages = {}, []
+        for name, one in {**cls.options(), **further}.items():
+            if (text := texts.get(name)) in (None, (), [], False):
+                continue
+            try:
+                if not _is_many(one) and isinstance(text, (tuple, list)):
+                    if len(text) > 1:
+                        shown = " and ".join(f"--{flag(name)} {part}" for part in text)
+                        raise ValueError(f"{name}: is given {len(text)} times, as {shown}; leave all but one out")
+                    (text,) = text
+                values[name] = one.parsed(text)
+            except (TypeError, ValueError) as error:
+                messages.append(str(error))
+        return values, messages
 
     def check(self) -> None:
         """Check what several options must satisfy together.
@@ -268,6 +280,11 @@ def flag(name: str) -> str:
     return name.replace("_", "-")
 
 
+def _is_many(one: Declared) -> bool:
+    """Return whether an option may be given several times."""
+    return bool(one.allowed.is_repeated or one.kind == "mapping")
+
+
 def help_of(one: Declared) -> str:
     """Return what the help says of an option, with the names that may be given."""
     text = one.meaning.replace("`", "")
@@ -288,9 +305,11 @@ def default_of(one: Declared) -> str:
 
 def metavar_of(one: Declared) -> str:
     """Return what stands in the help for the value of an option."""
-    if one.item is not None and not one.allowed.metavar:
+    if given := one.allowed.metavar or (one.item.allowed.metavar if one.item else ""):
+        return given
+    if one.item is not None:
         return "NUMBERS" if one.item.kind in ("integer", "number") else "NAMES"
-    return one.allowed.metavar or (one.item.allowed.metavar if one.item else "") or _METAVARS.get(one.kind, "TEXT")
+    return _METAVARS.get(one.kind, "TEXT")
 
 
 class _Option(click.Option):
@@ -298,28 +317,28 @@ class _Option(click.Option):
 
     def __init__(self, declarations: list[str], declared: Declared, **more: Any) -> None:
         super().__init__(declarations, **more)
-        self._declared = declared
+        self.declared = declared
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         record = super().get_help_record(ctx)
         if record is None:
             return None
-        default, unit = default_of(self._declared), self._declared.allowed.unit
+        default, unit = default_of(self.declared), self.declared.allowed.unit
         notes = "; ".join(filter(None, ("required" * self.required, unit, default and f"default: {default}")))
-        return record[0], help_of(self._declared) + (f"  [{notes}]" if notes else "")
+        return record[0], help_of(self.declared) + (f"  [{notes}]" if notes else "")
 
 
 def parameter_of(one: Declared) -> click.Parameter:
     """Return the parameter of click; `Options.read` checks its text, and reports all errors at once."""
-    name, many = one.name.replace(".", "__"), bool(one.allowed.is_repeated or one.kind == "mapping")
-    required = one.default is MISSING
+    name, required = one.name.replace(".", "__"), one.default is MISSING
     if one.allowed.is_argument:
-        return click.Argument([name], nargs=-1 if many else 1, required=required, metavar=metavar_of(one))
+        return click.Argument([name], nargs=-1 if _is_many(one) else 1, required=required, metavar=metavar_of(one))
     names = [name, f"--{flag(one.name)}"]
     if one.kind == "flag":
         # One that is on by default is set by name: --copy false.
         return _Option(names, one, is_flag=True) if not one.default else _Option(names, one, metavar="BOOLEAN")
-    return _Option(names, one, metavar=metavar_of(one), required=required, multiple=many)
+    # One that is given twice is refused, not dropped.
+    return _Option(names, one, metavar=metavar_of(one), required=required, multiple=True)
 
 
 class Command(click.Command):
@@ -352,7 +371,34 @@ class Command(click.Command):
             # Of a program that is installed, unlike of python -m, Python does not search that folder.
             references.search_in([os.getcwd()])
         ctx.meta[_FURTHER] = self.settings.brings(args)
-        return super().parse_args(ctx, args)
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            # What else is wrong comes first: an option is unknown because the task that brings it is.
+            raise InputError([*self._wrong_in(ctx, given), usage(error)]) from error
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        sections: dict[str, list[tuple[str, str]]] = {}
+        for one in self.get_params(ctx):
+            if (record := one.get_help_record(ctx)) is not None:
+                section = one.declared.allowed.section if isinstance(one, _Option) else ""
+                sections.setdefault(section, []).append(record)
+        # Those without a section last, the help itself among them.
+        for section in sorted(sections, key=lambda name: not name):
+            with formatter.section(section or ("Further options" if len(sections) > 1 else "Options")):
+                formatter.write_dl(sections[section])
+
+    def _wrong_in(self, ctx: click.Context, arguments: list[str]) -> list[str]:
+        """Return what is wrong with the options that a command line gives, although others are missing or unknown."""
+        ctx.ignore_unknown_options = ctx.allow_extra_args = True
+        try:
+            texts, _, _ = self.make_parser(ctx).parse_args(arguments)
+        except click.UsageError:  # an option without its value
+            return []
+        named = {one.name for one in self.params if isinstance(one, click.Argument)}
+        given = {name.replace("__", "."): text for name, text in texts.items() if name not in named}
+        return self.settings.values_in(given, ctx.meta[_FURTHER])[1]
 
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         *own, last = super().get_params(ctx)
@@ -364,6 +410,12 @@ class Command(click.Command):
         work: Any = self._work
         status: int | None = work(self.settings.read(given, further))
         return status
+
+
+def usage(error: click.ClickException) -> str:
+    """Return what click says of a command line, and where to look."""
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    return error.format_message().rstrip(".") + (f"; see {context.command_path} --help" if context else "")
 
 
 class Group(click.Group):
@@ -434,5 +486,8 @@ def component_options(settings: type[Options], arguments: Sequence[str]) -> dict
             # A task is made already.
             for option, of in declared(owner).items() if callable(owner) else ():
                 if of.kind != "object" or of.allowed.check is not None:
-                    found[f"{name}.{option}"] = replace(of, name=f"{name}.{option}")
+                    allowed = replace(
+                        of.allowed, section=f"{flag(name).capitalize()} {named[-1] if named else one.default}"
+                    )
+                    found[f"{name}.{option}"] = replace(of, name=f"{name}.{option}", allowed=allowed)
     return found

@@ -9,7 +9,7 @@ import sys
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -17,7 +17,6 @@ from teamsight.analysis.runs.limits import Runs, Steps
 from teamsight.analysis.studies.slurm import MOST_TASKS, USUAL_TASKS, JobArray, JobOptions
 from teamsight.cli.options import WORKERS, File, Folder, Options, Shard, StudyFile, StudyFolder, Works, Writes, names_in
 from teamsight.cli.world_settings import TaskOptions, listed
-from teamsight.core import checks
 from teamsight.core.component import Allowed, Declared, Flag, Seed
 
 if TYPE_CHECKING:
@@ -49,6 +48,7 @@ class SweepSettings(TaskOptions, Works):
         A study of this task in place of STUDY, or module:TASK.
     set : mapping of str to object
         A parameter of the task, or treatment; several values, with commas between them, are combined with the others.
+        Those of the task's scenario are options of their own too.
     replicates : int
         Runs of each setting of a task.
     steps : int, optional
@@ -101,8 +101,11 @@ class SweepSettings(TaskOptions, Works):
 
     @classmethod
     def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
-        """Return none: the values of a task's parameters may be several, which --set takes."""
-        return {}
+        """Return the options of the task that is named, each of which takes several values."""
+        return {
+            name: Declared(name, "list", (), replace(one.allowed, least=None, most=None), one.meaning, item=one)
+            for name, one in super().brings(arguments).items()
+        }
 
     def check(self) -> None:
         """Refuse a study and a task together, and options of Dask without it."""
@@ -129,7 +132,7 @@ def sweep(settings: SweepSettings) -> int:
     Examples:
       teamsight sweep study.toml --out results
       teamsight sweep study.toml --out results --workers 8 --on-error stop
-      teamsight sweep --task cmommt --set robots=4,8,16 \\
+      teamsight sweep --task cmommt --robots 4,8,16 \\
           --set treatment=explore,skilled --replicates 20 --out results
       teamsight sweep study.toml --out results \\
           --engine dask --scheduler tcp://10.0.0.1:8786
@@ -178,7 +181,7 @@ def _of_task(settings: SweepSettings) -> Study:
     from teamsight.analysis.studies.study import Study
     from teamsight.core.references import is_reference
 
-    several = {name: listed(value) for name, value in settings.set.items()}
+    several = {name: listed(value) for name, value in settings.parameters.items()}
     study = Study(
         # Where the module of a task of one's own is.
         path=Path.cwd() if is_reference(settings.task) else None,
@@ -354,9 +357,9 @@ def _chosen(texts: tuple[str, ...]) -> dict[str, str]:
     for text in texts:
         axis, sign, value = text.partition("=")
         if not sign or not axis or not value:
-            raise ValueError(f"where={checks.shown(text)}: must be NAME=VALUE, as in policy=a-cmommt")
+            raise ValueError(f"where={text}: must be NAME=VALUE, as in policy=a-cmommt")
         if axis in found:
-            raise ValueError(f"where={checks.shown(text)}: {axis} is given twice; leave one out")
+            raise ValueError(f"where={text}: {axis} is given twice; leave one out")
         found[axis] = value
     return found
 
@@ -389,7 +392,7 @@ class PlotSettings(Writes):
 
     folder: Annotated[Folder, Allowed(is_argument=True)]
     out: Annotated[File | None, Allowed(shown="name of the folder, with .png, in the current folder")] = None
-    kind: Annotated[str, names_in("teamsight.analysis.studies.figures.choose:KINDS")] = "auto"
+    kind: Annotated[str, names_in("teamsight.analysis.studies.figures:KINDS")] = "auto"
     measure: Annotated[str | None, Allowed(metavar="NAME", shown="the first measure")] = None
     x: Annotated[str | None, Allowed(metavar="NAME", shown="the first that suits")] = None
     y: Annotated[str | None, Allowed(metavar="NAME", shown="the next")] = None
@@ -397,9 +400,14 @@ class PlotSettings(Writes):
     minus: Annotated[Folder | None, Allowed(shown="nothing")] = None
     across: Annotated[tuple[str, ...], Allowed(metavar="NAME", is_repeated=True)] = ()
 
+    def check(self) -> None:
+        """Refuse what only a difference has."""
+        if self.minus is None:
+            self.refuse(("across",), "has no effect without --minus")
+
 
 def plot(settings: PlotSettings) -> None:
-    """Draw a study: a heat map with intervals, lines, a surface.
+    """Draw a study: a heat map with intervals, lines, distributions or points.
 
     Further axes become panels. A study that is not complete is drawn and marked as partial. The difference of two
     studies is that of their runs under the same noise, so that its intervals are narrow; it needs studies of the same
@@ -661,14 +669,15 @@ def submit(settings: SubmitSettings) -> None:
     plan = study.plan()
     # An adaptive study is divided by settings, another by runs.
     most, things = (plan.runs, "run") if study.until is None else (plan.settings, "setting")
-    if settings.tasks > most:
+    if settings.tasks > most and "tasks" in settings.given:
         raise ValueError(f"tasks={settings.tasks}: are more than the {plural(most, things)} of the study; give fewer")
+    array = replace(array, tasks=min(array.tasks, most))
     if settings.dry_run:
         print(array.script(), end="")
         return
     path = settings.script or Path(f"{settings.study.stem}.sbatch")
     slurm.write_script(path, array, force=settings.force)
-    say(f"{path}: {plural(plan.runs, 'run')} in {plural(settings.tasks, 'task')}")
+    say(f"{path}: {plural(plan.runs, 'run')} in {plural(array.tasks, 'task')}")
     say(slurm.submit(path) if settings.submit else f"next: {slurm.command(path)}")
     say(f"then: teamsight status {shlex.quote(str(settings.out))}")
 

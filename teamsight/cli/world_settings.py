@@ -41,7 +41,7 @@ class TaskOptions(Options):
     task : str, optional
         The task in place of CMOMMT, or module:TASK; then its parameters are options, such as those of its scenario.
     set : mapping of str to object
-        A parameter of the task or model, such as one of its scenario. May be given several times.
+        A parameter of the task, such as one of its scenario. May be given several times.
     """
 
     task: Annotated[TaskName | None, Allowed(shown="CMOMMT")] = None
@@ -60,7 +60,7 @@ class TaskOptions(Options):
             with contextlib.suppress(TypeError, ValueError):
                 for name, one in declared(TaskModel(task_of(named[-1]))).items():
                     if name not in taken and one.kind not in ("object", "mapping"):
-                        found[name] = one
+                        found[name] = replace(one, allowed=replace(one.allowed, section=f"Task {named[-1]}"))
         return found
 
     @property
@@ -74,7 +74,7 @@ class TaskOptions(Options):
         """
         own = {name: value for name, value in self.brought.items() if "." not in name}
         shared = {name: getattr(self, name) for name in self.given & self.world_options()}
-        for name in {**own, **shared}.keys() & self.set.keys():
+        for name in self.set.keys() & {*own, *self.given}:
             raise ValueError(f"set={name}: is given as --{flag(name)} too; leave one out")
         return {**shared, **own, **self.set}
 
@@ -104,10 +104,10 @@ class TaskOptions(Options):
                 if name in self.given:
                     raise ValueError(f"--{flag(name)}: is for a task; give --task NAME too, or leave it out")
             return
-        self.refuse(others, f"is for CMOMMT, not for the task {self.task}")
+        self.refuse(others, "does not go with --task")
         for name in self.brought:
             if "." in name:
-                raise ValueError(f"--{name}: is for CMOMMT, not for the task {self.task}; leave it out")
+                raise ValueError(f"--{flag(name)}: does not go with --task; leave --{flag(name)} out")
         self.model_of().parameters_known(self.parameters)
 
     def check_size(self, steps: int, runs: int = 1, **world: Any) -> int:
@@ -162,9 +162,15 @@ class TaskOptions(Options):
             base, dot, option = name.partition(".")
             if not dot:
                 continue
-            if f"{base}_options" in declared(cmommt.Settings):
-                given[f"{base}_options"] = {**given.get(f"{base}_options", {}), option: value}
+            others = f"{base}_options"
+            if others in declared(cmommt.Settings):
+                options = given.setdefault(others, {})
+                if option in options:
+                    raise ValueError(f"--{flag(name)}: is given by --{flag(others)} too; leave one out")
+                given[others] = {**options, option: value}
             else:
+                if option in self.given:
+                    raise ValueError(f"--{flag(name)}: is given as --{flag(option)} too; leave one out")
                 made = given.get(base, getattr(self, base))
                 registry: Any = declared(cmommt.Settings)[base].choices
                 # Its other options keep their defaults.
@@ -288,5 +294,7 @@ def check_worlds(
 
 
 def listed(value: Any) -> list[Any]:
-    """Return the values of a parameter that were given with commas between them."""
+    """Return the values of a parameter that were given with commas between them, or as several."""
+    if isinstance(value, tuple):
+        return list(value)
     return [value_in(part.strip()) for part in value.split(",")] if isinstance(value, str) else [value]

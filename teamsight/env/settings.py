@@ -35,6 +35,7 @@ _OWN = {
     "rng": "give the seed to reset(seed=…)",
     "seed": "give the seed to reset(seed=…)",
     "steps": "give the length of an episode as max_cycles",
+    "task": "give a task, or its name, as model",
 }
 
 
@@ -254,8 +255,12 @@ def _check_call(model: Callable[..., World], given: Mapping[str, Any]) -> None:
 
 def _check_parameters(given: Mapping[str, Any]) -> None:
     # Those of environments are near to slips too.
-    known = [*(name for name in declared(CMOMMT) if name not in _OWN), *declared(Environment)]
+    known = dict.fromkeys([*(name for name in declared(CMOMMT) if name not in _OWN), *declared(Environment)])
     for name in given:
         if name in _OWN:
             raise TypeError(f"{name}: is not a parameter of environments; {_OWN[name]}")
-        checks.choice("parameter", name, known)
+        if name not in known:
+            raise TypeError(
+                f"{name}={checks.shown(given[name])}: unknown; {checks.suggestion(name, known)}environments take "
+                f"{', '.join(known)}"
+            )

@@ -241,26 +241,30 @@ class PuckCollecting(World):
 
     Parameters
     ----------
-    robots, pucks : int
-        Their numbers; by default 4 and 20.
+    robots : int
+        Number of robots.
+    pucks : int
+        Number of pucks.
     side : float
-        The side of the square area [length]; by default 30.
+        The side of the square area [length].
     home_radius : float
-        The radius of the home region, in the middle [length]; by default 3.
+        The radius of the home region, in the middle [length].
     reach : float
-        Distance within which a robot grasps a puck [length]; by default 0.4.
+        Distance within which a robot grasps a puck [length].
     speed : float
-        The largest distance that a robot moves in a step [length]; by default 0.3.
+        The largest distance that a robot moves in a step [length].
     awareness_range : float
-        Distance within which teammates are perceived [length]; by default 6.
-    period, night : int
-        Steps of a day with its night, and those of the night; by default 400 and 100.
+        Distance within which teammates are perceived [length].
+    period : int
+        Steps of a day with its night.
+    night : int
+        Steps of the night.
     renewed : bool
-        Whether another puck appears for each that is delivered; by default it does.
+        Whether another puck appears for each that is delivered.
     policy : str or Policy
-        The policy of the robots; by default "random-walk".
+        The policy of the robots.
     awareness : str or Awareness
-        What they perceive of teammates; by default "pairwise".
+        What they perceive of teammates.
     rng, seed : int, optional
         Two names for the seed.
 

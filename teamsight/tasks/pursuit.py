@@ -452,27 +452,29 @@ class Pursuit(World):
 
     Parameters
     ----------
-    hunters, prey : int
-        Their numbers; by default 2 and 1.
+    hunters : int
+        Number of hunters.
+    prey : int
+        Number of prey.
     side : int
-        The side of the grid [cells]; by default 10.
+        The side of the grid [cells].
     depth : int
-        Hunters sense prey in a square of this many cells to each side; by default 4.
+        Hunters sense prey in a square of this many cells to each side.
     teammate_depth : int, optional
         They perceive teammates, as their degree of awareness allows, in a square of this many; by default `depth`.
     rule : {"alone", "pair", "surround"}
-        Who captures: see `Capture`, and `Surround` for four hunters at once. By default "alone". Fewer than four never
-        surround a prey; a warning says so.
+        Who captures: see `Capture`, and `Surround` for four hunters at once. Fewer than four never surround a prey; a
+        warning says so.
     torus : bool
-        Whether the grid has no walls; by default it has.
+        Whether the grid has no walls.
     policy : str or Policy
-        The policy of the hunters; by default "lattice-walk", random moves.
+        The policy of the hunters; "lattice-walk" moves at random.
     awareness : str or Awareness
-        What they perceive of teammates; by default "none".
+        What they perceive of teammates.
     prey_policy : str or Policy
-        The policy of the prey; by default "lattice-walk".
+        The policy of the prey.
     scouts : int
-        The number of scouts, which move at random; by default 0.
+        The number of scouts, which move at random.
     scout_depth : int, optional
         Scouts sense prey in a square of this many cells to each side; by default `depth`.
     rng, seed : int, optional

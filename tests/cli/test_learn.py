@@ -318,7 +318,7 @@ def test_a_table_that_would_be_too_large_is_refused_with_a_cure_of_the_command_l
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     shared = tmp_path / "shared.safetensors"
-    call(capsys, "explore", "--out", str(shared), *SMALL, "--robots", "5", "--awareness", "shared")
+    call(capsys, "explore", "--out", str(shared), "--robots", "5", *SMALL[2:], "--awareness", "shared")
     status, _, err = call(capsys, "evaluate", str(shared), "--learner", "tabular", "--runs", "1")
     assert (status, err.count("\n")) == (2, 1)
     assert "a table of 3^" in err

@@ -76,7 +76,7 @@ def test_two_studies_are_subtracted(capsys: pytest.CaptureFixture[str], study: P
         (["--out", "p.jpg"], "out=p.jpg: must be a file that ends with one of .png, .svg, .pdf"),
         (["--x", "robot"], "x='robot': unknown; did you mean 'robots'?"),
         (["--measure", "observed"], "measure='observed': unknown; did you mean 'observed_fraction'?"),
-        (["--where", "radius"], "where='radius': must be NAME=VALUE"),
+        (["--where", "radius"], "where=radius: must be NAME=VALUE"),
         (["--where", "radius=9"], "where=radius='9': is no value of the study; give one of 1.0, 2.0, 3.0"),
         (["--where", "radius=2", "--where", "radius=3"], "radius is given twice"),
         (["--minus", "nowhere"], "nowhere: "),

@@ -41,7 +41,7 @@ OTHER = {
     "run": ["--seed", "1"],
     "delta": ["--seed", "1"],
     "explore": ["--seed", "1"],
-    "evaluate": ["--runs", "2"],
+    "evaluate": ["--seed", "1"],
     "figure": ["--seed", "1"],
     "diagnose": ["--seed", "1"],
 }

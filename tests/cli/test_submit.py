@@ -41,6 +41,12 @@ def test_it_writes_a_script_and_prints_the_next_commands(study: Path) -> None:
     assert sorted(path.name for path in study.parent.iterdir()) == ["study.sbatch", "study.toml"]
 
 
+def test_a_small_study_has_a_task_for_each_run(study: Path) -> None:
+    assert submit("--slurm") == (
+        "study.sbatch: 4 runs in 4 tasks\nnext: bash study.sbatch\nthen: teamsight status results\n", ""
+    )  # fmt: skip
+
+
 def test_a_dry_run_writes_nothing(study: Path) -> None:
     output, error = submit("--slurm", "--tasks", "2", "--dry-run", "--time", "02:00:00")
     assert output.startswith("#!/bin/bash\n")

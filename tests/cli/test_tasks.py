@@ -117,7 +117,7 @@ WRONG = [
     (("run", "--task", "cmommt", "--robots", "3", "--set", "robots=4"), "set=robots: is given as --robots too; leave one out"),
     (("run", "--treatment", "explore"), "--treatment: is for a task; give --task NAME too"),
     (("run", "--task", "cmommt", "--set", "robts=3"), "robts: is no parameter of the task cmommt; did you mean 'robots'"),
-    (("run", "--task", "cmommt", "--evenness"), "evenness=True: is for CMOMMT, not for the task cmommt; leave --evenness out"),
+    (("run", "--task", "cmommt", "--evenness"), "evenness=True: does not go with --task; leave --evenness out"),
     (("delta", "--set", "robots=3"), "--set: is for a task"),
     (("delta", "--task", "cmommt", "--trajectories", "x.csv", "--awareness-range", "1"), "task=cmommt: cannot be combined with --traj"),
     (("sweep", "--out", "x"), "STUDY: is missing; give a study file, or --task NAME"),

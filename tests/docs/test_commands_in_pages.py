@@ -11,6 +11,7 @@ import click
 import pytest
 
 from teamsight.cli.main import commands
+from teamsight.cli.options import Command, parameter_of
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -41,7 +42,11 @@ def test_commands_and_options_exist(page: Path) -> None:
             name = rest.pop(0)
             assert name in command.commands, f"teamsight {' '.join(words)}"
             command = command.commands[name]
-        known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
+        parameters = list(command.params)
+        if isinstance(command, Command):
+            # A task brings options of its own.
+            parameters += map(parameter_of, command.settings.brings(rest).values())
+        known = {option for parameter in parameters for option in (*parameter.opts, *parameter.secondary_opts)}
         for word in rest:
             if re.match(r"--?[a-zA-Z]", word):
                 assert word.partition("=")[0] in {*known, "-h", "--help"}, f"teamsight {' '.join(words)}"

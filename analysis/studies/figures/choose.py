@@ -9,11 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from teamsight.analysis.studies.figures import KINDS
 from teamsight.analysis.studies.figures.cells import Cells, Dimension, text_of
 from teamsight.core import checks
 
-#: Kinds of pictures.
-KINDS = ("auto", "heat-map", "lines", "distribution", "scatter")
 #: More panels, or more lines in one of them, cannot be read.
 MOST_PANELS, MOST_LINES = 12, 10
 # An axis with fewer numbers becomes lines beside each other rather than a side of a map.

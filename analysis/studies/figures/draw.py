@@ -167,6 +167,8 @@ def draw(
     name = results.measured(measure)
     if minus is not None:
         check_comparable(results, minus, across, where or {})
+    elif across:
+        raise ValueError(f"across={','.join(across)}: has no effect without minus (--minus); give a study to subtract")
     picture = _picture(results, Quantity(name, minus is not None), minus, where or {})
     choice = choose(picture.cells, kind, x, y)
     figure = _KINDS[choice.kind](picture._replace(panels=panels_of(choice, len(picture.cells.statistics))), choice)
