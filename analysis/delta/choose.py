@@ -18,7 +18,7 @@ from teamsight.analysis.delta import sector_occupancy
 from teamsight.analysis.delta.degrees import Conditions, CountDegrees, degrees_of, notes, predict
 from teamsight.analysis.delta.report import DeltaReport
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import Measure, Run, task_run, task_seed
 from teamsight.analysis.runs.seeds import model_seed, run_seed
 from teamsight.analysis.runs.simulate import Progress
@@ -51,7 +51,7 @@ def choose_delta(
     perceived: bool = False,
     confidence: float = 0.95,
     subject: str | None = None,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> DeltaReport:
     """Choose δ for a stated risk by simulation.
@@ -84,7 +84,7 @@ def choose_delta(
         Confidence of each bound by itself.
     subject : str, optional
         Description of what was simulated, in one line.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process. The report does not depend on it.
     progress : callable
         Called with the runs done and the runs in all.

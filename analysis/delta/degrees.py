@@ -17,7 +17,7 @@ from teamsight.agents.teammates import are_all_sensed, of_team, teammates
 from teamsight.analysis.delta import closed_form, sector_occupancy
 from teamsight.analysis.delta.closed_form import Prediction
 from teamsight.analysis.delta.sector_occupancy import Bearings
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.teams import check_team, team_graph
@@ -257,7 +257,7 @@ def _run_perceiving(world: World, steps: int, team: str | None, largest: dict[tu
         world.recording.before_steps.remove(count)
 
 
-def degrees_of(planned: Sequence[Run], pool: WorkerPool | None, progress: Progress) -> list[Degrees]:
+def degrees_of(planned: Sequence[Run], pool: Executor | None, progress: Progress) -> list[Degrees]:
     """Return the degrees of runs that measure `CountDegrees`, those beyond enough samples without bearings.
 
     Which runs have bearings does not depend on the pool.

@@ -18,7 +18,7 @@ from teamsight.analysis.learning.learners import awareness_for, learn
 from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.learning.registry import LEARNERS
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
@@ -97,7 +97,7 @@ def curve_jobs(curves: Curves) -> list[CurveJob]:
 
 def make_curves(
     curves: Curves,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     *,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda done, total: None,
@@ -108,7 +108,7 @@ def make_curves(
     ----------
     curves : Curves
         The settings.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process. The table does not depend on it.
     checkpoint : Checkpoint, optional
         File of the rows of finished jobs.

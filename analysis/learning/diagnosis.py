@@ -19,7 +19,7 @@ from teamsight.analysis.learning.learners import learn
 from teamsight.analysis.learning.plans import Diagnosis, Objective
 from teamsight.analysis.learning.registry import REWARDS
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.stats.paired import cell_means
 from teamsight.core.neighbour_list import no_neighbours
@@ -82,7 +82,7 @@ def diagnosis_jobs(diagnosis: Diagnosis) -> list[_ExplorationJob]:
 
 def diagnose_explorations(
     diagnosis: Diagnosis,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     *,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda done, total: None,
@@ -93,7 +93,7 @@ def diagnose_explorations(
     ----------
     diagnosis : Diagnosis
         The settings.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process. The table does not depend on it.
     checkpoint : Checkpoint, optional
         File of the rows of finished explorations.

@@ -22,7 +22,7 @@ from teamsight.agents.world import World
 from teamsight.analysis.learning.plans import EXPLORED, Exploring
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import Model, Run, task_run, task_seed
 from teamsight.analysis.runs.seeds import run_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
@@ -189,7 +189,7 @@ TRANSITIONS = Codec(_encode, _decode)
 def explore(
     exploration: Exploration | None = None,
     *,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     checkpoint: Checkpoint | None = None,
     progress: Progress = lambda done, total: None,
 ) -> LazyMemory:
@@ -199,7 +199,7 @@ def explore(
     ----------
     exploration : Exploration, optional
         By default the paper's.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that explore; by default this process.
     checkpoint : Checkpoint, optional
         File of the transitions of finished runs, with the codec `TRANSITIONS`.
@@ -241,7 +241,7 @@ def explore_worlds(
     *,
     group: str | None = None,
     rng: int = 0,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> LazyMemory:
     """Explore several worlds of one's own and return the transitions of one group in all of them as one memory.
@@ -258,7 +258,7 @@ def explore_worlds(
         The name of the group that explores; by default the first group on a team.
     rng : int
         Root seed, from which the seeds of the worlds derive.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that explore; by default this process. The memory does not depend on it.
     progress : callable
         Called with the work done and the work in all.

@@ -14,7 +14,7 @@ import pandas as pd
 from teamsight.agents.resolve import awareness_of
 from teamsight.analysis.learning.plans import Training
 from teamsight.analysis.plot.style import COLOURS, canvas, head, plain, to_picture
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import LabelledRun, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.simulate import Planned, Progress, run_rows
 from teamsight.analysis.stats.paired import interval_of
@@ -28,7 +28,7 @@ def learning_curve(
     training: Training | None = None,
     scenario: Mapping[str, Any] | None = None,
     *,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     progress: Progress = lambda done, total: None,
 ) -> pd.DataFrame:
     """Let teams learn for some time, and measure the objective in worlds in which they have not learned.
@@ -41,7 +41,7 @@ def learning_curve(
         For how long and with which degrees of awareness teams learn, and how they are tested.
     scenario : mapping, optional
         Values of the scenario.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that make the test runs. The result does not depend on it.
     progress : callable
         Called with the work done and the work in all, while tests are made.

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
@@ -130,7 +130,7 @@ class Request(NamedTuple):
 
 def make_tables(
     requests: Sequence[Request],
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     *,
     root: int,
     runs: int,
@@ -144,7 +144,7 @@ def make_tables(
     ----------
     requests : sequence of Request
         The experiments. A run that several of them need is made once.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process. The tables do not depend on it.
     root : int
         Root seed.

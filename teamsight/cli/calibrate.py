@@ -39,6 +39,6 @@ def calibrate(settings: CalibrateSettings) -> None:
 
     folder = prepare_folder(settings.out)
     kept = checkpoint_in(folder)
-    with working(settings.workers, lambda: kept_in(folder, kept.count())) as (watch, pool):
+    with working(settings, lambda: kept_in(folder, kept.count())) as (watch, pool):
         written = search(folder, pool, watch, force=settings.force)
     say(", ".join(map(str, written)))

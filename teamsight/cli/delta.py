@@ -13,7 +13,7 @@ from teamsight.agents.settings import PRESETS
 from teamsight.analysis.runs.limits import MOST_RUNS, Runs, Steps
 from teamsight.cli.options import Agents, File, Folder, Risk, Works, Writes, check_apart
 from teamsight.cli.world_settings import TaskOptions, Treatment
-from teamsight.core.component import Allowed, Flag, Seed
+from teamsight.core.component import Allowed, Flag, Seed, declared
 from teamsight.policies.registry import POLICIES
 from teamsight.world.limits import SHAPES, Length, length
 
@@ -123,7 +123,7 @@ class DeltaSettings(TaskOptions, Works, Writes):
     def about(self) -> dict[str, Any]:
         """Return the settings that distinguish a report from others, fit for JSON."""
         unused = _SIMULATED if self.trajectories else (*_RECORDED, *(_OF_CMOMMT if self.task else _OF_TASK))
-        found = self.values(without=(*unused, "workers", "out", "force"))
+        found = self.values(without=(*unused, *declared(Works), "out", "force"))
         if not self.trajectories:
             found |= {"steps": self.length(), **({"set": self.parameters} if self.task else {}), **self.brought}
         return {name: str(value) if isinstance(value, Path) else value for name, value in found.items()}
@@ -176,7 +176,7 @@ def _simulated(settings: DeltaSettings) -> DeltaReport:
     agents, steps, runs = settings.robots + settings.targets, settings.length(), settings.runs_needed()
     if settings.task:
         agents, world, how = settings.task_size(), settings.task, _of_task(settings)
-    with working(settings.workers, agent_steps=agents * steps * runs) as (watch, pool):
+    with working(settings, agent_steps=agents * steps * runs) as (watch, pool):
         return choose_delta(
             world, **how, runs=runs, steps=steps, risk=settings.risk, rng=settings.seed, pool=pool,
             progress=partial(watch, "simulating"),

@@ -79,7 +79,7 @@ def train(settings: TrainSettings) -> None:
     plan = Evolution(settings.population, settings.spread, settings.seed, start)
     extra("cma", "evolution", "evolve")
     folder = prepare_folder(settings.out)
-    with working(settings.workers, lambda: kept_in(folder, "finished", "generations")) as (watch, pool):
+    with working(settings, lambda: kept_in(folder, "finished", "generations")) as (watch, pool):
         evolution.train(plan, settings.generations, folder, pool, watch, force=settings.force)
     say(f"constants in {folder / evolution.CONSTANTS}")
 
@@ -102,6 +102,6 @@ def test(settings: TestSettings) -> None:
 
     folder = prepare_folder(settings.out)
     given = settings.values(("constants", "training", "further", "runs", "force"))
-    with working(settings.workers) as (watch, pool):
+    with working(settings) as (watch, pool):
         evolution.evaluate(folder, pool, watch, **given)
     say(f"page, table and figure in {folder}")

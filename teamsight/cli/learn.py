@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass
 from functools import partial
@@ -142,7 +143,7 @@ def explore(settings: ExploreSettings) -> None:
         return kept_in(checkpoint.path, count, "transitions")
 
     # A short exploration is made in this process.
-    with working(settings.workers if plan.is_long else 1, kept) as (watch, pool):
+    with working(settings, kept, agent_steps=math.inf if plan.is_long else 0) as (watch, pool):
         if not any(plan.settings() in exploring.explorations_of(source) for source in sources):
             found = exploring.explore(plan, pool=pool, checkpoint=checkpoint, progress=partial(watch, "exploring"))
             sources.append(found)
@@ -281,7 +282,7 @@ def evaluate(settings: EvaluateSettings) -> None:
         prepare_folder(save.parent)
         check_results(save.parent, [save.name], about, force=settings.force)
     objective = Objective(REWARDS[reward], settings.k, settings.discount)
-    with working(settings.workers, agent_steps=10.0 * size * steps * settings.runs) as (watch, pool):
+    with working(settings, agent_steps=10.0 * size * steps * settings.runs) as (watch, pool):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             learning = partial(watch, "learning")
@@ -397,7 +398,7 @@ def figure(settings: FigureSettings) -> None:
         count = f"{found} of {plural(len(keys), 'part')}" if (found := checkpoint.count(keys)) else ""
         return kept_in(checkpoint.path, count, "", "nothing was kept, since no part of the curves was finished")
 
-    with working(settings.workers, kept) as (watch, pool):
+    with working(settings, kept) as (watch, pool):
         table = learning.make_curves(curves, pool, checkpoint=checkpoint, progress=partial(watch, "learning"))
         gains = learning.awareness_gains(table)
         crossings = learning.crossings(gains)
@@ -480,7 +481,7 @@ def diagnose(settings: DiagnoseSettings) -> None:
         otherwise = "nothing was kept, since no exploration was finished"
         return kept_in(checkpoint.path, count, "explorations", otherwise)
 
-    with working(settings.workers if memory is None else 1, kept) as (watch, pool):
+    with working(settings, kept, agent_steps=math.inf if memory is None else 0) as (watch, pool):
         if memory is not None:
             table = learning.diagnose_memory(diagnosis, memory)
         else:
@@ -570,7 +571,7 @@ def curve(settings: CurveSettings) -> None:
     pictures = {f"{name}.{kind}": kind for kind in settings.format}
     tables = [f"{name}{which}.parquet" for which in ("", "-points", "-gains")]
     check_results(folder, (*tables, *pictures), about, force=settings.force)
-    with working(settings.workers) as (watch, pool):
+    with working(settings) as (watch, pool):
         progress = partial(watch, "testing")
         table = learning.learning_curve(task, training, given, pool=pool, progress=progress)
     points = learning.training_points(table)

@@ -8,18 +8,21 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Annotated, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 import click
 
 from teamsight.core import checks, references
 from teamsight.core.component import Allowed, Component, Declared, Flag, declared, number_in, of_name
 from teamsight.core.registry import Registry
+
+if TYPE_CHECKING:
+    from teamsight.analysis.runs.executor import Executor
 
 C = TypeVar("C", bound=Component)
 S = TypeVar("S", bound="Options")
@@ -92,7 +95,10 @@ class Options(Component):
         made = cls(**{name: value for name, value in values.items() if name not in further})
         object.__setattr__(made, "given", frozenset(values))
         object.__setattr__(made, "brought", {name: value for name, value in values.items() if name in further})
-        made.check()
+        # Each class of options checks its own.
+        for one in cls.__mro__[::-1]:
+            if (check := vars(one).get("check")) is not None:
+                check(made)
         return made
 
     @classmethod
@@ -241,6 +247,8 @@ StudyFolder = Annotated[Path, Allowed(check=_FOLDER, metavar="DIR", is_argument=
 Shard = Annotated[tuple[int, int] | None, Allowed(check=_shard, parse=str, metavar="I/N", shown="all")]
 Format = Annotated[str, names_in("teamsight.analysis.plot.style:FORMATS")]
 TaskName = Annotated[str, names_in("teamsight.tasks.registry:TASKS")]
+_CLUSTER = Allowed(section="Cluster")
+_OF_DASK = ("scheduler", "tls_ca", "tls_cert", "tls_key")
 #: Agents of one kind: any two of them may be neighbours.
 Agents = Annotated[int, Allowed(least=1, most=1_000_000)]
 #: Runs of each cell of commands that have thousands of cells.
@@ -257,9 +265,44 @@ class Works(Options):
     ----------
     workers : int, optional
         Number of worker processes. The results do not depend on it.
+    engine : {"local", "dask"}
+        What makes the runs. The results do not depend on it.
+    scheduler : str, optional
+        Address of a Dask scheduler, such as tcp://10.0.0.1:8786.
+    tls_ca : Path, optional
+        Certificate authority of the Dask cluster.
+    tls_cert : Path, optional
+        Certificate for the Dask cluster.
+    tls_key : Path, optional
+        Private key of the certificate.
     """
 
     workers: Annotated[int | None, WORKERS] = None
+    engine: Annotated[Literal["local", "dask"], _CLUSTER] = "local"
+    scheduler: Annotated[str | None, _CLUSTER, Allowed(metavar="ADDRESS", shown="a cluster on this machine")] = None
+    tls_ca: Annotated[File | None, _CLUSTER, Allowed(shown="no TLS")] = None
+    tls_cert: Annotated[File | None, _CLUSTER, Allowed(shown="no TLS")] = None
+    tls_key: Annotated[File | None, _CLUSTER, Allowed(shown="no TLS")] = None
+
+    def check(self) -> None:
+        """Refuse options of Dask without it, and workers that a scheduler has already."""
+        if self.engine != "dask":
+            self.refuse(_OF_DASK, "is for Dask; give --engine dask")
+        if "scheduler" in self.given:
+            self.refuse(("workers",), "the scheduler has its own workers")
+
+    @contextlib.contextmanager
+    def executor(self) -> Iterator[Executor | None]:
+        """Start the Dask cluster that makes the runs, or connect to it; None without Dask."""
+        if self.engine == "local":
+            yield None
+            return
+        from teamsight.analysis.runs.dask import DaskExecutor
+        from teamsight.analysis.runs.processes import cores
+
+        tls = {name: place for name in _OF_DASK[1:] if (place := getattr(self, name)) is not None}
+        with DaskExecutor(self.scheduler, self.workers or cores(), **tls) as executor:
+            yield executor
 
 
 @dataclass(frozen=True, kw_only=True)

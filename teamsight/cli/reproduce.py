@@ -141,7 +141,7 @@ def _reproduce(name: str, settings: Any) -> None:
     folder = prepare_folder(settings.out)
     paper.check(plan, folder, settings.format, force=settings.force)
     began = time.perf_counter()
-    with working(settings.workers, lambda: kept_in(folder, paper.checkpoint(folder).count())) as (watch, pool):
+    with working(settings, lambda: kept_in(folder, paper.checkpoint(folder).count())) as (watch, pool):
         found = paper.reproduce(plan, folder, pool, watch, settings.format, force=settings.force)
     for line in paper.summary(found, plan):
         say(line)
@@ -180,7 +180,7 @@ def touzet2000(settings: ReproduceSettings) -> None:
     plan = plan_of(settings)
     check_results(plan, folder, force=settings.force)
     began = time.perf_counter()
-    with working(settings.workers, lambda: kept_in(folder, checkpoint_in(folder).count())) as (watch, pool):
+    with working(settings, lambda: kept_in(folder, checkpoint_in(folder).count())) as (watch, pool):
         ledger = make(plan, folder, pool, watch, force=settings.force)
     if ledger is not None:
         show_ledger(ledger)

@@ -28,7 +28,8 @@ from teamsight.cli.exits import LossyStream, give_up, named, printable
 
 if TYPE_CHECKING:
     from teamsight.analysis.papers.touzet2000.ledger import Ledger
-    from teamsight.analysis.runs.processes import WorkerPool
+    from teamsight.analysis.runs.executor import Executor
+    from teamsight.cli.options import Works
 
 # Agents × steps of less work than workers save: they import everything anew, which takes each more than a second.
 _SHORT = 1e8
@@ -79,14 +80,14 @@ def when_stopped(kept: Callable[[], str]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def working(
-    workers: int | None, kept: Callable[[], str] = lambda: "nothing was kept", *, agent_steps: float = math.inf
-) -> Iterator[tuple[Watch, WorkerPool]]:
-    """Show progress, and start a worker pool whose messages stand above the bars.
+    settings: Works, kept: Callable[[], str] = lambda: "nothing was kept", *, agent_steps: float = math.inf
+) -> Iterator[tuple[Watch, Executor]]:
+    """Show progress, and start what makes the runs; messages of workers stand above the bars.
 
     Parameters
     ----------
-    workers : int or None
-        The number of workers; None stands for the number of cores, or for 1 if the work is short.
+    settings : Works
+        The number of workers, where None stands for the number of cores, or for 1 if the work is short; or the cluster.
     kept : callable
         Returns what is kept if Ctrl-C is pressed.
     agent_steps : float
@@ -94,9 +95,10 @@ def working(
     """
     from teamsight.analysis.runs.processes import WorkerPool, cores
 
-    number = workers or (cores() if agent_steps > _SHORT else 1)
-    with when_stopped(kept), Watch() as watch, WorkerPool(number, watch.emit) as pool:
-        yield watch, pool
+    number = settings.workers or (cores() if agent_steps > _SHORT else 1)
+    with when_stopped(kept), Watch() as watch, contextlib.ExitStack() as stack:
+        cluster = stack.enter_context(settings.executor())
+        yield watch, cluster or stack.enter_context(WorkerPool(number, watch.emit))
 
 
 def kept_in(place: Path, count: object, what: str = "runs", otherwise: str = "nothing was kept") -> str:

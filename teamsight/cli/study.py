@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import shlex
 import sys
@@ -20,7 +19,6 @@ from teamsight.cli.world_settings import TaskOptions, listed
 from teamsight.core.component import Allowed, Declared, Flag, Seed
 
 if TYPE_CHECKING:
-    from teamsight.analysis.runs.executor import Executor
     from teamsight.analysis.studies.folder.status import Status
     from teamsight.analysis.studies.folder.verify import Verification
     from teamsight.analysis.studies.rerun import PlannedRun
@@ -31,7 +29,6 @@ if TYPE_CHECKING:
 _PERIOD = 30.0
 _OF_TASK = ("set", "replicates", "steps", "seed")
 _NOT_TO_WARM_UP = ("engine", "scheduler", "workers", "on_error", "shard", "wait", "mixed_code", "retry_failed")
-_TLS = ("tls_ca", "tls_cert", "tls_key")
 # How many damaged parts, failed runs and ids are printed.
 _FEW, _FEW_IDS = 5, 20
 
@@ -57,16 +54,6 @@ class SweepSettings(TaskOptions, Works):
         Root seed of the runs of a task.
     out : Path
         Folder of the study; created if it does not exist.
-    engine : {"local", "dask"}
-        What makes the runs.
-    scheduler : str, optional
-        Address of a Dask scheduler, such as tcp://10.0.0.1:8786.
-    tls_ca : Path, optional
-        Certificate authority of the Dask cluster.
-    tls_cert : Path, optional
-        Certificate for the Dask cluster.
-    tls_key : Path, optional
-        Private key of the certificate.
     on_error : {"continue", "stop"}
         What to do after a run that fails.
     shard : (int, int), optional
@@ -87,11 +74,6 @@ class SweepSettings(TaskOptions, Works):
     seed: Seed = 0
     out: Folder
     workers: Annotated[int | None, WORKERS, Allowed(shown="number of cores; 1 for a short study")] = None
-    engine: Literal["local", "dask"] = "local"
-    scheduler: Annotated[str | None, Allowed(metavar="ADDRESS", shown="a cluster on this machine")] = None
-    tls_ca: Annotated[File | None, Allowed(shown="no TLS")] = None
-    tls_cert: Annotated[File | None, Allowed(shown="no TLS")] = None
-    tls_key: Annotated[File | None, Allowed(shown="no TLS")] = None
     on_error: Literal["continue", "stop"] = "continue"
     shard: Shard = None
     wait: Flag = False
@@ -108,17 +90,13 @@ class SweepSettings(TaskOptions, Works):
         }
 
     def check(self) -> None:
-        """Refuse a study and a task together, and options of Dask without it."""
+        """Refuse a study and a task together, and what makes runs where none are made."""
         if (self.study is None) == (self.task is None):
             given = "both are given" if self.task else "is missing"
             raise ValueError(f"STUDY: {given}; give a study file, or --task NAME")
         self.check_task(_OF_TASK)
-        if self.engine != "dask":
-            self.refuse(("scheduler", *_TLS), "is for Dask; give --engine dask")
         if self.warm_up and (other := [name for name in _NOT_TO_WARM_UP if name in self.given]):
             raise ValueError(f"warm_up=True: makes no runs, so it does not go with {', '.join(other)}; leave one out")
-        if "scheduler" in self.given:
-            self.refuse(("workers",), "the scheduler has its own workers")
 
 
 def sweep(settings: SweepSettings) -> int:
@@ -167,7 +145,7 @@ def sweep(settings: SweepSettings) -> int:
         count = folder.done().size + folder.failed().size if runs else 0
         return kept_in(out, count and f"{count} of {runs}")
 
-    with when_stopped(kept), Watch() as watch, _engine(settings) as executor:
+    with when_stopped(kept), Watch() as watch, settings.executor() as executor:
         summary = make(
             study, out, executor=executor, progress=show, emit=watch.emit,
             **settings.values(("workers", "on_error", "shard", "wait", "mixed_code", "retry_failed")),
@@ -194,20 +172,6 @@ def _of_task(settings: SweepSettings) -> Study:
     )
     study.check()
     return study
-
-
-@contextlib.contextmanager
-def _engine(settings: SweepSettings) -> Iterator[Executor | None]:
-    """Start what makes the runs; workers of this machine are left to `sweep`, which knows whether there is work."""
-    if settings.engine == "local":
-        yield None
-        return
-    from teamsight.analysis.runs.dask import DaskExecutor
-    from teamsight.analysis.runs.processes import cores
-
-    tls = {name: str(path) for name, path in settings.values(_TLS).items()}
-    with DaskExecutor(settings.scheduler, settings.workers or cores(), **tls) as executor:
-        yield executor
 
 
 def _show(settings: SweepSettings, summary: SweepSummary) -> int:
@@ -534,7 +498,7 @@ class VerifySettings(Works):
         """Refuse options of repeating runs where none are repeated."""
         if self.dry_run or self.no_rerun:
             option = "--dry-run" if self.dry_run else "--no-rerun"
-            self.refuse(("workers", "mixed_code"), f"{option} repeats no runs")
+            self.refuse(("workers", "engine", "mixed_code"), f"{option} repeats no runs")
 
 
 def verify(settings: VerifySettings) -> int:
@@ -588,11 +552,11 @@ def _repeat(settings: VerifySettings, found: Verification) -> None:
     if settings.no_rerun or (lost is not None and not lost.size):
         say(f"to make the missing runs: {rest}")
         return
-    with when_stopped(lambda: f"to make the missing runs: {rest}"), Watch() as watch:
+    with when_stopped(lambda: f"to make the missing runs: {rest}"), Watch() as watch, settings.executor() as executor:
         made = make(
             StudyFolder(settings.folder).study, settings.folder, workers=settings.workers or cores(), only=lost,
             mixed_code=settings.mixed_code, progress=lambda done, total, left: watch("runs", done, total),
-            emit=watch.emit,
+            emit=watch.emit, executor=executor,
         )  # fmt: skip
     say(f"{plural(made.made, 'run')} made again")
     if found.unnamed and lost is not None:

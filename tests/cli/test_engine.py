@@ -1,0 +1,52 @@
+"""Commands that make runs make them on a Dask cluster too, with the same results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from teamsight.cli.main import main
+
+pytest.importorskip("distributed")
+
+
+def call(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        main(arguments)
+    return int(left.value.code or 0)
+
+
+def test_a_cluster_gives_the_same_results_as_this_machine(tmp_path: Path) -> None:
+    found = []
+    for engine in ("local", "dask"):
+        out = tmp_path / engine
+        line = ("--robots", "4", "--targets", "3", "--runs", "12", "--steps", "20", "--workers", "2", "--out", str(out))
+        assert call("delta", *line, "--engine", engine) == 0
+        found.append({file.name: pd.read_parquet(file) for file in sorted(out.glob("*.parquet"))})
+    local, dask = found
+    assert len(local) > 2
+    assert local.keys() == dask.keys()
+    for name, table in local.items():
+        pd.testing.assert_frame_equal(table, dask[name])
+        assert table.attrs == dask[name].attrs
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (("delta", "--scheduler", "tcp://127.0.0.1:1"), "scheduler=tcp://127.0.0.1:1: is for Dask; give --engine dask"),
+        (
+            ("reproduce", "tan1993", "--engine", "dask", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"),
+            "workers=2: the scheduler has its own workers",
+        ),
+        (("learn", "figure", "--engine", "dask", "--scheduler", "here"), "scheduler='here': must be an address such as"),
+    ],
+)
+def test_options_of_a_cluster_that_do_not_fit_are_refused(
+    capsys: pytest.CaptureFixture[str], line: tuple[str, ...], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert call(*line) == 2
+    assert message in capsys.readouterr().err
