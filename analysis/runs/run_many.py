@@ -9,7 +9,7 @@ import secrets
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -18,10 +18,11 @@ from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.processes import WorkerPool, check_workers
 from teamsight.analysis.runs.run import Model, Run, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.seeds import derived_seed
-from teamsight.analysis.runs.simulate import Progress, run_all
+from teamsight.analysis.runs.simulate import Progress, error_text, run_all
 from teamsight.core import checks
 
 if TYPE_CHECKING:
+    from teamsight.agents.reused_worlds import ReusedWorlds
     from teamsight.agents.world import World
     from teamsight.tasks.model import TaskModel
     from teamsight.tasks.task import Task
@@ -68,6 +69,7 @@ def run_many(
     model: Model | None = None,
     measure: Callable[[World, int], Any] | None = None,
     workers: int = 1,
+    on_error: Literal["stop", "continue"] = "stop",
     progress: Progress = lambda done, total: None,
 ) -> pd.DataFrame:
     """Run a model many times and return a table with one row for each run.
@@ -103,6 +105,9 @@ def run_many(
     workers : int
         Number of processes; with 1 all runs are made in this one. With more, `model` and `measure` must be functions or
         classes of a module, and a script must start the runs under ``if __name__ == "__main__":``.
+    on_error : {"stop", "continue"}
+        What to do after a run that fails: raise its error; or go on, with a column ``error`` that says why, and that is
+        None for other runs. A run that fails has no value in the columns of the measure.
     progress : callable, optional
         Called as ``progress(done, total)`` whenever some of the work is done.
 
@@ -117,8 +122,8 @@ def run_many(
     TypeError, ValueError
         If an argument is of the wrong type or outside its limits.
     JobError
-        If a run fails, for example because a parameter is wrong or `measure` returns no columns; the message contains
-        its settings.
+        If a run fails and `on_error` is "stop", for example because a parameter is wrong or `measure` returns no
+        columns; the message contains its settings.
 
     Examples
     --------
@@ -135,15 +140,17 @@ def run_many(
     made = _made_by(task, model)
     steps = limits.steps(steps if steps is not None else 600 if made is None else made.task.steps)
     workers = check_workers(workers)
+    goes_on = checks.choice("on_error", on_error, ("stop", "continue")) == "continue"
     measure = measure or (summary if made is None else TaskMeasure(made.task))
     listed, (count, seeds_of) = _listed(settings), _seeding(replicates, seeds, rng, model, made)
     limits.runs(len(listed) * count)
     planned = [(setting, *one) for setting in listed for one in enumerate(seeds_of(setting))]
-    columns = Columns(measure, frozenset(_OWN).union(*listed))
+    columns = Columns(measure, frozenset(_OWN).union(*listed, ("error",) * goes_on))
     given = listed if made is None else [made.parameters(setting) for setting in listed]
     called = model if made is None or is_cmommt(made.task) else made.task.world
     runs = [
-        _Row(given[row // count], seed, steps, columns, called, row) for row, (_, _, seed) in enumerate(planned)
+        _Row(given[row // count], seed, steps, columns, called, row, goes_on)
+        for row, (_, _, seed) in enumerate(planned)
     ]  # fmt: skip
     with WorkerPool(workers) as pool:
         found = run_all(runs, pool, progress=progress)
@@ -186,10 +193,19 @@ class _Row(Run):
     """The run of one row. No two rows share a run, because settings whose reprs are equal may differ."""
 
     row: int = 0
+    goes_on: bool = False
 
     @property
     def key(self) -> tuple[str, ...]:
         return (str(self.row),)
+
+    def make(self, worlds: ReusedWorlds) -> Any:
+        if not self.goes_on:
+            return super().make(worlds)
+        try:
+            return {**super().make(worlds), "error": None}
+        except Exception as error:  # whatever the code of a user raises
+            return {"error": error_text(error)}
 
 
 @dataclass(frozen=True)

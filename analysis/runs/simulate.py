@@ -157,10 +157,10 @@ def _make_one(job: Job, worlds: ReusedWorlds) -> Any:
     try:
         return job.make(worlds)
     except Exception as error:
-        raise JobError(f"{_said(error)} (in {job.describe()})") from error
+        raise JobError(f"{error_text(error)} (in {job.describe()})") from error
 
 
-def _said(error: Exception) -> str:
+def error_text(error: Exception) -> str:
     """Return what an error says. Errors that are not meant to be read alone, such as a KeyError, are named."""
     text, name = str(error), type(error).__name__
     if isinstance(error, (ValueError, TypeError, OSError, JobError)) and text:

@@ -204,6 +204,42 @@ def test_a_failure_keeps_the_traceback_of_the_function_that_failed() -> None:
     assert "in broken" in str(failure.value.__cause__)
 
 
+def fragile(robots: int, rng: int) -> World:
+    """A model that cannot have three robots."""
+    if robots == 3:
+        raise KeyError("three")
+    return CMOMMT(robots=robots, targets=2, rng=rng)
+
+
+def breaks(world: World, steps: int) -> dict[str, float]:
+    """Fail in the middle of a run, which leaves its world half used."""
+    world.run(steps - 1)
+    if len(world.robots) == 4:
+        raise RuntimeError("the fourth")
+    return {"x": float(world.robots.position[0, 0])}
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_run_that_fails_is_a_row_and_changes_no_other(workers: int) -> None:
+    how: Any = {"steps": 5, "replicates": 2, "rng": 3, "model": fragile, "measure": breaks, "workers": workers}
+    table = run_many({"robots": [2, 3, 4, 5]}, **how, on_error="continue")
+    assert table["error"].tolist() == [None, None, *["KeyError: 'three'"] * 2, *["RuntimeError: the fourth"] * 2, None, None]
+    assert table.loc[2:5, "x"].isna().all()
+    whole = run_many({"robots": [2, 5]}, **how)
+    assert table.drop(range(2, 6))["x"].tolist() == whole["x"].tolist()
+    with pytest.raises(JobError, match="KeyError: 'three'"):
+        run_many({"robots": [2, 3]}, **how)
+
+
+def test_a_measure_has_no_column_for_errors_of_its_own() -> None:
+    def measured(world: World, steps: int) -> dict[str, int]:
+        return {"error": 3}
+
+    (error,) = run_many({}, steps=2, rng=1, measure=measured, on_error="continue")["error"]
+    assert error == "measure returned 'error': the table has this column; take another name"
+    assert run_many({}, steps=2, rng=1, measure=measured)["error"].tolist() == [3]
+
+
 def answer(world: World, steps: int) -> dict[str, Any]:
     return {"answer": lambda: 1}
 
