@@ -158,7 +158,11 @@ def run_many(
         {**setting, "replicate": replicate, "seed": seed, "steps": steps, **one}
         for (setting, replicate, seed), one in zip(planned, found, strict=True)
     ]
-    return pd.DataFrame(rows)
+    table = pd.DataFrame(rows)
+    if goes_on:
+        # pandas would make NaN of None.
+        table["error"] = pd.Series([one["error"] for one in found], dtype=object)
+    return table
 
 
 def _made_by(task: Task | str | None, model: Model | None) -> TaskModel | None:
