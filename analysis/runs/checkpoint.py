@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import glob
 import hashlib
 import importlib.util
 import json
@@ -44,7 +45,8 @@ class Checkpoint:
     """Results of finished jobs in a file, which a command deletes when all its jobs are done.
 
     Results are stored under digests of the code of all runs and of the job's key, in which the job names its own code;
-    see `Run.key`. Entries written by a different version of the code are ignored, and so are damaged ones.
+    see `Run.key`. Entries written by a different version of the code are ignored, and so are damaged ones. Each shard
+    of the jobs has a file of its own beside it, so that machines which share a folder do not write into one.
 
     Parameters
     ----------
@@ -52,11 +54,14 @@ class Checkpoint:
         The file.
     codec : Codec
         Conversion of the results.
+    shard : (int, int), optional
+        Add results to the file of shard i of n.
     """
 
-    def __init__(self, path: Path, codec: Codec = JSON) -> None:
+    def __init__(self, path: Path, codec: Codec = JSON, shard: tuple[int, int] | None = None) -> None:
         self.path = path
         self.codec = codec
+        self._own = path if shard is None else path.with_name("{}.{}-of-{}".format(path.name, *shard))
 
     def check(self) -> None:
         """Raise an error if another file stands at the path, since that would be appended to and deleted.
@@ -66,10 +71,11 @@ class Checkpoint:
         ValueError
             If it does.
         """
-        if files.check_place(self.path):
-            with files.open_regular(self.path) as file:
-                if not _BEGINNING.fullmatch(file.read(_BEGINNING_LENGTH)):
-                    raise ValueError(f"{self.path}: holds something else; move it away, or give another folder")
+        for path in self._files():
+            if files.check_place(path):
+                with files.open_regular(path) as file:
+                    if not _BEGINNING.fullmatch(file.read(_BEGINNING_LENGTH)):
+                        raise ValueError(f"{path}: holds something else; move it away, or give another folder")
 
     def results(self, keys: Iterable[Key]) -> dict[Key, Any]:
         """Return the results of those jobs that are done.
@@ -95,7 +101,7 @@ class Checkpoint:
     def add(self, results: Mapping[Key, Any]) -> None:
         """Append results; an interruption loses at most these."""
         records = (_record(_name(key), self.codec.encode(value)) for key, value in results.items())
-        files.append(self.path, b"".join(records))
+        files.append(self._own, b"".join(records))
 
     def forget(self, keys: Iterable[Key] | None = None) -> None:
         """Delete the results of these jobs, or all results; without any results, delete the file. Idempotent.
@@ -104,25 +110,43 @@ class Checkpoint:
         """
         forgotten = set(map(_name, keys or ()))
         kept = {} if keys is None else {name: one for name, one in self._contents() if name not in forgotten}
-        if not kept:
-            self.path.unlink(missing_ok=True)
-            return
-        with files.complete(self.path) as draft:
-            draft.writelines(_record(name, content) for name, content in kept.items())
+        found = self._files()
+        if kept:
+            with files.complete(self.path) as draft:
+                draft.writelines(_record(name, content) for name, content in kept.items())
+        for path in found if not kept else found[1:]:
+            path.unlink(missing_ok=True)
+
+    def _files(self) -> list[Path]:
+        """Return the file, and those of shards."""
+        shards = (path for path in self.path.parent.glob(f"{glob.escape(self.path.name)}.*-of-*") if _is_shard(path))
+        return [self.path, *sorted(shards)]
 
     def _contents(self) -> Iterator[tuple[str, bytes]]:
         """Yield name and content of each record of this code that is complete and undamaged."""
-        with contextlib.suppress(OSError), files.open_regular(self.path) as file:
-            size = file.seek(0, 2)
-            file.seek(0)
-            for line in iter(file.readline, b""):
-                if header := _HEADER.fullmatch(line):
-                    start, length = file.tell(), int(header[2])
-                    content = file.read(length) if length <= size - start else None
-                    if content is None or zlib.crc32(content) != int(header[3], 16):
-                        file.seek(start)
-                    elif (name := header[1].decode()).startswith(code_digest()):
-                        yield name, content
+        for path in self._files():
+            with contextlib.suppress(OSError), files.open_regular(path) as file:
+                size = file.seek(0, 2)
+                file.seek(0)
+                for line in iter(file.readline, b""):
+                    if header := _HEADER.fullmatch(line):
+                        start, length = file.tell(), int(header[2])
+                        content = file.read(length) if length <= size - start else None
+                        if content is None or zlib.crc32(content) != int(header[3], 16):
+                            file.seek(start)
+                        elif (name := header[1].decode()).startswith(code_digest()):
+                            yield name, content
+
+
+def _is_shard(path: Path) -> bool:
+    return re.fullmatch(r"\.\d+-of-\d+", path.suffix) is not None
+
+
+def is_in_shard(key: Key, shard: tuple[int, int]) -> bool:
+    """Return whether a job is one of shard i of n; that depends on nothing but its key."""
+    number, count = shard
+    digest = hashlib.blake2b("\0".join(key).encode(), digest_size=8, person=b"shard").digest()
+    return int.from_bytes(digest) % count == number - 1
 
 
 def _record(name: str, content: bytes) -> bytes:

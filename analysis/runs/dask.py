@@ -181,6 +181,8 @@ class DaskExecutor:
         If there is no scheduler at the address, it has no workers, or the cluster cannot start.
     """
 
+    shard: tuple[int, int] | None = None
+
     def __init__(
         self,
         scheduler: str | None = None,

@@ -54,7 +54,15 @@ class Outcome(NamedTuple):
 
 
 class Executor(Protocol):
-    """Runs jobs; a context manager whose end stops all workers."""
+    """Runs jobs; a context manager whose end stops all workers.
+
+    Attributes
+    ----------
+    shard : (int, int) or None
+        Of jobs whose results are kept, `teamsight.analysis.runs.simulate.run_all` makes part i of n only.
+    """
+
+    shard: tuple[int, int] | None
 
     @property
     def size(self) -> int:

@@ -281,6 +281,8 @@ class WorkerPool:
         Number of processes.
     """
 
+    shard: tuple[int, int] | None = None
+
     def __init__(self, workers: int, on_message: Callable[[str], object] | None = None) -> None:
         self.size = check_workers(workers)
         self._on_message = receiver() if on_message is None else on_message

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import pandas as pd
 
-from teamsight.analysis.runs.checkpoint import Checkpoint, Key
+from teamsight.analysis.runs.checkpoint import Checkpoint, Key, is_in_shard
 from teamsight.analysis.runs.executor import Executor, JobError, emit, results_of
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
@@ -51,6 +51,10 @@ class Job(Protocol):
         """Return the job in words, for errors."""
 
 
+class ShardsMissingError(Exception):
+    """Raised when the jobs of one shard are made, and those of others are not."""
+
+
 def run_all(
     jobs: Iterable[Job],
     pool: Executor | None = None,
@@ -75,6 +79,8 @@ def run_all(
     ------
     JobError
         If a job fails; the message contains its settings.
+    ShardsMissingError
+        If `pool` makes one shard only, and results of others are missing.
     """
     asked = [(job.key, job) for job in jobs]
     for _, job in asked:
@@ -82,9 +88,14 @@ def run_all(
             job.check()
     distinct = dict(asked)
     results = {} if checkpoint is None else checkpoint.results(distinct)
+    shard = pool.shard if pool is not None and checkpoint is not None else None
+    wanted = list(distinct.items())
+    if shard is not None and checkpoint is not None:
+        wanted = [entry for entry in wanted if is_in_shard(entry[0], shard)]
+        checkpoint = Checkpoint(checkpoint.path, checkpoint.codec, shard)
     # The sort is stable: jobs that are alike keep their order.
-    missing = sorted((entry for entry in distinct.items() if entry[0] not in results), key=_likeness)
-    total = sum(job.cost for job in distinct.values())
+    missing = sorted((entry for entry in wanted if entry[0] not in results), key=_likeness)
+    total = sum(job.cost for _, job in wanted)
     done = total - sum(job.cost for _, job in missing)
     progress(done, total)
 
@@ -108,6 +119,11 @@ def run_all(
         progress(done, total)
 
     results_of(workers, _make, [[job for _, job in chunk] for chunk in chunks], count, _describe, keep)
+    if shard is not None and checkpoint is not None and len(results) < len(distinct):
+        raise ShardsMissingError(
+            f"shard {shard[0]}/{shard[1]} is made; {len(results)} of {len(distinct)} parts are kept in "
+            f"{checkpoint.path}; when those of all shards are, the same command without --shard writes the results"
+        )
     return [results[key] for key, _ in asked]
 
 

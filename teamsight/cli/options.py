@@ -306,6 +306,19 @@ class Works(Options):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Divides(Works):
+    """Options of commands that keep what is finished, so that several machines can share the work.
+
+    Parameters
+    ----------
+    shard : (int, int), optional
+        Make part i of n parts of the runs only, as in 1/8, and keep it in the folder of the results: for a job array.
+    """
+
+    shard: Annotated[Shard, _CLUSTER] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Writes(Options):
     """Options of commands that write files.
 

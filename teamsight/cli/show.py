@@ -93,12 +93,23 @@ def working(
     agent_steps : float
         Agents × steps × runs of the command.
     """
+    import click
+
     from teamsight.analysis.runs.processes import WorkerPool, cores
+    from teamsight.analysis.runs.simulate import ShardsMissingError
 
     number = settings.workers or (cores() if agent_steps > _SHORT else 1)
     with when_stopped(kept), Watch() as watch, contextlib.ExitStack() as stack:
-        cluster = stack.enter_context(settings.executor())
-        yield watch, cluster or stack.enter_context(WorkerPool(number, watch.emit))
+        pool = stack.enter_context(settings.executor()) or stack.enter_context(WorkerPool(number, watch.emit))
+        pool.shard = getattr(settings, "shard", None)
+        try:
+            yield watch, pool
+        except ShardsMissingError as done:
+            shard_done = str(done)
+        else:
+            return
+    say(shard_done)
+    raise click.exceptions.Exit(0)
 
 
 def kept_in(place: Path, count: object, what: str = "runs", otherwise: str = "nothing was kept") -> str:

@@ -20,6 +20,7 @@ from teamsight.analysis.runs import checkpoint as module
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
 from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
+from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import OUTCOMES, Outcome, Run
 
 EXPERIMENT = Experiment("walk", {"policy": "random-walk", "awareness": "none"}, ((3, 1.0), (4, 2.0), (5, 2.0)))
@@ -45,6 +46,50 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[Run]:
     monkeypatch.setattr(Run, "make", make)
     monkeypatch.setattr(simulate, "_CHUNK", 1.0)
     return runs
+
+
+def test_machines_that_share_a_folder_share_the_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs: list[Run] = []
+    original = Run.make
+    monkeypatch.setattr(Run, "make", lambda run, worlds: (runs.append(run), original(run, worlds))[1])
+    whole = tables(None)
+    runs.clear()
+    kept, pool = Checkpoint(tmp_path / "kept", OUTCOMES), WorkerPool(1)
+
+    def shard(number: int) -> pd.DataFrame:
+        pool.shard = (number, 3)
+        return make_tables([Request({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
+
+    for number in (3, 1, 3):
+        with pytest.raises(simulate.ShardsMissingError, match=rf"shard {number}/3 is made; \d+ of 12 parts are kept in "):
+            shard(number)
+    first = len(runs)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.1-of-3", "kept.3-of-3"]
+    # The last one finds all others.
+    pd.testing.assert_frame_equal(shard(2), whole)
+    assert len({run.key for run in runs}) == len(runs) == 12
+    assert 0 < first < 12
+    pool.shard = None
+    again = make_tables([Request({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
+    pd.testing.assert_frame_equal(again, whole)
+    assert len(runs) == 12
+    kept.check()
+    (tmp_path / "kept.2-of-3").write_text("a letter")
+    with pytest.raises(ValueError, match="kept.2-of-3: holds something else"):
+        kept.check()
+    (tmp_path / "kept.notes").write_text("a letter")
+    kept.forget()
+    assert [path.name for path in tmp_path.iterdir()] == ["kept.notes"]
+
+
+def test_what_is_forgotten_is_so_in_every_shard(tmp_path: Path) -> None:
+    for number, name in ((1, "a"), (2, "b")):
+        Checkpoint(tmp_path / "kept", OUTCOMES, (number, 2)).add({(name,): Outcome(0.5, number)})
+    kept = Checkpoint(tmp_path / "kept", OUTCOMES)
+    assert kept.results([("a",), ("b",)]) == {("a",): Outcome(0.5, 1), ("b",): Outcome(0.5, 2)}
+    kept.forget([("a",)])
+    assert [path.name for path in tmp_path.iterdir()] == ["kept"]
+    assert kept.results([("a",), ("b",)]) == {("b",): Outcome(0.5, 2)}
 
 
 def test_a_command_resumes_after_an_interruption(tmp_path: Path, made: list[Run]) -> None:
