@@ -44,9 +44,10 @@ def test_the_evaluation_is_what_the_command_prints(tmp_path: Path, capsys: pytes
     memory = str(tmp_path / "memory.safetensors")
     call(capsys, "learn", "explore", "--out", memory)
     printed = numbers(call(capsys, "learn", "evaluate", memory))
-    (table,) = (lines for lines in tables() if any(numbers(line) for line in lines))
     assert len(printed) == 19
-    assert numbers("\n".join(table)) == printed
+    shown = numbers(" ".join(PAGE.split()))
+    assert len(shown) == 3
+    assert set(shown) <= set(printed)
 
 
 @dataclass(frozen=True)
