@@ -345,8 +345,8 @@ def _procedure() -> tuple[str, ...]:
         "force becomes a speed: min(gain · |F|, 1) times the robot's speed. `teamsight calibrate --out docs` searches "
         "these constants and writes this page; the preset `touzet2000` is its result.",
         "## Procedure",
-        "It was fixed before this search. That a gain of 0.5 agrees with several figures of the paper was known, from a "
-        "trial with other root seeds.",
+        "It was fixed before this search. That a gain of 0.5 agrees with several figures of the paper was known, from "
+        "a trial with other root seeds.",
         f"1. **Values.** All {len(candidates())} combinations: robot_speed {speeds}; target_speed {ratios} times that; "
         f"uniform_target_speed {uniform}; {options}. All else has its default; what was worse or made little "
         "difference in an earlier search, on other root seeds, is left out.\n"
