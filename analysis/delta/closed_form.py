@@ -2,7 +2,7 @@
 
 Robots are placed uniformly and independently of each other, which gives the distribution of a robot's number of
 neighbours. While they diffuse, it changes by one at a time, like a birth-death process. The formula counts how often
-such a process reaches k neighbours afresh. Two constants were measured; docs/delta.md has a table of the errors.
+such a process reaches k neighbours afresh. Two constants were measured; docs/closed-form.md has a table of the errors.
 """
 
 from __future__ import annotations

@@ -306,20 +306,19 @@ def page(table: pd.DataFrame) -> str:
         "The gain of the force was chosen by the claims that it decides. That they hold with the gain of the preset "
         "is an explanation of the paper's figures, not evidence for them. Claims whose verdict changes with the gain "
         f"under the best setting: {', '.join(hang) or 'none'}.",
-        "Percentage of root seeds of the report under which a claim holds, under the best setting with this gain, and "
-        "of all screened settings with this gain:",
+        "Share of root seeds of the report under which a claim holds under the best setting with this gain, and of all "
+        "screened settings with it:",
         markdown.table(
             ["claim", *(f"{where}gain {gain:g}" for where in ("", "screened, ") for gain in gains)],
             [[name, *reported, *everywhere] for name, (reported, everywhere) in by_gain.items()],
         ),
         "## The best settings in the final",
         markdown.table([*PARAMETERS, "hold", "distance", "differ"], map(_row, ranked(final).to_dict("records"))),
-        "Columns: “hold” is the number of claims that hold, the mean over the root seeds and the range; “distance” is "
-        "the mean distance from the paper; “differ” lists the claims that hold under no root seed or, in brackets, "
-        "not under all. Settings whose ranges overlap are not significantly different.",
+        "“Hold” is the number of claims that hold, mean and range over the root seeds; “differ” lists the claims that "
+        "hold under no root seed or, in brackets, not under all. Settings whose ranges overlap are not significantly "
+        "different.",
         "## Effect of each value",
-        "Number of claims that hold in the screening: the largest number and the mean over all values of the other "
-        "parameters.",
+        "Claims that hold in the screening: the largest number and the mean over the other parameters.",
         markdown.table(
             ["parameter", "value", "best", "mean"],
             (
@@ -329,8 +328,8 @@ def page(table: pd.DataFrame) -> str:
             ),
         ),
         "## What no setting satisfies",
-        f"Over the {len(screened)} screened settings and those of the final and the report. A claim or pair of claims "
-        "that holds under no or few settings might hold under more or fewer with other seeds.",
+        f"Over the {len(screened)} screened settings and those of the final and the report; other seeds might change "
+        "this:",
         "Claims that hold under no setting: " + (", ".join(never) or "none") + ".",
         "Pairs of claims that each hold under some setting, but never both:",
         "\n".join(f"- {' and '.join(pair)}" for pair in never_together(table)) or "- none",
@@ -342,31 +341,26 @@ def _procedure() -> tuple[str, ...]:
     speeds, ratios, uniform = (_listed(VALUES[name]) for name in PARAMETERS[:3])
     options = "; ".join(f"{name} {_listed(VALUES[name])}" for name in OPTIONS)
     return (
-        "The paper leaves open the speeds, what an idle robot does, how robots share a target that several of them "
-        "sense, and how the length of a force becomes a speed: a robot moves by min(gain · |F|, 1) times its speed. "
-        "`teamsight calibrate --out docs` searches these constants and writes this page; the preset `touzet2000` is "
-        "its result.",
+        "The paper leaves open the speeds, what an idle robot does, how robots share a target, and how the length of a "
+        "force becomes a speed: min(gain · |F|, 1) times the robot's speed. `teamsight calibrate --out docs` searches "
+        "these constants and writes this page; the preset `touzet2000` is its result.",
         "## Procedure",
-        "The procedure was fixed before the search was run with a gain. That a gain of 0.5 agrees with several figures "
-        "of the paper was known, from a trial with other root seeds.",
+        "It was fixed before this search. That a gain of 0.5 agrees with several figures of the paper was known, from "
+        "a trial with other root seeds.",
         f"1. **Values.** All {len(candidates())} combinations: robot_speed {speeds}; target_speed {ratios} times that; "
-        f"uniform_target_speed {uniform}; {options}. An earlier search, without a gain and on other root seeds, found "
-        "that the weights “per-teammate” and “none” hold 1 claim less on average, and that uniform_target_speed, "
-        "idle_when and the robot speeds 0.15 and 0.3 make little difference: they are left out to make room for the "
-        "gain, so that the search takes minutes. All else has its default.\n"
-        f"2. **Claims.** The {len(OPEN_CLAIMS)} claims that simulation of designed policies can check, each by its "
-        f"rule in the [ledger](claims.md): {', '.join(OPEN_CLAIMS)}. Claims about learning do not count, nor those in "
-        "closed form.\n"
+        f"uniform_target_speed {uniform}; {options}. All else has its default; what was worse or made little "
+        "difference in an earlier search, on other root seeds, is left out.\n"
+        f"2. **Claims.** The {len(OPEN_CLAIMS)} claims of the [ledger](claims.md) that simulation of designed policies "
+        "can check, without those about learning and those in closed form.\n"
         f"3. **Screening.** Every combination on {_worlds(SCREEN)}, root seed {_listed(SCREEN.roots)}, without "
         f"{', '.join(_LATER)}, which need a surface each.\n"
         f"4. **Final.** The best {FINALISTS}, and the defaults, on {_worlds(FINAL)}, root seeds "
         f"{_listed(FINAL.roots)}, all claims.\n"
-        "5. **Rank.** The number of claims that hold, the mean over the root seeds; then the mean distance of the "
-        "claims from the paper's figures, each divided by the tolerance of its rule and cut at 5; then the order of "
-        "the values above. The first of the final becomes the preset.\n"
+        "5. **Rank.** The mean number of claims that hold; then the mean distance of the claims from the paper's "
+        "figures, in tolerances of their rules, cut at 5. The first of the final becomes the preset.\n"
         "6. **Report.** The preset, the preset with each other gain, and the defaults, once more on the grid of the "
-        f"final, root seeds {_listed(REPORT.roots)}. This decides nothing.",
-        "All root seeds are below 0, which no command accepts: no ledger meets these worlds.",
+        f"final, root seeds {_listed(REPORT.roots)}. This decides nothing. No ledger meets the worlds of any root seed "
+        "here.",
     )
 
 

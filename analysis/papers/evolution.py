@@ -588,14 +588,12 @@ New constants ship only if, on these worlds, they gain more than the old ones by
 # The evolved policy
 
 Like A-CMOMMT, `policy="evolved"` adds up forces. How they depend on distance was found by evolution. Each robot \
-remembers targets that it lost, teammates that it met, its trail, and the area that it has sensed. It perceives \
-teammates only through a ring of 16 sectors, Θ(1). It reads odometry and a compass: its memories are moved by its own \
-displacement (`percept.moved`) and have the directions of the world, in which a robot's heading is given. A-CMOMMT \
-uses both for the targets that it remembers, and for nothing else.
+remembers targets that it lost, teammates that it met, its trail, and the area that it has sensed, by odometry and a \
+compass. It perceives teammates only through a ring of 16 sectors, Θ(1).
 
 Made by `teamsight evolve test --training evolution{" --further further" if further else ""} --out docs`: \
-{about["runs"]} runs of {STEPS} steps in each cell, paired on common noise. The root seed {TEST} was used neither for \
-training nor for choosing the options of A-CMOMMT, nor for an earlier version of this page.
+{about["runs"]} runs of {STEPS} steps in each cell, paired on common noise. The root seed {TEST} was used for nothing \
+else.
 
 ## Gain
 
@@ -612,19 +610,19 @@ than A-CMOMMT under pairwise awareness with its best options ({_options(screened
 ## Training
 
 `{made["command"]}` made {made["trials"]:,} trials of {len(cells_tried())} worlds each, \
-{_billions(made["robot_steps"])} robot-steps in all. Every generation has new worlds (root seed {TRAIN}). Cells with \
-more than 2 R² robots are left out, because there nearly all targets are observed under any policy.
+{_billions(made["robot_steps"])} robot-steps in all. Every generation has new worlds (root seed {TRAIN}), none with \
+more than 2 R² robots, where nearly all targets are observed under any policy.
 
 {training}
 
-Generation 0 was written by hand: the forces of A-CMOMMT, with smooth instead of 0-or-1 weights of targets, a memory \
-of the area, and straight motion while idle.
+Generation 0 was written by hand: the forces of A-CMOMMT with smooth weights, a memory of the area, and straight \
+motion while idle.
 
 {continued}
 
 ## Ablations
 
-Gain when the output of one part of the policy is set to 0, without training it again (root seed {VALIDATE}):
+Gain when one part of the policy is set to 0, without training it again (root seed {VALIDATE}):
 
 {_table(["removed"], parts["ablation"], lambda row: [row["name"]])}
 
@@ -632,8 +630,8 @@ Differences smaller than these intervals are not significant.
 
 ## Other worlds
 
-The policy was evolved for one speed, one number of targets and one range. In other worlds (root seed {GENERALISE}; N \
-= 5, 10, 20, 30; R = 4, 8), without training or screening again, its gain over the same A-CMOMMT is:
+The policy was evolved for one speed, one number of targets and one range. Its gain over the same A-CMOMMT in other \
+worlds (root seed {GENERALISE}; N = 5, 10, 20, 30; R = 4, 8), without training or screening again:
 
 {_table(
     ["what is different", "A-CMOMMT observes [%]"], parts["generalisation"],
@@ -648,10 +646,9 @@ combinations of its rules, with the default constants, \
 
 {rules}
 
-Then the constants, under the best {_FINALISTS} of these rules: the turn probability of robots that wander, and the \
-gain of the force (see [what the paper leaves open](model.md#where-this-departs-from-the-paper)). The best combination \
-of all is the baseline of this page. It observes {added:.1f} percentage points more than the best rules with the \
-default constants.
+Then the constants, under the best {_FINALISTS} of these rules: the turn probability of robots that wander, and [the \
+gain of the force](model.md#where-this-departs-from-the-paper). The best combination is the baseline of this page, \
+{added:.1f} percentage points above the best rules with the default constants.
 
 {tuned}
 """

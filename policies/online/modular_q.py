@@ -151,7 +151,7 @@ class ModularQ(CompiledPolicy):
     -----
     *Source:* Ono and Fukumoto (1996), as Touzet §9 describes it; Whitehead, Karlsson and Tenenberg (1993) for greatest
     mass. *Departs:* their constants are not known. Ours are chosen for four hunters and one prey, see
-    docs/tasks/pursuit.md: first values of 0 are optimistic where each step costs something, and at a low temperature
+    docs/tasks/surround.md: first values of 0 are optimistic where each step costs something, and at a low temperature
     they lead hunters to what they have rarely met, the prey and each other.
     """
 

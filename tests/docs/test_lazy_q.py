@@ -21,7 +21,12 @@ def tables(text: str) -> list[str]:
 
 def test_the_tables_are_those_of_the_measurements() -> None:
     made = page(diagnosis_points(pd.read_parquet(DOCS / "lazy-q.parquet")), Diagnosis().in_words())
-    assert tables(made) == tables(PAGE)
+    # The page shows the first of the four tables, and rows of the third.
+    heads = {found.splitlines()[0]: found.splitlines() for found in tables(made)[:3:2]}
+    assert len(tables(PAGE)) == len(heads)
+    for shown in map(str.splitlines, tables(PAGE)):
+        assert set(shown) <= set(heads[shown[0]])
+        assert len(shown) > 5
 
 
 def test_the_measurements_are_what_the_command_makes() -> None:

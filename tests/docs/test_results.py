@@ -17,7 +17,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 #: By the name of the paper: the page, and the runs that it is made of.
 PAGES = {
     "tan1993": ("tasks/pursuit.md", "tasks/pursuit.parquet"),
-    "ono_fukumoto1996": ("tasks/pursuit.md", "tasks/pursuit-modules.parquet"),
+    "ono_fukumoto1996": ("tasks/surround.md", "tasks/pursuit-modules.parquet"),
     "balch_arkin1994": ("tasks/foraging.md", "tasks/foraging.parquet"),
     "kube_zhang1992": ("tasks/pushing.md", "tasks/pushing.parquet"),
     "mataric": ("tasks/collecting.md", "tasks/collecting.parquet"),
@@ -48,7 +48,10 @@ def test_the_page_on_unreliable_teams_has_the_tables_of_its_points(sweep: str) -
     points, plan = pd.read_parquet(DOCS / "unreliable.parquet"), unreliable.Unreliability()
     text = (DOCS / "unreliable.md").read_text(encoding="utf-8")
     assert points.attrs["unreliable"] == plan.conditions()
-    assert unreliable.sweep_table(points, sweep, plan) in text
+    made = unreliable.sweep_table(points, sweep, plan).splitlines()
+    # The file and the figure have the rest.
+    shown = [made[0], made[1], *(row for row in made if row.startswith("| gain"))]
+    assert "\n".join(shown) + "\n" in text
     assert "teamsight reproduce unreliable" in text
 
 
@@ -72,10 +75,11 @@ def test_the_page_on_the_gathering_index_has_the_tables_of_its_files() -> None:
     folder = DOCS / "tasks"
     text = (folder / "gathering.md").read_text(encoding="utf-8")
     cells = [_cell(row) for _, row in pd.read_parquet(folder / "gathering-index.parquet").iterrows()]
-    assert gathering.index_table(cells) in text
+    made = gathering.index_table([cell for cell in cells if cell.size in (8, 30)])
+    assert made in text
     assert gathering.summary_table(gathering.judge(cells)) in text
     rounds = pd.read_parquet(folder / "gathering-rounds.parquet")
-    for (task, size), part in rounds.groupby(["task", "size"], sort=False):
-        line = next(line for line in text.splitlines() if line.startswith(f"| {task} | {size} |"))
-        assert line.endswith(f"| {part['runs'].iloc[1:].sum()} | {part['trainings'].sum()} | yes | 0 (0 to 0) |")
+    further = [part["runs"].iloc[1:] for _, part in rounds.groupby(["task", "size"])]
+    said = f"one or two rounds in every cell, {min(map(sum, further))} to {max(map(sum, further))} further runs"
+    assert said in " ".join(text.split())
     assert "teamsight reproduce gathering" in text

@@ -52,7 +52,7 @@ def test_settings_and_a_factory_give_the_same_kind_of_report(report: DeltaReport
 
 def test_the_closed_form_is_near_for_random_walkers(report: DeltaReport) -> None:
     assert report.predicted_delta is not None
-    # docs/delta.md: off by at most 1 when measured with 2,000 runs, and δ is uncertain by 1 with 100.
+    # docs/closed-form.md: off by at most 1 when measured with 2,000 runs, and δ is uncertain by 1 with 100.
     assert abs(report.predicted_delta - report.delta) <= 2
 
 

@@ -19,7 +19,7 @@ from teamsight.analysis.delta import closed_form
 )
 def test_the_expected_maximum_is_near_the_simulated_one(radius: float, largest: float) -> None:
     found = closed_form.predict(30, radius, steps=600, runs=5, speed=0.5).expected_maximum
-    assert found == pytest.approx(largest, abs=0.5)  # docs/delta.md: off by at most 0.5
+    assert found == pytest.approx(largest, abs=0.5)  # docs/closed-form.md: off by at most 0.5
 
 
 @pytest.mark.parametrize(
