@@ -218,6 +218,7 @@ AGAIN: dict[str, Callable[[pd.DataFrame], Iterator[tuple[pd.DataFrame, pd.DataFr
 }
 
 
+@pytest.mark.rare
 @pytest.mark.parametrize("name", AGAIN)
 def test_rows_of_a_table_are_made_again(name: str) -> None:
     for made, kept in AGAIN[name](shipped(name)):
