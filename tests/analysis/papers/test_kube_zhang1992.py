@@ -126,7 +126,7 @@ def test_a_run_ends_when_the_box_has_been_moved() -> None:
 
 
 def test_the_plan_pairs_its_teams(monkeypatch: pytest.MonkeyPatch) -> None:
-    # The network learns from fewer examples than that of the page. No other test has it learn under this seed.
+    # The network learns from fewer examples than that of the page; in a process it learns once from a seed.
     monkeypatch.setattr(kube_zhang1992, "_STEPS", 100)
     monkeypatch.setattr(kube_zhang1992, "_SIZES", (3, 6))
     planned = list(SMALL.planned())
