@@ -168,7 +168,7 @@ def test_one_claim_that_is_far_off_does_not_outweigh_all_others() -> None:
     assert score(0.5, 2.0) == (1, 1.25)
 
 
-def test_every_candidate_is_judged_on_every_root_whoever_does_it() -> None:
+def test_every_candidate_is_judged_on_every_root_whoever_does_it(two_workers: WorkerPool) -> None:
     seen: list[tuple[str, float, float]] = []
     rows = assess(PHASE, TRIED, watch=lambda *done: seen.append(done))
     assert [(row["robot_speed"], row["root"]) for row in rows] == [
@@ -177,8 +177,7 @@ def test_every_candidate_is_judged_on_every_root_whoever_does_it() -> None:
     assert {row["phase"] for row in rows} == {"try"}
     assert seen[-1] == ("try", 3, 3)
     assert [done for _, done, _ in seen] == sorted(done for _, done, _ in seen)
-    with WorkerPool(2) as pool:
-        assert assess(PHASE, TRIED, pool) == rows
+    assert assess(PHASE, TRIED, two_workers) == rows
     # No candidate depends on those beside it.
     assert assess(PHASE, TRIED[1:2]) == rows[2:4]
 

@@ -148,12 +148,9 @@ class Slowed(GATHER.world):  # type: ignore[misc, name-defined]
             self.groups[0].speed = 0.02
 
 
-def test_results_do_not_depend_on_workers_and_are_resumed(tmp_path: Path) -> None:
-    from teamsight.analysis.runs.processes import WorkerPool
-
+def test_results_do_not_depend_on_workers_and_are_resumed(tmp_path: Path, two_workers: Any) -> None:
     plan = GatheringPlan([LEARN], (3,), 6, steps=20)
-    with WorkerPool(2) as pool:
-        one, two = PAPER.reproduce(plan, tmp_path), gather(plan, pool)
+    one, two = PAPER.reproduce(plan, tmp_path), gather(plan, two_workers)
     pd.testing.assert_frame_equal(one.runs, two.runs)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "gathering-index.parquet", "gathering-rounds.parquet", "gathering.md", "gathering.parquet", "gathering.png",
