@@ -8,7 +8,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pytest
 
@@ -102,14 +102,24 @@ class Problems:
         """Return the problems that were not expected."""
         return [text for text in self.found if not any(re.search(pattern, text) for pattern in self._expected)]
 
-    def watch(self, context: BrowserContext) -> None:
-        """Note the problems of all pages of a context."""
-        context.add_init_script(_WATCH_POLICY)
-        context.on("console", self._on_console)
-        context.on("weberror", lambda error: self.found.append(f"error of a script: {error.error}"))
-        context.on("request", self._on_request)
-        context.on("page", lambda page: page.on("websocket", lambda socket: self._on_address("socket", socket.url)))
-        context.on("page", lambda page: page.on("crash", lambda page: self.found.append("the page crashed")))
+    @contextlib.contextmanager
+    def watch(self, context: BrowserContext) -> Iterator[None]:
+        """Note the problems of all pages of a context meanwhile."""
+        watched = {
+            "console": self._on_console,
+            "weberror": lambda error: self.found.append(f"error of a script: {error.error}"),
+            "request": self._on_request,
+            "page": self._on_page,
+        }
+        for name, heard in watched.items():
+            context.on(name, heard)
+        yield
+        for name, heard in watched.items():
+            context.remove_listener(name, heard)
+
+    def _on_page(self, page: Page) -> None:
+        page.on("websocket", lambda socket: self._on_address("socket", socket.url))
+        page.on("crash", lambda page: self.found.append("the page crashed"))
 
     def _on_console(self, message: ConsoleMessage) -> None:
         if message.type == "error":
@@ -124,16 +134,21 @@ class Problems:
 
 
 class Pages:
-    """Makes pages, each in a context of its own (no cookies, no cache)."""
+    """Makes pages, each in a context that no other open page is in; another test may have used it before.
+
+    Pages keep nothing in it, neither cookies nor a storage.
+    """
+
+    _FREE: ClassVar[dict[tuple[Any, ...], list[BrowserContext]]] = {}
 
     def __init__(self, browser: Browser, problems: Problems) -> None:
         self._browser = browser
         self.problems = problems
         self.made: list[Page] = []
+        self._used: list[tuple[tuple[Any, ...], BrowserContext]] = []
+        self._watched = contextlib.ExitStack()
 
-    def __call__(
-        self, *, size: tuple[int, int] = WIDE, dark: bool = False, reduced_motion: bool = False, **context: Any
-    ) -> Page:
+    def __call__(self, *, size: tuple[int, int] = WIDE, dark: bool = False, reduced_motion: bool = False) -> Page:
         """Return a new page.
 
         Parameters
@@ -142,27 +157,36 @@ class Pages:
             Width and height of the screen [pixels]; `PHONE` is also touched instead of clicked.
         dark, reduced_motion : bool
             What the person prefers.
-        **context
-            Further parameters of playwright's ``Browser.new_context``.
         """
         is_phone = size == PHONE
-        facts = {
+        facts: dict[str, Any] = {
             "viewport": {"width": size[0], "height": size[1]},
             "color_scheme": "dark" if dark else "light",
             "reduced_motion": "reduce" if reduced_motion else "no-preference",
             "has_touch": is_phone, "is_mobile": is_phone, "device_scale_factor": 2 if is_phone else 1,
             "locale": "en-GB",
         }  # fmt: skip
-        made = self._browser.new_context(**{**facts, **context})
-        self.problems.watch(made)
-        made.set_default_timeout(_PATIENCE)
-        self.made.append(made.new_page())
-        return self.made[-1]
+        key = (self._browser, size, dark, reduced_motion)
+        free = self._FREE.setdefault(key, [])
+        context = free.pop() if free else self._browser.new_context(**facts)
+        # A blank page that is never closed keeps the window, which takes the longest to make.
+        if not context.pages:
+            context.new_page()
+        self._used.append((key, context))
+        self._watched.enter_context(self.problems.watch(context))
+        context.set_default_timeout(_PATIENCE)
+        page = context.new_page()
+        page.add_init_script(_WATCH_POLICY)
+        self.made.append(page)
+        return page
 
     def close(self) -> None:
-        """Close all pages with their contexts."""
-        for page in self.made:
-            page.context.close()
+        """Close all pages and leave their contexts, empty, to other tests."""
+        for key, context in self._used:
+            for page in context.pages[1:]:
+                page.close()
+            self._FREE[key].append(context)
+        self._watched.close()
 
 
 def skip_or_fail(reason: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -100,8 +101,11 @@ def facts(world: World) -> str:
     ])  # fmt: skip
 
 
-OTHER = World(Disc(3.0), rng=1)
-STRANGER = OTHER.add(Robot, 2, policy=Stationary())
+@cache
+def stranger() -> Any:
+    """A group of another world."""
+    return World(Disc(3.0), rng=1).add(Robot, 2, policy=Stationary())
+
 
 OPERATIONS: dict[str, Callable[[World], Any]] = {
     "add: the class fails": lambda w: w.add(Broken, 5, policy="random-walk"),
@@ -121,16 +125,16 @@ OPERATIONS: dict[str, Callable[[World], Any]] = {
     "arrive: too fast": lambda w: w.groups[0].add(2, speed=1e155),
     "arrive: nobody": lambda w: w.groups[0].add(0),
     "arrive: a name that nothing has": lambda w: w.groups[0].add(1, batery=1),
-    "arrive: another world's group": lambda w: STRANGER.add(1, position=(9, 9)),
+    "arrive: another world's group": lambda w: stranger().add(1, position=(9, 9)),
     "adjust: the policy cannot start": lambda w: w.adjust(w.groups[0], policy=Stubborn(), speed=0.3),
     "adjust: no memory that a kernel can read": lambda w: w.adjust(w.groups[0], policy=Forgetful(9), awareness="none"),
     "adjust: one wrong of three": lambda w: w.adjust(w.groups[0], speed=0.3, sensing_range=2.0, turn_limit=-1),
     "adjust: a policy that needs more": lambda w: w.adjust(w.groups[0], policy=Needy(), awareness="ring"),
-    "adjust: another world's group": lambda w: w.adjust(STRANGER, speed=0.3),
-    "senses: another world's group": lambda w: w.senses(w.groups[0], STRANGER),
+    "adjust: another world's group": lambda w: w.adjust(stranger(), speed=0.3),
+    "senses: another world's group": lambda w: w.senses(w.groups[0], stranger()),
     "senses: no group": lambda w: w.senses(w.groups[0], "targets"),  # type: ignore[arg-type]
     "restore: another arena": lambda w: w.restore(_state_in(Disc(9.0))),
-    "restore: other groups": lambda w: w.restore(OTHER.state()),
+    "restore: other groups": lambda w: w.restore(stranger().world.state()),
     "restore: no state": lambda w: w.restore({}),  # type: ignore[arg-type]
     "reset: no seed": lambda w: w.reset(-1),
     "at: has passed": lambda w: w.clock.at(3, lambda: None),
@@ -144,7 +148,7 @@ OPERATIONS: dict[str, Callable[[World], Any]] = {
     "column: a name that agents have": lambda w: w.groups[0].add_column("speed"),
     "collector: its reporter fails": lambda w: setattr(w, "datacollector", _collector_that_fails()),
     "collector: none": lambda w: setattr(w, "datacollector", None),
-    "record: another world's group": lambda w: w.recording.record_transitions(STRANGER),
+    "record: another world's group": lambda w: w.recording.record_transitions(stranger()),
     "run: no number": lambda w: w.run(2.5),  # type: ignore[arg-type]
 }  # fmt: skip
 

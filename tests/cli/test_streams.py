@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from teamsight.cli import main
 
 ROOT = Path(__file__).parents[2]
 RUN = ("run", "--steps", "5")
@@ -40,25 +43,53 @@ def gone() -> int:
     return write
 
 
-@pytest.mark.parametrize("command", WRITTEN)
-def test_a_full_output_is_reported_and_loses_no_file(command: tuple[str, ...], tmp_path: Path, full: int) -> None:
-    status, errors = teamsight(tmp_path, *command, *WRITTEN[command], output=full)
+def within(
+    arguments: tuple[str, ...], folder: Path, monkeypatch: pytest.MonkeyPatch, *, output: int, errors: int | None = None
+) -> int:
+    """Run a command in this process, with these streams, and return its status."""
+    with contextlib.ExitStack() as opened, monkeypatch.context() as patch:
+        patch.chdir(folder)
+        streams = {"stdout": output} if errors is None else {"stdout": output, "stderr": errors}
+        for name, number in streams.items():
+            patch.setattr(sys, name, opened.enter_context(open(os.dup(number), "w", encoding="utf-8")))
+        with pytest.raises(SystemExit) as left:
+            main(arguments)
+    return int(left.value.code or 0)
+
+
+def test_a_program_reports_a_full_output_and_loses_no_file(tmp_path: Path, full: int) -> None:
+    status, errors = teamsight(tmp_path, *RUN, *WRITTEN[RUN], output=full)
     assert (status, errors) == (2, "teamsight: standard output: No space left on device\n")
-    assert (tmp_path / WRITTEN[command][1]).exists()
+    assert (tmp_path / WRITTEN[RUN][1]).exists()
+
+
+def test_to_a_program_a_reader_that_goes_away_is_no_error(tmp_path: Path, gone: int) -> None:
+    assert teamsight(tmp_path, *RUN, *WRITTEN[RUN], output=gone) == (0, "")
+    assert (tmp_path / WRITTEN[RUN][1]).exists()
 
 
 @pytest.mark.parametrize("command", WRITTEN)
-def test_a_reader_that_goes_away_is_no_error(command: tuple[str, ...], tmp_path: Path, gone: int) -> None:
-    assert teamsight(tmp_path, *command, *WRITTEN[command], output=gone) == (0, "")
-    assert (tmp_path / WRITTEN[command][1]).exists()
+def test_commands_write_before_they_print(
+    command: tuple[str, ...], tmp_path: Path, full: int, gone: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for output, status, said in ((full, 2, "teamsight: standard output: No space left on device\n"), (gone, 0, "")):
+        folder = tmp_path / str(status)
+        folder.mkdir()
+        assert within((*command, *WRITTEN[command]), folder, monkeypatch, output=output) == status
+        assert capsys.readouterr().err == said
+        assert (folder / WRITTEN[command][1]).exists()
 
 
-def test_an_evaluation_is_written_before_it_is_printed(tmp_path: Path, full: int, gone: int) -> None:
-    assert teamsight(tmp_path, *EXPLORE, *WRITTEN[EXPLORE], output=subprocess.DEVNULL) == (0, "")
+def test_an_evaluation_is_written_before_it_is_printed(
+    tmp_path: Path, full: int, gone: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    assert within((*EXPLORE, *WRITTEN[EXPLORE]), tmp_path, monkeypatch, output=nowhere) == 0
     for output, status in ((full, 2), (gone, 0)):
         place = f"{status}.parquet"
         small = ("--runs", "1", "--steps", "5", "--workers", "1", "--save", place)
-        assert teamsight(tmp_path, "learn", "evaluate", "out.safetensors", *small, output=output)[0] == status
+        evaluate = ("learn", "evaluate", "out.safetensors", *small)
+        assert within(evaluate, tmp_path, monkeypatch, output=output) == status
         assert (tmp_path / place).exists()
 
 
@@ -70,9 +101,16 @@ def test_help_without_a_reader_or_a_place(tmp_path: Path, full: int, gone: int) 
     )
 
 
-@pytest.mark.parametrize(("arguments", "status"), [(RUN, 0), (("run", "--steps", "0"), 2), (("runn",), 2)])
+def test_a_failing_standard_error_changes_no_status_of_a_program(tmp_path: Path, full: int, gone: int) -> None:
+    assert teamsight(tmp_path, *RUN, output=subprocess.DEVNULL, errors=full)[0] == 0
+    for errors in (full, gone):
+        assert teamsight(tmp_path, "runn", output=subprocess.DEVNULL, errors=errors)[0] == 2
+
+
+@pytest.mark.parametrize(("arguments", "status"), [(RUN, 0), (("run", "--steps", "0"), 2)])
 def test_a_failing_standard_error_changes_no_status(
-    arguments: tuple[str, ...], status: int, tmp_path: Path, full: int, gone: int
+    arguments: tuple[str, ...], status: int, tmp_path: Path, full: int, gone: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for errors in (full, gone):
-        assert teamsight(tmp_path, *arguments, output=subprocess.DEVNULL, errors=errors)[0] == status
+        output = os.open(os.devnull, os.O_WRONLY)
+        assert within(arguments, tmp_path, monkeypatch, output=output, errors=errors) == status

@@ -67,16 +67,6 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not anchor or anchor in [heading.lower().replace(" ", "-") for heading in headings], link
 
 
-def test_the_page_of_the_commands_is_what_its_program_makes() -> None:
-    made = runpy.run_path(str(ROOT / ".ci" / "commands_page.py"))["page"]()
-    assert (ROOT / "docs" / "commands.md").read_text(encoding="utf-8") == made, "run python .ci/commands_page.py"
-
-
-def test_the_page_of_the_settings_is_what_its_program_makes() -> None:
-    made = runpy.run_path(str(ROOT / ".ci" / "settings_page.py"))["page"]()
-    assert (ROOT / "docs" / "settings.md").read_text(encoding="utf-8") == made, "run python .ci/settings_page.py"
-
-
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_code_fits_on_a_narrow_page(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
@@ -108,5 +98,3 @@ def test_every_dependency_is_explained_with_its_range() -> None:
     listed = {name: ranges.strip("`") for name, ranges in rows}
     wanted = dict(re.fullmatch(r"([a-z\[\]-]+)(.*)", requirement).groups() for requirement in required)  # type: ignore[union-attr]
     assert listed == wanted
-
-

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import pytest
 
-from teamsight.analysis.learning.curves import BEST, awareness_gains, crossings, make_curves, mean_gains, pays_from
+from teamsight.analysis.learning.curves import BEST, crossings, mean_gains, pays_from
 from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.plans import Curves
-from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.cli import main
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -48,30 +45,6 @@ def test_the_evaluation_is_what_the_command_prints(tmp_path: Path, capsys: pytes
     shown = numbers(" ".join(PAGE.split()))
     assert len(shown) == 3
     assert set(shown) <= set(printed)
-
-
-@dataclass(frozen=True)
-class FirstPoints(Curves):
-    """The first points of the curves on the page, from the same explorations, which depend on the largest sample."""
-
-    learners: tuple[str, ...] = ("linear",)
-    samples: tuple[int, ...] = (40, 600)
-    robots: tuple[int, ...] = (10,)
-    radius: tuple[float, ...] = (3.0,)
-
-    def exploration(self, memory: int, transitions: int | None = None) -> dict[str, Any]:
-        return {**super().exploration(memory), "runs": Curves().exploration(memory)["runs"]}
-
-
-def test_the_first_points_of_the_curves_are_made_again() -> None:
-    curves = FirstPoints()
-    with WorkerPool(1) as pool:
-        made = awareness_gains(make_curves(curves, pool))
-    point = ["learner", "transitions", "robots", "radius"]
-    made = made[made["learner"] == "linear"].dropna(subset="robots").set_index(point)
-    shipped = GAINS.set_index(point).loc[made.index]
-    assert len(made) == 2
-    pd.testing.assert_frame_equal(made, shipped, check_exact=False, rtol=1e-9)
 
 
 def test_the_means_on_the_page_are_those_of_the_shipped_table() -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import matplotlib
 import numpy as np
-import pandas as pd
 import pytest
 from PIL import Image, ImageFilter
 
@@ -68,10 +67,3 @@ def test_marks_do_not_change_a_picture(name: str) -> None:
     shown = [Image.open(io.BytesIO(one)) for one in (content, twice)]
     assert [getattr(one, "n_frames", 1) for one in shown] == [getattr(shown[0], "n_frames", 1)] * 2
     assert differing(content, twice) == 0
-
-
-def test_a_table_has_the_settings_of_its_command() -> None:
-    """Those of the papers are compared beside their pages."""
-    from teamsight.analysis.learning.plans import Curves
-
-    assert pd.read_parquet(ROOT / "docs" / "learning-curves.parquet").attrs["curves"] == Curves().conditions()

@@ -111,10 +111,11 @@ def test_trajectories_of_a_run_give_its_degrees() -> None:
     model.close()
 
 
-def test_the_report_does_not_depend_on_workers_or_on_the_limit_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_report_does_not_depend_on_workers_or_on_the_limit_of_samples(
+    monkeypatch: pytest.MonkeyPatch, two_workers: WorkerPool
+) -> None:
     alone = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3)
-    with WorkerPool(2) as pool:
-        together = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3, pool=pool)
+    together = choose.choose_delta(EXPLORER, runs=12, steps=40, rng=3, pool=two_workers)
     pd.testing.assert_frame_equal(alone.maxima, together.maxima)
     pd.testing.assert_frame_equal(alone.ring, together.ring)
     # Each run has 10 samples of 20 robots: four runs complete 650 samples.

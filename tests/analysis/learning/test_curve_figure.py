@@ -45,10 +45,16 @@ def drawn(curves: Curves):  # type: ignore[no-untyped-def]
 
 
 @pytest.mark.parametrize(
-    "learners", [("tabular",), ("lazy", "pessimistic"), ("lazy", "tabular", "linear", "regression")]
+    ("learners", "memories", "robots"),
+    [
+        (("tabular",), 1, (5,)),
+        (("tabular",), 10, (1, 5, 10, 20, 30)),
+        (("lazy", "pessimistic"), 10, (5,)),
+        (("lazy", "pessimistic"), 1, (5, 10, 20)),
+        (("lazy", "tabular", "linear", "regression"), 10, (5, 10, 20)),
+        (("lazy", "tabular", "linear", "regression"), 1, (1, 5, 10, 20, 30)),
+    ],
 )
-@pytest.mark.parametrize("memories", [1, 10])
-@pytest.mark.parametrize("robots", [(5,), (5, 10, 20), (1, 5, 10, 20, 30)])
 def test_everything_is_inside_and_nothing_lies_over_something_else(
     learners: tuple[str, ...], memories: int, robots: tuple[int, ...]
 ) -> None:

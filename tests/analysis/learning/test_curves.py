@@ -100,9 +100,8 @@ def test_the_search_space_is_the_number_of_values_to_learn(table: pd.DataFrame) 
     assert sizes["regression"] < sizes["linear"]
 
 
-def test_the_table_does_not_depend_on_workers(table: pd.DataFrame) -> None:
-    with WorkerPool(2) as pool:
-        assert make_curves(SMALL, pool).equals(table)
+def test_the_table_does_not_depend_on_workers(table: pd.DataFrame, two_workers: WorkerPool) -> None:
+    assert make_curves(SMALL, two_workers).equals(table)
 
 
 def test_finished_jobs_are_kept_after_an_interruption(

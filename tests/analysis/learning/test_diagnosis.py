@@ -136,15 +136,14 @@ def table() -> pd.DataFrame:
     return diagnose_explorations(TINY)
 
 
-def test_every_measurement_is_there_for_every_exploration(table: pd.DataFrame) -> None:
+def test_every_measurement_is_there_for_every_exploration(table: pd.DataFrame, two_workers: WorkerPool) -> None:
     # 4 of the action; chance for each sample; matches, two approaches and their reward for each sample and width.
     own, every = 4 + 2, 2 * 2 * (1 + 2 + 1)
     # A table of 16 and more sectors that are merged into 4 is small enough.
     every += 2 * 2
     assert len(table) == TINY.memories * BINS * (own + every)
     assert table["memory"].unique().tolist() == [0, 1]
-    with WorkerPool(2) as pool:
-        pd.testing.assert_frame_equal(diagnose_explorations(TINY, pool), table, check_exact=True)
+    pd.testing.assert_frame_equal(diagnose_explorations(TINY, two_workers), table, check_exact=True)
 
 
 def test_the_first_exploration_of_600_is_the_shipped_one() -> None:

@@ -54,14 +54,13 @@ def test_one_run_is_one_world() -> None:
 
 
 @pytest.mark.usefixtures("small_chunks")
-def test_chunks_and_workers_change_nothing(tmp_path: Path) -> None:
+def test_chunks_and_workers_change_nothing(tmp_path: Path, two_workers: WorkerPool) -> None:
     seen: list[tuple[float, float]] = []
     memory = explore(SMALL, progress=lambda done, total: seen.append((done, total)))
     assert len(memory) == SMALL.transitions == 210
     assert seen == [(0, 210), (60, 210), (120, 210), (180, 210), (210, 210)]
-    with WorkerPool(2) as pool:
-        assert bits(explore(SMALL, pool=pool)) == bits(memory)
-        assert bits(explore(SMALL, pool=pool, checkpoint=Checkpoint(tmp_path / "kept", TRANSITIONS))) == bits(memory)
+    assert bits(explore(SMALL, pool=two_workers)) == bits(memory)
+    assert bits(explore(SMALL, pool=two_workers, checkpoint=Checkpoint(tmp_path / "kept", TRANSITIONS))) == bits(memory)
     worlds = [explore_one(SMALL.model(run), SMALL.steps) for run in range(SMALL.runs)]
     assert bits(worlds[0].merge(*worlds[1:])) == bits(memory)
 

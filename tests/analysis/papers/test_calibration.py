@@ -13,7 +13,6 @@ from teamsight.agents.settings import PRESETS
 from teamsight.analysis.papers import calibration
 from teamsight.analysis.papers.calibration import OPEN_CLAIMS, PARAMETERS, Phase, assess
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim
-from teamsight.analysis.runs import files
 from teamsight.analysis.runs.experiment import QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
@@ -157,23 +156,6 @@ def test_the_page_names_the_best_setting_and_what_excludes_what() -> None:
         assert part in text
 
 
-def test_the_shipped_page_is_made_of_the_shipped_table(tmp_path: Path) -> None:
-    table = pd.read_parquet(DOCS / "calibration.parquet")
-    files.write_page(tmp_path / "calibration.md", calibration.page(table))
-    assert (DOCS / "calibration.md").read_bytes() == (tmp_path / "calibration.md").read_bytes()
-
-
-def test_a_row_of_the_shipped_table_is_what_the_search_makes() -> None:
-    shipped = pd.read_parquet(DOCS / "calibration.parquet").to_dict("records")[37]
-    values = {name: shipped[name] for name in PARAMETERS}
-    # The shipped table leaves out claims that are younger than it.
-    claims = {name: claim for name, claim in calibration.SCREEN.claims.items() if name in shipped}
-    screen = calibration.SCREEN._replace(claims=claims)
-    (row,) = assess(screen, [values])
-    assert len(claims) > 10
-    assert row == {name: shipped[name] for name in row}
-
-
 def test_one_claim_that_is_far_off_does_not_outweigh_all_others() -> None:
     def at(distance: float) -> Claim:
         return Claim("", "", "", "a rule", decide=lambda: ("", distance))
@@ -186,7 +168,7 @@ def test_one_claim_that_is_far_off_does_not_outweigh_all_others() -> None:
     assert score(0.5, 2.0) == (1, 1.25)
 
 
-def test_every_candidate_is_judged_on_every_root_whoever_does_it() -> None:
+def test_every_candidate_is_judged_on_every_root_whoever_does_it(two_workers: WorkerPool) -> None:
     seen: list[tuple[str, float, float]] = []
     rows = assess(PHASE, TRIED, watch=lambda *done: seen.append(done))
     assert [(row["robot_speed"], row["root"]) for row in rows] == [
@@ -195,8 +177,7 @@ def test_every_candidate_is_judged_on_every_root_whoever_does_it() -> None:
     assert {row["phase"] for row in rows} == {"try"}
     assert seen[-1] == ("try", 3, 3)
     assert [done for _, done, _ in seen] == sorted(done for _, done, _ in seen)
-    with WorkerPool(2) as pool:
-        assert assess(PHASE, TRIED, pool) == rows
+    assert assess(PHASE, TRIED, two_workers) == rows
     # No candidate depends on those beside it.
     assert assess(PHASE, TRIED[1:2]) == rows[2:4]
 

@@ -17,7 +17,7 @@ from teamsight.agents.awareness import NoAwareness
 from teamsight.analysis.papers import evolution
 from teamsight.analysis.papers.evolution import VARIATIONS, WORST, Variation, checkpoint_in, evaluate, options_of, train
 from teamsight.analysis.papers.training import Evolution
-from teamsight.analysis.runs import checkpoint, files
+from teamsight.analysis.runs import checkpoint
 from teamsight.analysis.runs.experiment import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import ACmommt, Stationary
@@ -244,30 +244,6 @@ def test_the_gain_is_paired_by_the_world(monkeypatch: pytest.MonkeyPatch) -> Non
     # Robots that cannot move observe the same under every policy.
     assert (row["mean"], row["low"], row["high"]) == (0.0, 0.0, 0.0)
     assert 0 < row["observed"] < 100
-
-
-def test_the_shipped_page_is_made_of_the_shipped_table(tmp_path: Path) -> None:
-    table = pd.read_parquet(DOCS / "evolved.parquet")
-    files.write_page(tmp_path / "evolved.md", evolution.page(table, table.attrs))
-    assert (DOCS / "evolved.md").read_bytes() == (tmp_path / "evolved.md").read_bytes()
-    assert table.attrs["made"] == made()
-
-
-def test_rows_of_the_shipped_table_are_what_the_comparison_makes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evolution, "GRID", Grid((10,), (4.0,)))
-    table = pd.read_parquet(DOCS / "evolved.parquet")
-    (options, *_) = options_of(table[table["part"] == "screen"])
-    how = {"options": options, "runs": table.attrs["runs"]}
-    (cell,) = evolution.by_cell(evolution.compare({"evolved": Evolved()}, root=evolution.TEST, **how)).to_dict("records")
-    shipped = table[(table["part"] == "cell") & (table["robots"] == 10) & (table["radius"] == 4.0)].iloc[0]
-    assert cell == {name: shipped[name] for name in cell}
-    shipped = table[table["part"] == "generalisation"].set_index("name")
-    assert shipped.index.tolist() == [one.name for one in VARIATIONS]
-    for one in VARIATIONS:
-        if one.name in ("N = 3", "square of the disc's area"):
-            found = evolution.compare({"evolved": Evolved()}, root=evolution.GENERALISE, variations=(one,), **how)
-            (row,) = evolution.gains_by(found, "variation").to_dict("records")
-            assert row == {"name": one.name} | {name: shipped.loc[one.name, name] for name in row if name != "name"}
 
 
 def test_the_policy_observes_more_and_nowhere_significantly_less() -> None:

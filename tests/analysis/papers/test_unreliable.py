@@ -127,7 +127,7 @@ def test_panels_of_one_row_have_one_axis(table: pd.DataFrame) -> None:
     assert panels[4].get_ylim()[1] > most
 
 
-@pytest.mark.parametrize("name", ["graze", "push", "collect", "pursuit"])
+@pytest.mark.parametrize("name", ["graze", "push", "pursuit"])
 def test_the_team_of_any_task_can_be_unreliable(name: str, tmp_path: Path) -> None:
     task: Any = TASKS[name]
     if callable(task.skilled):

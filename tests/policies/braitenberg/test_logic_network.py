@@ -70,11 +70,11 @@ def test_it_learns_a_known_function(name: str) -> None:
     cues = np.array([a + 2 * b + 4 * c for a, b, c in inputs])
     truth = np.array([int(FUNCTIONS[name](*one)) for one in inputs])
     perfect = 0
-    for seed in range(20):
+    for seed in range(10):
         table = train_trees(cues, truth, inputs=3, kinds=2, trees=3, depth=5, rng=seed)
         perfect += all(elected(table.tolist(), 2, int(one)) == wanted for one, wanted in zip(cues, truth, strict=True))
-    # With seeds 100 to 199 at most 2 of 100 fail; 6 of 20 would then have a probability below 1e-5.
-    assert perfect >= 15
+    # With seeds 100 to 199 at most 2 of 100 fail; 4 of 10 would then have a probability below 1e-4.
+    assert perfect >= 7
 
 
 def test_it_learns_the_fixed_priority_from_examples() -> None:

@@ -86,7 +86,7 @@ def test_p_cmommt_in_whole_runs(policy: PCmommt, awareness: str) -> None:
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("policy", [*B_VARIANTS, *(policy for policy, _ in P_VARIANTS)], ids=str)
+@pytest.mark.parametrize("policy", [*B_VARIANTS[1::3], *(policy for policy, _ in P_VARIANTS[1::3])], ids=str)
 def test_they_keep_the_contract(policy: Any) -> None:
     check_policy(policy)
 

@@ -143,7 +143,7 @@ def test_nothing_overlaps_and_all_stay_inside(seed: int, robots: int, policy: st
         assert np.abs(box).max() + 2.5 <= side / 2
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(seed=st.integers(0, 10**6))
 def test_who_finds_no_place_is_nowhere_and_all_before_are_apart(seed: int) -> None:
     # More robots than the densest packing has: nobody can find a place for the last.
