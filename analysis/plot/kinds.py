@@ -51,7 +51,7 @@ def panels(
     y: str | Sequence[str] = "", warning: str = "", columns: int | None = None, size: tuple[float, float] = (3.7, 3.3),
     more: tuple[float, float] = (0.0, 0.0), is_plain: bool = True, **further: Any,
 ) -> tuple[Canvas, list[Axes]]:  # fmt: skip
-    """Return a figure with a head, whose lines are wrapped, and one empty panel for each name.
+    """Return a figure with a head, whose lines are wrapped, and one empty panel for each name; its label is the title.
 
     Parameters
     ----------
@@ -87,6 +87,7 @@ def panels(
     ]
     head = 1.3 * _MARGIN + sum(_LINE * points for _, points, *_ in lines)
     figure = canvas(width, head + room)
+    figure.set_label(title)
     figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, room / (head + room)), w_pad=0.08, h_pad=0.08)
     top = 0.6 * _MARGIN
     for line, points, colour, weight in lines:
@@ -121,7 +122,7 @@ def colour_bar(figure: Canvas, shown: Any, panels: list[Any], label: str) -> Non
 
 
 def draw_means(
-    axes: Axes, x: ArrayLike, found: Sequence[tuple[float, float, float]] | pd.DataFrame, colour: Any,
+    axes: Axes, x: ArrayLike, found: ArrayLike | pd.DataFrame, colour: Any,
     label: str = "", *, as_bars: bool = False, **line: Any,
 ) -> None:  # fmt: skip
     """Draw means as a line with a confidence band, or as marks with bars.
@@ -132,7 +133,7 @@ def draw_means(
         Where to draw.
     x : array_like, shape (n,)
         Places of the means; of a band, ascending.
-    found : sequence of Interval or DataFrame
+    found : sequence of Interval, array_like of shape (n, 3), or DataFrame
         Means and the ends of their intervals, or a table with the columns mean, low and high. An infinite interval is
         not drawn.
     colour : colour of matplotlib
@@ -144,7 +145,7 @@ def draw_means(
     **line
         Further properties of the line.
     """
-    columns = found[["mean", "low", "high"]] if isinstance(found, pd.DataFrame) else list(found)
+    columns = found[["mean", "low", "high"]] if isinstance(found, pd.DataFrame) else found
     mean, low, high = np.asarray(columns, float).reshape(-1, 3).T
     if as_bars:
         wide = np.array([mean - low, high - mean])
