@@ -23,7 +23,7 @@ from teamsight.analysis.papers.touzet2000.experiments import LEARNED, make_chose
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.seeds import ROOTS

@@ -29,7 +29,7 @@ from teamsight.analysis.plot.style import canvas, head, signed, to_png
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
-from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Model, Run
 from teamsight.analysis.runs.seeds import model_seed, root

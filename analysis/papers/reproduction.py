@@ -250,6 +250,10 @@ class Paper(Generic[P, F]):
         claims = {"claims": verdict_table(verdicts, self.measured), "number": len(verdicts)}
         return filled(self.template, **{"plan": plan, **claims, **self.values(found, plan)})
 
+    def title(self, plan: P) -> str:
+        """Return what is made, in words."""
+        return self.plan.__module__.rpartition(".")[2]
+
     def summary(self, found: F, plan: P) -> Sequence[str]:
         """Return the result in sentences."""
         verdicts, said = self.verdicts(found, plan), self.sentences(found, plan)

@@ -9,7 +9,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from teamsight.analysis.plot.style import (
@@ -22,6 +21,7 @@ from teamsight.analysis.plot.style import (
 )
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
@@ -145,6 +145,8 @@ def draw_means(
     **line
         Further properties of the line.
     """
+    import pandas as pd
+
     columns = found[["mean", "low", "high"]] if isinstance(found, pd.DataFrame) else found
     mean, low, high = np.asarray(columns, float).reshape(-1, 3).T
     if as_bars:

@@ -231,8 +231,6 @@ Format = Annotated[str, names_in("teamsight.analysis.plot.style:FORMATS")]
 TaskName = Annotated[str, names_in("teamsight.tasks.registry:TASKS")]
 #: Agents of one kind: any two of them may be neighbours.
 Agents = Annotated[int, Allowed(least=1, most=1_000_000)]
-#: Runs of each cell of commands that have thousands of cells.
-CellRuns = Annotated[int, Allowed(least=1, most=1_000)]
 #: A smaller risk would need by far more runs than a command may make.
 Risk = Annotated[float, Allowed(least=1e-9, most=1)]
 

@@ -12,7 +12,7 @@ from matplotlib.image import imread
 
 from teamsight.analysis.papers.touzet2000.experiments import DELTAS
 from teamsight.analysis.papers.touzet2000.figures import FIGURES, Conditions, Job, Tables, make
-from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.grid import Grid
 
 CONDITIONS = Conditions("defaults", {}, 1, 3, 20)
 SMALL = Grid((1, 2, 30), (1.0, 5.0))
