@@ -26,11 +26,12 @@ from teamsight.analysis.papers.reproduction import (
     intervals,
     judged,
     no_less,
+    run_until,
     saving,
     within,
 )
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.kinds import draw_means, panels
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import DEGREE, ROBOTS_LABEL, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import root
@@ -67,7 +68,7 @@ CLAIMS = (
 
 # A run stops at the first multiple of these steps at which its task is done.
 _PART = 250
-_COLOURS = dict(zip(LEVELS, (DEGREE["none"], DEGREE["pairwise"], DEGREE["shared"]), strict=True))
+_COLOURS = {"none": DEGREE["none"], "state": DEGREE["pairwise"], "goal": DEGREE["shared"]}
 _PAGE = """
 # Forage, consume, graze
 
@@ -151,14 +152,11 @@ class UntilDone:
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Run the world for at most so many steps."""
         metric, objective = self.task.metrics[self.task.objective.metric], self.task.objective
-        left = steps
-        while left > 0 and objective.is_censored(metric(world) if left < steps else float("inf")):
-            world.run(min(_PART, left))
-            left -= _PART
+        run_until(lambda world: not objective.is_censored(metric(world)), world, steps, _PART)
         time = float(metric(world))
-        most = int(world.recording.max_neighbours(self.task.team))
         return {
-            "time": objective.counted(time, steps), "censored": objective.is_censored(time), "max_neighbours": most,
+            "time": objective.counted(time, steps), "censored": objective.is_censored(time),
+            "max_neighbours": int(world.recording.max_neighbours(self.task.team)),
         }  # fmt: skip
 
 
@@ -202,7 +200,7 @@ def draw(table: pd.DataFrame, plan: Communication) -> Canvas:
             samples = (column(table, "time", task=task, communication=level, robots=robots) for robots in plan.robots)
             draw_means(axes, plan.robots, intervals(samples), _COLOURS[level], level, as_bars=True)
         axes.set_ylim(bottom=0)
-        axes.set_xticks(list(plan.robots))
+        mark_values(axes, plan.robots, is_log=False)
     shown[0].legend(frameon=False)
     return figure
 

@@ -2,7 +2,7 @@
 
 All combinations of values are screened on a coarse grid. The best, and the defaults, are judged again on a finer grid
 with other root seeds. The best of these is reported, with each gain, on further root seeds. `page` has the procedure in
-words. The winner is copied to ``agents/settings.py`` by hand, because a default is a decision.
+words. The winner is copied to ``agents/presets.py`` by hand, because a default is a decision.
 
 All root seeds are below 0, which no command accepts, so that the ledger never judges constants on the worlds with which
 they were chosen. Results are reported on further worlds, because the best of many candidates is partly the luckiest.

@@ -23,6 +23,7 @@ import pandas as pd
 from teamsight import __version__
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.agents.cmommt import DEFAULTS
+from teamsight.analysis.papers.reproduction import filled
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import canvas, head, signed, to_png
@@ -79,6 +80,86 @@ _SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
 _DPI = 90
 # Columns of a gain: a mean difference with its 95 % confidence interval [percentage points].
 _GAIN = ("mean", "low", "high")
+_PAGE = """
+# The evolved policy
+
+Like A-CMOMMT, `policy="evolved"` adds up forces. How they depend on distance was found by evolution. Each robot
+remembers targets that it lost, teammates that it met, its trail, and the area that it has sensed. It perceives
+teammates only through a ring of 16 sectors, Θ(1). It reads odometry and a compass: its memories are moved by its own
+displacement (`percept.moved`) and have the directions of the world, in which a robot's heading is given. A-CMOMMT
+uses both for the targets that it remembers, and for nothing else.
+
+Made by `teamsight evolve test --training evolution{further} --out docs`: {about[runs]} runs of {steps} steps in each
+cell, paired on common noise. The root seed {test} was used neither for training nor for choosing the options of
+A-CMOMMT, nor for an earlier version of this page.
+
+## Gain
+
+Over R = 2..9 and N = 5..30 it observes **{overall} percentage points** more of the targets than A-CMOMMT under
+pairwise awareness with its best options ({best}; the best of {combinations} combinations, screened with root seed
+{screen}). The smallest gain is {smallest}, at N = {worst[robots]}, R = {worst[radius]:g}. Cells whose whole interval
+is below {limit:g}: {below}.
+
+{surface}
+
+![Gain of the evolved policy over the strongest A-CMOMMT](images/evolved.png)
+
+## Training
+
+`{made[command]}` made {made[trials]:,} trials of {worlds} worlds each, {robot_steps} robot-steps in all. Every
+generation has new worlds (root seed {train}). Cells with more than 2 R² robots are left out, because there nearly all
+targets are observed under any policy.
+
+{training}
+
+Generation 0 was written by hand: the forces of A-CMOMMT, with smooth instead of 0-or-1 weights of targets, a memory
+of the area, and straight motion while idle.
+
+{continued}
+
+## Ablations
+
+Gain when the output of one part of the policy is set to 0, without training it again (root seed {validate}):
+
+{ablations}
+
+Differences smaller than these intervals are not significant.
+
+## Other worlds
+
+The policy was evolved for one speed, one number of targets and one range. In other worlds (root seed {generalise}; N
+= 5, 10, 20, 30; R = 4, 8), without training or screening again, its gain over the same A-CMOMMT is:
+
+{generalisation}
+
+## Options of A-CMOMMT
+
+Observed targets [%] under A-CMOMMT with pairwise awareness, over the same grid (root seed {screen}). First all
+combinations of its rules, with the default constants, {usual}:
+
+{rules}
+
+Then the constants, under the best {finalists} of these rules: the turn probability of robots that wander, and the
+gain of the force (see [what the paper leaves open](model.md#where-this-departs-from-the-paper)). The best combination
+of all is the baseline of this page. It observes {added:.1f} percentage points more than the best rules with the
+default constants.
+
+{tuned}
+"""
+# The paragraphs on the validated generations of a training, and of one that began with its constants.
+_TRAINING = """
+Gain on other worlds (root seed {validate}), over the whole grid, over A-CMOMMT with {options}:
+
+{points}
+"""
+_CONTINUED = """
+`{made[command]}` began with these constants and made {made[trials]:,} trials in new worlds (root seed
+{train_further}). Its gain on the worlds of root seed {validate}, over A-CMOMMT with {options}:
+
+{points}
+
+New constants ship only if, on these worlds, they gain more than the old ones by more than the interval.
+"""
 
 
 def cells_tried() -> list[tuple[int, float]]:
@@ -568,94 +649,32 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     """
     parts = {str(name): rows for name, rows in table.groupby("part")}
     cells, screened, made, further = _cells_of(table), parts["screen"], about["made"], about["further"]
-    worst = cells.sort_values("mean").iloc[0]
+    worst, seeds = cells.sort_values("mean").iloc[0], {"train_further": TRAIN_FURTHER, "validate": VALIDATE}
     rules, tuned, added = _screened(screened)
-    training = continued = ""
-    if "training" in parts:
-        training = f"""\
-Gain on other worlds (root seed {VALIDATE}), over the whole grid, over A-CMOMMT with {_options(about["trained"])}:
-
-{_points(parts["training"])}"""
-    if "further" in parts:
-        continued = f"""\
-`{further["command"]}` began with these constants and made {further["trials"]:,} trials in new worlds (root seed \
-{TRAIN_FURTHER}). Its gain on the worlds of root seed {VALIDATE}, over A-CMOMMT with {_options(about["continued"])}:
-
-{_points(parts["further"])}
-
-New constants ship only if, on these worlds, they gain more than the old ones by more than the interval."""
-    text = f"""\
-# The evolved policy
-
-Like A-CMOMMT, `policy="evolved"` adds up forces. How they depend on distance was found by evolution. Each robot \
-remembers targets that it lost, teammates that it met, its trail, and the area that it has sensed. It perceives \
-teammates only through a ring of 16 sectors, Θ(1). It reads odometry and a compass: its memories are moved by its own \
-displacement (`percept.moved`) and have the directions of the world, in which a robot's heading is given. A-CMOMMT \
-uses both for the targets that it remembers, and for nothing else.
-
-Made by `teamsight evolve test --training evolution{" --further further" if further else ""} --out docs`: \
-{about["runs"]} runs of {STEPS} steps in each cell, paired on common noise. The root seed {TEST} was used neither for \
-training nor for choosing the options of A-CMOMMT, nor for an earlier version of this page.
-
-## Gain
-
-Over R = 2..9 and N = 5..30 it observes **{_gain(parts["overall"].iloc[0])} percentage points** more of the targets \
-than A-CMOMMT under pairwise awareness with its best options ({_options(screened.iloc[0])}; the best of \
-{len(screened)} combinations, screened with root seed {SCREEN}). The smallest gain is {_gain(worst)}, at N = \
-{worst["robots"]}, R = {worst["radius"]:g}. Cells whose whole interval is below {WORST:g}: \
-{(cells["high"] < WORST).sum() or "none"}.
-
-{_surface(cells)}
-
-![Gain of the evolved policy over the strongest A-CMOMMT](images/evolved.png)
-
-## Training
-
-`{made["command"]}` made {made["trials"]:,} trials of {len(cells_tried())} worlds each, \
-{_billions(made["robot_steps"])} robot-steps in all. Every generation has new worlds (root seed {TRAIN}). Cells with \
-more than 2 R² robots are left out, because there nearly all targets are observed under any policy.
-
-{training}
-
-Generation 0 was written by hand: the forces of A-CMOMMT, with smooth instead of 0-or-1 weights of targets, a memory \
-of the area, and straight motion while idle.
-
-{continued}
-
-## Ablations
-
-Gain when the output of one part of the policy is set to 0, without training it again (root seed {VALIDATE}):
-
-{_table(["removed"], parts["ablation"], lambda row: [row["name"]])}
-
-Differences smaller than these intervals are not significant.
-
-## Other worlds
-
-The policy was evolved for one speed, one number of targets and one range. In other worlds (root seed {GENERALISE}; N \
-= 5, 10, 20, 30; R = 4, 8), without training or screening again, its gain over the same A-CMOMMT is:
-
-{_table(
-    ["what is different", "A-CMOMMT observes [%]"], parts["generalisation"],
-    lambda row: [row["name"], f"{row['observed']:.1f}"],
-)}
-
-## Options of A-CMOMMT
-
-Observed targets [%] under A-CMOMMT with pairwise awareness, over the same grid (root seed {SCREEN}). First all \
-combinations of its rules, with the default constants, \
-{" and ".join(f"`{name}={value:g}`" for name, value in USUAL.items())}:
-
-{rules}
-
-Then the constants, under the best {_FINALISTS} of these rules: the turn probability of robots that wander, and the \
-gain of the force (see [what the paper leaves open](model.md#where-this-departs-from-the-paper)). The best combination \
-of all is the baseline of this page. It observes {added:.1f} percentage points more than the best rules with the \
-default constants.
-
-{tuned}
-"""
-    return markdown.page(*text.strip().split("\n\n"))
+    validated = {
+        part: filled(
+            template, made=of, options=_options(about[options]), points=_points(parts[part]), **seeds
+        ).strip()
+        for part, template, options, of in (
+            ("training", _TRAINING, "trained", made), ("further", _CONTINUED, "continued", further)
+        )
+        if part in parts
+    }  # fmt: skip
+    return filled(
+        _PAGE, about=about, made=made, worst=worst, added=added, rules=rules, tuned=tuned, steps=STEPS, limit=WORST,
+        test=TEST, screen=SCREEN, train=TRAIN, generalise=GENERALISE, finalists=_FINALISTS, **seeds,
+        further=" --further further" if further else "", overall=_gain(parts["overall"].iloc[0]),
+        best=_options(screened.iloc[0]), combinations=len(screened), smallest=_gain(worst),
+        below=(cells["high"] < WORST).sum() or "none", surface=_surface(cells), worlds=len(cells_tried()),
+        robot_steps=_billions(made["robot_steps"]), training=validated.get("training", ""),
+        continued=validated.get("further", ""),
+        ablations=_table(["removed"], parts["ablation"], lambda row: [row["name"]]),
+        generalisation=_table(
+            ["what is different", "A-CMOMMT observes [%]"], parts["generalisation"],
+            lambda row: [row["name"], f"{row['observed']:.1f}"],
+        ),
+        usual=" and ".join(f"`{name}={value:g}`" for name, value in USUAL.items()),
+    )  # fmt: skip
 
 
 def _cells_of(table: pd.DataFrame) -> pd.DataFrame:

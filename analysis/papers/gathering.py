@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from teamsight.analysis.papers.reproduction import Paper, Plan, chosen
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.kinds import draw_means, panels
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, INK, ROBOTS_LABEL, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.stats.paired import Interval, interval_of
@@ -948,7 +948,6 @@ def draw(found: Gathering, plan: GatheringPlan) -> Canvas:
         x=ROBOTS_LABEL, y=[*("δ" for _ in tasks), "index δ(skilled) / δ(explore)"],
         columns=math.ceil(math.sqrt(len(tasks) + 1)), size=(3.5, 3.0),
     )  # fmt: skip
-    ticks = np.unique([cell.size for cell in found.cells])
     for axes, task in zip(shown, tasks, strict=False):
         cells = [cell for cell in found.cells if cell.task == task]
         sizes = np.array([cell.size for cell in cells], np.float64)
@@ -959,9 +958,7 @@ def draw(found: Gathering, plan: GatheringPlan) -> Canvas:
         axes.set_ylim(bottom=-0.5)
     _draw_index(shown[-1], found.cells, list(tasks))
     for axes in shown:
-        axes.set_xscale("log")
-        axes.set_xticks(ticks, [f"{tick}" for tick in ticks])
-        axes.minorticks_off()
+        mark_values(axes, np.unique([cell.size for cell in found.cells]).tolist())
     shown[0].legend(frameon=False, fontsize=8)
     return figure
 

@@ -30,6 +30,7 @@ from teamsight.analysis.papers.reproduction import (
     column,
     intervals,
     judged,
+    run_until,
     saving,
     within,
 )
@@ -158,12 +159,8 @@ def until_moved(world: World, steps: int) -> dict[str, Any]:
     """
     from teamsight.tasks.pushing import completion_time
 
-    made, time = 0, math.inf
-    while made < steps and time == math.inf:
-        part = min(_PART, steps - made)
-        world.run(part)
-        made += part
-        time = completion_time(world)
+    run_until(lambda world: completion_time(world) < math.inf, world, steps, _PART)
+    time = completion_time(world)
     is_censored = time == math.inf
     end = steps if is_censored else int(time)
     history = world.recording.history.iloc[:end]

@@ -31,7 +31,7 @@ from teamsight.analysis.papers.reproduction import (
     judged,
 )
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.kinds import draw_means, panels
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, colours_of
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import root
@@ -270,16 +270,15 @@ def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
         curves = 100.0 * np.array(chosen(table, robots=size, condition=name)["curve"].tolist())
         dashes = "--" if "+" in name else "-"
         draw_means(left, plan.times, intervals(curves.T), colour, name, as_bars=True, linestyle=dashes)
-    left.set(xscale="log", ylim=(0, 100))
-    left.set_xticks(plan.times, [f"{time:,}" for time in plan.times])
-    left.minorticks_off()
+    left.set_ylim(0, 100)
+    mark_values(left, plan.times)
     axes.axhline(0.0, color=FAINT, linewidth=0.8)
     places = [(size, coding) for size in plan.sizes for coding in CODINGS]
     for aside, name, time in ((-0.16, "delivered_early", plan.judged), (0.16, "delivered", plan.times[-1])):
         found = intervals(differences(table, coding, "progress", name, size) for size, coding in places)
         x, colour = np.arange(len(places)) + aside, COLOURS[1 + (aside > 0)]
         draw_means(axes, x, found, colour, f"after {time:,} steps", as_bars=True, linestyle="")
-    axes.set_xticks(range(len(places)), [f"{coding}\nN = {size}" for size, coding in places])
+    mark_values(axes, range(len(places)), [f"{coding}\nN = {size}" for size, coding in places], is_log=False)
     for one, columns in ((left, 2), (axes, 1)):
         one.legend(frameon=False, fontsize=8, ncol=columns)
     return figure

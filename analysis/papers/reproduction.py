@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure as Canvas
 
+    from teamsight.agents.world import World
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.executor import Executor
     from teamsight.analysis.runs.files import Content
@@ -259,6 +260,14 @@ class Paper(Generic[P, F]):
         verdicts, said = self.verdicts(found, plan), self.sentences(found, plan)
         claims = [verdict_counts(verdicts), *(f"{one.claim}: {one.measured}, {one.verdict}." for one in verdicts)]
         return [*(claims if verdicts or not said else ()), *said]
+
+
+def run_until(is_done: Callable[[World], bool], world: World, steps: int, part: int) -> None:
+    """Run a world for so many steps at most, or up to the first multiple of `part` steps at which it is done."""
+    left = steps
+    while left > 0 and not (left < steps and is_done(world)):
+        world.run(min(part, left))
+        left -= part
 
 
 def chosen(table: pd.DataFrame, **values: Any) -> pd.DataFrame:

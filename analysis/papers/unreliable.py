@@ -25,7 +25,7 @@ import numpy as np
 
 from teamsight.analysis.papers.reproduction import Paper, Plan, chosen, runs_of
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.kinds import draw_means, panels
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import DEGREE, FAINT
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import canonical, root
@@ -455,11 +455,8 @@ def _failures(availability: float, plan: Unreliability) -> float:
 def _scale(axes: Axes, of: pd.DataFrame, sweep: str) -> None:
     ticks = of.drop_duplicates("x").sort_values("x")
     names = [f"{x:.2g}\n({value:g})" for x, value in zip(ticks["x"], ticks["value"], strict=True)]
-    if sweep == "periods":
-        axes.set_xscale("log")
-        names = [f"{period:g}" for period in ticks["x"]]
-    axes.set_xticks(ticks["x"], names)
-    axes.minorticks_off()
+    is_log = sweep == "periods"
+    mark_values(axes, ticks["x"].tolist(), None if is_log else names, is_log=is_log)
 
 
 def _draw_observed(axes: Axes, of: pd.DataFrame, plan: Unreliability) -> None:

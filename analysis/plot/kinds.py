@@ -111,6 +111,16 @@ def panels(
     return figure, found[: len(names)]
 
 
+def mark_values(
+    axes: Axes, values: Sequence[float], texts: Sequence[str] | None = None, *, is_log: bool = True
+) -> None:
+    """Mark values on the horizontal axis, by default a logarithmic one, with their texts and no ticks between them."""
+    if is_log:
+        axes.set_xscale("log")
+    axes.set_xticks(values, texts or [f"{value:,g}" for value in values])
+    axes.minorticks_off()
+
+
 def colour_bar(figure: Canvas, shown: Any, panels: list[Any], label: str) -> None:
     """Draw the scale of colours on the right of some panels, as wide beside wide ones as beside narrow ones."""
     columns = {panel.get_subplotspec().colspan.start for panel in panels}

@@ -23,7 +23,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers.reproduction import Paper, Plan
 from teamsight.analysis.runs.grid import PAPER as PAPER_GRID
 from teamsight.analysis.runs.grid import QUICK, Grid

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers.calibration import defaults, setting_of
 from teamsight.analysis.papers.touzet2000.claims import (
     CLAIMS,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS, chosen, described, exploration
 from teamsight.analysis.runs.experiment import Experiment, Request, Run, make_tables
