@@ -12,7 +12,7 @@ Examples:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -205,14 +205,6 @@ def draw(table: pd.DataFrame, plan: Communication) -> Canvas:
     return figure
 
 
-def page_values(table: pd.DataFrame, plan: Communication) -> Mapping[str, Any]:
-    """Return the values of the page."""
-    return {
-        "robots": ", ".join(map(str, plan.robots)), "attractors": ", ".join(map(str, plan.attractors)),
-        "margin": 100 * MARGIN, "times": times_table(table), "percentages": percentages_table(table),
-    }  # fmt: skip
-
-
 def times_table(table: pd.DataFrame) -> str:
     """Return a table of mean completion times, and of censored runs."""
     cells = {(task, level): chosen(table, task=task, communication=level) for task in TASK_NAMES for level in LEVELS}
@@ -241,6 +233,11 @@ def percentages_table(table: pd.DataFrame) -> str:
 
 
 PAPER = Paper(
-    Communication, "foraging", _PAGE, page_values, {"foraging": draw}, lambda table, plan: verdicts(table),
-    "time saved (95 %)", quick={"runs": 4, "robots": (1, 3, 5), "attractors": (1, 7)},
+    Communication, "foraging", _PAGE,
+    lambda table, plan: {
+        "robots": ", ".join(map(str, plan.robots)), "attractors": ", ".join(map(str, plan.attractors)),
+        "margin": 100 * MARGIN, "times": times_table(table), "percentages": percentages_table(table),
+    },
+    {"foraging": draw}, lambda table, plan: verdicts(table), "time saved (95 %)",
+    quick={"runs": 4, "robots": (1, 3, 5), "attractors": (1, 7)},
 )  # fmt: skip

@@ -13,7 +13,7 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
@@ -362,11 +362,6 @@ def sizes_table(table: pd.DataFrame) -> str:
     return markdown.table(columns, rows, align="r" * len(columns))
 
 
-def page_values(table: pd.DataFrame, plan: Pushing) -> Mapping[str, Any]:
-    """Return the values of the page."""
-    return {"margin": 100 * MARGIN, "sizes": sizes_table(table), "said": _sentences(table, plan)}
-
-
 def _sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
     learned, tested = agreement_of(plan.seed)
     same, runs = same_runs(table)
@@ -379,6 +374,8 @@ def _sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
 
 
 PAPER = Paper(
-    Pushing, "pushing", _PAGE, page_values, {"pushing": draw}, lambda table, plan: verdicts(table),
-    sentences=_sentences, quick={"runs": 10, "robots": (1, 2, 5, 10, 20)},
+    Pushing, "pushing", _PAGE,
+    lambda table, plan: {"margin": 100 * MARGIN, "sizes": sizes_table(table), "said": _sentences(table, plan)},
+    {"pushing": draw}, lambda table, plan: verdicts(table), sentences=_sentences,
+    quick={"runs": 10, "robots": (1, 2, 5, 10, 20)},
 )  # fmt: skip

@@ -12,7 +12,7 @@ Examples:
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -284,11 +284,6 @@ def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
     return figure
 
 
-def page_values(table: pd.DataFrame, plan: Collecting) -> Mapping[str, Any]:
-    """Return the values of the page."""
-    return {"conditions": conditions_table(table, plan), "rows": rows_table(table, plan)}
-
-
 def conditions_table(table: pd.DataFrame, plan: Collecting) -> str:
     """Return a table with a row for each condition: rows learned right, and pucks delivered."""
     scales = {"correct": 100.0, "correct_intruder": 100.0, "delivered_early": 1.0, "delivered": 1.0}
@@ -326,6 +321,7 @@ def rows_table(table: pd.DataFrame, plan: Collecting) -> str:
 
 
 PAPER = Paper(
-    Collecting, "collecting", _PAGE, page_values, {"collecting": draw}, verdicts, "measured (95 %)",
-    quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
+    Collecting, "collecting", _PAGE,
+    lambda table, plan: {"conditions": conditions_table(table, plan), "rows": rows_table(table, plan)},
+    {"collecting": draw}, verdicts, "measured (95 %)", quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
 )  # fmt: skip

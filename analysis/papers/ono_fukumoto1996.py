@@ -402,11 +402,6 @@ def draw(table: pd.DataFrame, plan: Surroundings) -> Canvas:
     return figure
 
 
-def page_values(table: pd.DataFrame, plan: Surroundings) -> Mapping[str, Any]:
-    """Return the values of the page."""
-    return {"sizes": sizes_table(), "learners": learners_table(table), "random": random_table(table)}
-
-
 def sizes_table() -> str:
     """Return p^d, the rows of modules and of one table over all, and their values, for some depths of view."""
     from teamsight.policies.online.modular_q import ModularQ
@@ -459,6 +454,7 @@ def random_table(table: pd.DataFrame) -> str:
 
 
 PAPER = Paper(
-    Surroundings, "pursuit-modules", _PAGE, page_values, {"pursuit-modules": draw},
-    lambda table, plan: verdicts(table), quick={"runs": 3, "share": 0.05},
+    Surroundings, "pursuit-modules", _PAGE,
+    lambda table, plan: {"sizes": sizes_table(), "learners": learners_table(table), "random": random_table(table)},
+    {"pursuit-modules": draw}, lambda table, plan: verdicts(table), quick={"runs": 3, "share": 0.05},
 )  # fmt: skip

@@ -396,12 +396,12 @@ def _draw_delta(tables: Tables, conditions: Conditions) -> Canvas:
     if enough is None:
         found = f"no ring of up to {short.index[-1]} sectors is as good as Θ(N)"
     worlds = list(cells.groupby(["radius", "robots"]))
-    most = runs.query("awareness == 'pairwise'").groupby(["radius", "robots"])["max_neighbours"].max()
+    most = runs.query("awareness == 'pairwise'").groupby(["radius", "robots"], as_index=False)["max_neighbours"].max()
     figure, shown = panels(
         f"Fig. δ   Observed targets against the sectors δ of the ring: {found}",
         f"A-CMOMMT: mean and 95 % confidence band over {int(cells['count'].iloc[0])} runs of {conditions.steps} steps; "
         f"15 targets, ranges 1; setting {conditions.name}, seed {conditions.root}",
-        [f"N = {robots}, R = {radius:g}   (at most {n} neighbours)" for (radius, robots), n in most.to_dict().items()],
+        [f"N = {n}, R = {radius:g}   (at most {met} neighbours)" for radius, n, met in most.itertuples(index=False)],
         x="sectors δ of the ring", y="observed targets  [%]", columns=3, size=(4.7, 3.4), sharey=True,
     )  # fmt: skip
     for axes, (_, of) in zip(shown, worlds, strict=True):
