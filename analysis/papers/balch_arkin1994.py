@@ -191,7 +191,7 @@ def draw(table: pd.DataFrame, plan: Communication) -> Canvas:
     """Return completion times against the number of robots, for each level of communication."""
     saved = (f"{task} {100 * gain(table, task, 'goal', 'none').mean:.0f} %" for task in TASK_NAMES)
     figure, shown = panels(
-        f"Time that telling goals saves: {minus(', '.join(saved))}",
+        f"Time saved by communicating goals: {minus(', '.join(saved))}",
         f"mean over numbers of attractors; {plan.runs} runs of each cell; 95 % confidence intervals; seed {plan.seed}",
         TASK_NAMES, x=ROBOTS_LABEL, y="steps to complete",
     )  # fmt: skip
