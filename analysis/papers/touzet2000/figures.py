@@ -234,7 +234,9 @@ def _level_figure(name: str, title: str, experiment: str, value: str) -> Figure:
         extent = f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}"
         figure = canvas(WIDTH, HEAD + HEIGHT + _CURVES)
         what = "mean" if in_percent else "of each cell the maximum"
-        head(figure, f"Fig. {name}   {title}", f"{what} over {conditions.line()}; 15 targets, ranges 1; {extent}")
+        found = f"{grid.min().min():.0f} to {grid.max().max():.0f}{' %' * in_percent}"
+        about = f"{what} over {conditions.line()}; 15 targets, ranges 1; {extent}"
+        head(figure, f"Fig. {name}   {title}, {found}", about)
         label = "observed targets  [%]" if in_percent else "largest number of neighbours  [robots]"
         # All teammates of the largest team: both figures have one scale, even if one of them is drawn alone.
         most = 100 if in_percent else max(1, robots.max() - 1)
@@ -293,7 +295,9 @@ def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
         runs = conditions._replace(runs=int(cells["count"].iloc[0])).line()
         each = ", each with another unselected exploration" if are_learned else ""
         subtitle = f"paired on common noise, mean over {runs}{each}; in brackets: the 95 % interval includes 0"
-        head(figure, f"Fig. {name}   {title}", subtitle)
+        # What learned teams gain stands above each surface.
+        ends = (signed(100 * end) for end in (cells["mean"].min(), cells["mean"].max()))
+        head(figure, f"Fig. {name}   {title}" + ("" if are_learned else f", {' to '.join(ends)} points"), subtitle)
         # One scale for all, in which noise looks as small as it is: whole points, or fives from ten on.
         most = 100 * float(cells["mean"].abs().max())
         step = 1.0 if most < 10 else 5.0
