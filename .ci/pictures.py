@@ -26,12 +26,10 @@ _LARGEST = 199_000
 
 
 def _figure_3() -> bytes:
-    from teamsight.analysis.papers.touzet2000.figures import Conditions, Job, make
-    from teamsight.cli.reproduce import ReproduceSettings, plan_of
+    from teamsight.analysis.papers import PAPERS
+    from teamsight.analysis.papers.touzet2000.figures import Job, make
 
-    plan = plan_of(ReproduceSettings(figures=("3",)))
-    name, setting = next(iter(plan.settings.items()))
-    return make(Job("3", {}, Conditions(name, setting, plan.root, plan.runs, plan.steps)))[1]["png"]
+    return make(Job("3", {}, PAPERS["touzet2000"].plan().common))[1]["png"]
 
 
 def _of_paper(paper: str, name: str) -> Callable[[], bytes]:

@@ -24,9 +24,10 @@ from teamsight.agents.channel import TARGETS
 from teamsight.agents.decisions import Cycle, CycleLike
 from teamsight.agents.events.sources import sources_of
 from teamsight.agents.group import Group
+from teamsight.agents.presets import PRESETS
 from teamsight.agents.resolve import awareness_of, policy_of, shared_options
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.agents.settings import PRESETS, Settings
+from teamsight.agents.settings import Settings
 from teamsight.agents.world import World
 from teamsight.agents.world_data import FirstStates
 from teamsight.core import checks

@@ -12,7 +12,7 @@ import numpy as np
 from teamsight.agents.cmommt import CMOMMT, DEFAULTS, REWRITTEN
 from teamsight.agents.decisions import EVERY_STEP
 from teamsight.agents.mesa import compat as mesa_compat
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.world.noise import key_of

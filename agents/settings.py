@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
 from teamsight.agents.awareness.registry import AWARENESS, Delta
+from teamsight.agents.presets import PRESETS
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Component, Flag, NonNegative, Panel
 from teamsight.policies.registry import POLICIES
@@ -23,17 +24,6 @@ PresetName: TypeAlias = Literal["touzet2000"]
 
 #: Agents of a group.
 MOST_AGENTS = 10_000_000
-
-#: Values for what the paper leaves open, chosen by calibration (docs/calibration.md). The policy options of a preset
-#: apply to a policy given by name, if it has them.
-PRESETS: dict[str, dict[str, Any]] = {
-    "touzet2000": {
-        "robot_speed": 0.1,
-        "target_speed": 0.075,
-        "uniform_target_speed": False,
-        "policy_options": {"idle": "stay", "idle_when": "no-force", "weights": "nearest", "gain": 0.5},
-    }
-}
 
 
 def _period(name: str, value: Any) -> Any:

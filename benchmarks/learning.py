@@ -7,7 +7,8 @@ import time
 from measure import Row
 
 from teamsight.analysis.papers.touzet2000.experiments import EXPLORATIONS, LEARNED, chosen
-from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid, Request, make_tables
+from teamsight.analysis.runs.experiment import Request, make_tables
+from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 
 RUNS, STEPS, WORKERS = 5, 600, 2

@@ -16,7 +16,8 @@ from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.papers.touzet2000.experiments import gains_of
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.runs.experiment import Experiment, Grid, Request, Variant, make_tables
+from teamsight.analysis.runs.experiment import Experiment, Request, Variant, make_tables
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.stats.paired import interval_of

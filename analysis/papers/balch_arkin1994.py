@@ -12,7 +12,7 @@ Examples:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,22 +23,20 @@ from teamsight.analysis.papers.reproduction import (
     Plan,
     chosen,
     column,
-    error_bars,
-    filled,
+    intervals,
     judged,
     no_less,
-    panel,
+    run_until,
     saving,
-    titled,
-    verdict_table,
     within,
 )
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import DEGREE
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
+from teamsight.analysis.plot.style import DEGREE, ROBOTS_LABEL, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import Interval, interval_of
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, percent_text
+from teamsight.analysis.stats.verdicts import UNDECIDED, Verdict, above, percent_text
 from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
@@ -70,8 +68,7 @@ CLAIMS = (
 
 # A run stops at the first multiple of these steps at which its task is done.
 _PART = 250
-_TITLE = "What communication is worth in three tasks"
-_COLOURS = dict(zip(LEVELS, (DEGREE["none"], DEGREE["pairwise"], DEGREE["shared"]), strict=True))
+_COLOURS = {"none": DEGREE["none"], "state": DEGREE["pairwise"], "goal": DEGREE["shared"]}
 _PAGE = """
 # Forage, consume, graze
 
@@ -155,14 +152,11 @@ class UntilDone:
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Run the world for at most so many steps."""
         metric, objective = self.task.metrics[self.task.objective.metric], self.task.objective
-        left = steps
-        while left > 0 and objective.is_censored(metric(world) if left < steps else float("inf")):
-            world.run(min(_PART, left))
-            left -= _PART
+        run_until(lambda world: not objective.is_censored(metric(world)), world, steps, _PART)
         time = float(metric(world))
-        most = int(world.recording.max_neighbours(self.task.team))
         return {
-            "time": objective.counted(time, steps), "censored": objective.is_censored(time), "max_neighbours": most,
+            "time": objective.counted(time, steps), "censored": objective.is_censored(time),
+            "max_neighbours": int(world.recording.max_neighbours(self.task.team)),
         }  # fmt: skip
 
 
@@ -195,27 +189,20 @@ def verdicts(table: pd.DataFrame) -> list[Verdict]:
 
 def draw(table: pd.DataFrame, plan: Communication) -> Canvas:
     """Return completion times against the number of robots, for each level of communication."""
-    runs = f"{plan.runs} runs of each cell; 95 % confidence intervals; seed {plan.seed}"
-    figure = titled(11.0, 4.4, _TITLE, f"steps to complete, mean over numbers of attractors; {runs}")
-    for number, task in enumerate(TASK_NAMES):
-        axes = panel(figure, (0.07 + 0.32 * number, 0.14, 0.26, 0.62), task, "robots N", "" if number else "steps")
-        for level in LEVELS:
-            samples = [column(table, "time", task=task, communication=level, robots=robots) for robots in plan.robots]
-            error_bars(axes, plan.robots, samples, color=_COLOURS[level], label=level, markersize=4, linewidth=1.4)
-        axes.set_ylim(bottom=0)
-        axes.set_xticks(list(plan.robots))
-        if not number:
-            axes.legend(frameon=False)
-    return figure
-
-
-def page(table: pd.DataFrame, plan: Communication) -> str:
-    """Return the page."""
-    robots, attractors = (", ".join(map(str, one)) for one in (plan.robots, plan.attractors))
-    return filled(
-        _PAGE, plan=plan, robots=robots, attractors=attractors, margin=100 * MARGIN, times=times_table(table),
-        percentages=percentages_table(table), claims=verdict_table(verdicts(table), "time saved (95 %)"),
+    saved = (f"{task} {100 * gain(table, task, 'goal', 'none').mean:.0f} %" for task in TASK_NAMES)
+    figure, shown = panels(
+        f"Time saved by communicating goals: {minus(', '.join(saved))}",
+        f"mean over numbers of attractors; {plan.runs} runs of each cell; 95 % confidence intervals; seed {plan.seed}",
+        TASK_NAMES, x=ROBOTS_LABEL, y="steps to complete",
     )  # fmt: skip
+    for task, axes in zip(TASK_NAMES, shown, strict=True):
+        for level in LEVELS:
+            samples = (column(table, "time", task=task, communication=level, robots=robots) for robots in plan.robots)
+            draw_means(axes, plan.robots, intervals(samples), _COLOURS[level], level, as_bars=True)
+        axes.set_ylim(bottom=0)
+        mark_values(axes, plan.robots, is_log=False)
+    shown[0].legend(frameon=False)
+    return figure
 
 
 def times_table(table: pd.DataFrame) -> str:
@@ -245,21 +232,12 @@ def percentages_table(table: pd.DataFrame) -> str:
     return markdown.table(columns, rows, align="llrrr")
 
 
-def summary(table: pd.DataFrame, plan: Communication) -> Sequence[str]:
-    """Return the result in sentences."""
-    found = [one.verdict for one in verdicts(table)]
-    held, failed = found.count(HOLDS), found.count(FAILS)
-    return [
-        f"Of {len(found)} claims, {held + failed} are certain enough and decided: {held} hold and {failed} do not.",
-        *(
-            f"{task}, {level} over {over}: {percent_text(gain(table, task, level, over))}; Balch and Arkin "
-            f"{percent:g} % at most."
-            for task, level, over, percent in PERCENTAGES
-        ),
-    ]
-
-
 PAPER = Paper(
-    Communication, "foraging", page, summary, {"foraging": (_TITLE, draw)},
+    Communication, "foraging", _PAGE,
+    lambda table, plan: {
+        "robots": ", ".join(map(str, plan.robots)), "attractors": ", ".join(map(str, plan.attractors)),
+        "margin": 100 * MARGIN, "times": times_table(table), "percentages": percentages_table(table),
+    },
+    {"foraging": draw}, lambda table, plan: verdicts(table), "time saved (95 %)",
     quick={"runs": 4, "robots": (1, 3, 5), "attractors": (1, 7)},
 )  # fmt: skip

@@ -2,7 +2,7 @@
 
 All combinations of values are screened on a coarse grid. The best, and the defaults, are judged again on a finer grid
 with other root seeds. The best of these is reported, with each gain, on further root seeds. `page` has the procedure in
-words. The winner is copied to ``agents/settings.py`` by hand, because a default is a decision.
+words. The winner is copied to ``agents/presets.py`` by hand, because a default is a decision.
 
 All root seeds are below 0, which no command accepts, so that the ledger never judges constants on the worlds with which
 they were chosen. Results are reported on further worlds, because the best of many candidates is partly the luckiest.
@@ -23,8 +23,8 @@ from teamsight.analysis.papers.touzet2000.experiments import LEARNED, make_chose
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
-from teamsight.analysis.runs.experiment import Grid
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.seeds import ROOTS
 from teamsight.analysis.runs.simulate import Watch
@@ -120,7 +120,7 @@ def checkpoint_in(folder: Path) -> Checkpoint:
 
 def calibrate(
     folder: Path,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     watch: Watch = lambda phase, done, total: None,
     *,
     force: bool = False,
@@ -133,7 +133,7 @@ def calibrate(
     ----------
     folder : Path
         An existing folder.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process.
     watch : callable
         Called with the phase, the work done in it and its work in all.
@@ -156,7 +156,7 @@ def calibrate(
 
 
 def search(
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     watch: Watch = lambda phase, done, total: None,
     checkpoint: Checkpoint | None = None,
 ) -> pd.DataFrame:
@@ -188,7 +188,7 @@ def _with_defaults(values: list[dict[Any, Any]]) -> list[dict[Any, Any]]:
 def assess(
     phase: Phase,
     tried: Sequence[Mapping[str, Any]],
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     watch: Watch = lambda phase, done, total: None,
     checkpoint: Checkpoint | None = None,
 ) -> list[dict[str, Any]]:
@@ -200,7 +200,7 @@ def assess(
         Worlds and claims.
     tried : sequence of mapping
         Values of `PARAMETERS`.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process.
     watch : callable
         Called with the phase, the candidates done in it and all its candidates.

@@ -23,14 +23,15 @@ import pandas as pd
 from teamsight import __version__
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.agents.cmommt import DEFAULTS
+from teamsight.analysis.papers.reproduction import filled
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import canvas, head, signed, to_png
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
-from teamsight.analysis.runs.experiment import Grid
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.run import Model, Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import Progress, Watch, run_all
@@ -79,6 +80,82 @@ _SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
 _DPI = 90
 # Columns of a gain: a mean difference with its 95 % confidence interval [percentage points].
 _GAIN = ("mean", "low", "high")
+_PAGE = """
+# The evolved policy
+
+Like A-CMOMMT, `policy="evolved"` adds up forces. How they depend on distance was found by evolution. Each robot
+remembers targets that it lost, teammates that it met, its trail, and the area that it has sensed, by odometry and a
+compass. It perceives teammates only through a ring of 16 sectors, Θ(1).
+
+Made by `teamsight evolve test --training evolution{further} --out docs`: {about[runs]} runs of {steps} steps in each
+cell, paired on common noise. The root seed {test} was used for nothing else.
+
+## Gain
+
+Over R = 2..9 and N = 5..30 it observes **{overall} percentage points** more of the targets than A-CMOMMT under
+pairwise awareness with its best options ({best}; the best of {combinations} combinations, screened with root seed
+{screen}). The smallest gain is {smallest}, at N = {worst[robots]}, R = {worst[radius]:g}. Cells whose whole interval
+is below {limit:g}: {below}.
+
+{surface}
+
+![Gain of the evolved policy over the strongest A-CMOMMT](images/evolved.png)
+
+## Training
+
+`{made[command]}` made {made[trials]:,} trials of {worlds} worlds each, {robot_steps} robot-steps in all. Every
+generation has new worlds (root seed {train}), none with more than 2 R² robots, where nearly all targets are observed
+under any policy.
+
+{training}
+
+Generation 0 was written by hand: the forces of A-CMOMMT with smooth weights, a memory of the area, and straight
+motion while idle.
+
+{continued}
+
+## Ablations
+
+Gain when one part of the policy is set to 0, without training it again (root seed {validate}):
+
+{ablations}
+
+Differences smaller than these intervals are not significant.
+
+## Other worlds
+
+The policy was evolved for one speed, one number of targets and one range. Its gain over the same A-CMOMMT in other
+worlds (root seed {generalise}; N = 5, 10, 20, 30; R = 4, 8), without training or screening again:
+
+{generalisation}
+
+## Options of A-CMOMMT
+
+Observed targets [%] under A-CMOMMT with pairwise awareness, over the same grid (root seed {screen}). First all
+combinations of its rules, with the default constants, {usual}:
+
+{rules}
+
+Then the constants, under the best {finalists} of these rules: the turn probability of robots that wander, and [the
+gain of the force](model.md#where-this-departs-from-the-paper). The best combination is the baseline of this page,
+{added:.1f} percentage points above the best rules with the default constants.
+
+{tuned}
+"""
+# The paragraphs on the validated generations of a training, and of one that began with its constants.
+_TRAINING = """
+Gain on other worlds (root seed {validate}), over the whole grid, over A-CMOMMT with {options}:
+
+{points}
+"""
+_CONTINUED = """
+`{made[command]}` began with these constants and made {made[trials]:,} trials in new worlds (root seed
+{train_further}). Its gain on the worlds of root seed {validate}, over A-CMOMMT with {options}:
+
+{points}
+
+New constants ship only if, on these worlds, they gain more than the old ones by more than the interval.
+"""
 
 
 def cells_tried() -> list[tuple[int, float]]:
@@ -92,7 +169,7 @@ def robot_steps() -> int:
 
 
 def fitness(
-    candidates: Sequence[Floats], generation: int, pool: WorkerPool | None = None, *, root: int = TRAIN
+    candidates: Sequence[Floats], generation: int, pool: Executor | None = None, *, root: int = TRAIN
 ) -> list[float]:
     """Return the observed fraction of each candidate, averaged over the worlds of a generation.
 
@@ -102,7 +179,7 @@ def fitness(
         Constants of the policy.
     generation : int
         Number of the generation, which determines the worlds. All its candidates get the same worlds.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process.
     root : int
         Root seed of the worlds.
@@ -128,7 +205,7 @@ def _run(
 
 
 def evolve(
-    evolution: Evolution, generations: int, checkpoint: Checkpoint, pool: WorkerPool | None = None
+    evolution: Evolution, generations: int, checkpoint: Checkpoint, pool: Executor | None = None
 ) -> Iterator[Floats]:
     """Yield the constants found after each generation; those in the checkpoint are not tried again.
 
@@ -140,7 +217,7 @@ def evolve(
         Number of generations in all.
     checkpoint : Checkpoint
         File of the fitness of all candidates; see `checkpoint_in`.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that try the candidates; by default this process.
 
     Raises
@@ -191,7 +268,7 @@ def train(
     evolution: Evolution,
     generations: int,
     folder: Path,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     watch: Watch = lambda phase, done, total: None,
     *,
     force: bool = False,
@@ -209,7 +286,7 @@ def train(
         Number of generations in all.
     folder : Path
         An existing folder.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process.
     watch : callable
         Called with the phase, the work done and the work in all.
@@ -257,7 +334,7 @@ def train(
 
 def evaluate(
     folder: Path,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     watch: Watch = lambda phase, done, total: None,
     *,
     constants: Path | None = None,
@@ -274,7 +351,7 @@ def evaluate(
     ----------
     folder : Path
         An existing folder.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process.
     watch : callable
         Called with the phase, the work done and the work in all.
@@ -347,7 +424,7 @@ def _validated(folder: Path | None) -> tuple[list[dict[str, Any]], dict[str, Any
         ) from None
 
 
-def screen(runs: int, pool: WorkerPool | None = None, progress: Progress = lambda done, total: None) -> pd.DataFrame:
+def screen(runs: int, pool: Executor | None = None, progress: Progress = lambda done, total: None) -> pd.DataFrame:
     """Return what A-CMOMMT observes over the grid with combinations of its options, the best first.
 
     First all `RULES` are screened with the default constants, then all of `TUNED` under the best rules.
@@ -356,7 +433,7 @@ def screen(runs: int, pool: WorkerPool | None = None, progress: Progress = lambd
     ----------
     runs : int
         Runs of each cell.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process.
     progress : callable
         Called with the work done and the work in all.
@@ -389,7 +466,7 @@ def _combinations(values: Mapping[str, tuple[Any, ...]]) -> list[dict[str, Any]]
 
 
 def _observed(
-    options: Sequence[Mapping[str, Any]], runs: int, pool: WorkerPool | None, progress: Progress
+    options: Sequence[Mapping[str, Any]], runs: int, pool: Executor | None, progress: Progress
 ) -> pd.DataFrame:
     """Return what A-CMOMMT observes over the grid with each of some options, the best first."""
     planned = [
@@ -486,7 +563,7 @@ VARIATIONS = (
 def compare(
     policies: Mapping[str, Evolved],
     options: Mapping[str, Any],
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     *,
     root: int,
     runs: int,
@@ -501,7 +578,7 @@ def compare(
         The policies by name.
     options : mapping
         Options of A-CMOMMT.
-    pool : WorkerPool, optional
+    pool : Executor, optional
         Processes that do the work; by default this process.
     root : int
         Root seed.
@@ -568,91 +645,32 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
     """
     parts = {str(name): rows for name, rows in table.groupby("part")}
     cells, screened, made, further = _cells_of(table), parts["screen"], about["made"], about["further"]
-    worst = cells.sort_values("mean").iloc[0]
+    worst, seeds = cells.sort_values("mean").iloc[0], {"train_further": TRAIN_FURTHER, "validate": VALIDATE}
     rules, tuned, added = _screened(screened)
-    training = continued = ""
-    if "training" in parts:
-        training = f"""\
-Gain on other worlds (root seed {VALIDATE}), over the whole grid, over A-CMOMMT with {_options(about["trained"])}:
-
-{_points(parts["training"])}"""
-    if "further" in parts:
-        continued = f"""\
-`{further["command"]}` began with these constants and made {further["trials"]:,} trials in new worlds (root seed \
-{TRAIN_FURTHER}). Its gain on the worlds of root seed {VALIDATE}, over A-CMOMMT with {_options(about["continued"])}:
-
-{_points(parts["further"])}
-
-New constants ship only if, on these worlds, they gain more than the old ones by more than the interval."""
-    text = f"""\
-# The evolved policy
-
-Like A-CMOMMT, `policy="evolved"` adds up forces. How they depend on distance was found by evolution. Each robot \
-remembers targets that it lost, teammates that it met, its trail, and the area that it has sensed, by odometry and a \
-compass. It perceives teammates only through a ring of 16 sectors, Θ(1).
-
-Made by `teamsight evolve test --training evolution{" --further further" if further else ""} --out docs`: \
-{about["runs"]} runs of {STEPS} steps in each cell, paired on common noise. The root seed {TEST} was used for nothing \
-else.
-
-## Gain
-
-Over R = 2..9 and N = 5..30 it observes **{_gain(parts["overall"].iloc[0])} percentage points** more of the targets \
-than A-CMOMMT under pairwise awareness with its best options ({_options(screened.iloc[0])}; the best of \
-{len(screened)} combinations, screened with root seed {SCREEN}). The smallest gain is {_gain(worst)}, at N = \
-{worst["robots"]}, R = {worst["radius"]:g}. Cells whose whole interval is below {WORST:g}: \
-{(cells["high"] < WORST).sum() or "none"}.
-
-{_surface(cells)}
-
-![Gain of the evolved policy over the strongest A-CMOMMT](images/evolved.png)
-
-## Training
-
-`{made["command"]}` made {made["trials"]:,} trials of {len(cells_tried())} worlds each, \
-{_billions(made["robot_steps"])} robot-steps in all. Every generation has new worlds (root seed {TRAIN}), none with \
-more than 2 R² robots, where nearly all targets are observed under any policy.
-
-{training}
-
-Generation 0 was written by hand: the forces of A-CMOMMT with smooth weights, a memory of the area, and straight \
-motion while idle.
-
-{continued}
-
-## Ablations
-
-Gain when one part of the policy is set to 0, without training it again (root seed {VALIDATE}):
-
-{_table(["removed"], parts["ablation"], lambda row: [row["name"]])}
-
-Differences smaller than these intervals are not significant.
-
-## Other worlds
-
-The policy was evolved for one speed, one number of targets and one range. Its gain over the same A-CMOMMT in other \
-worlds (root seed {GENERALISE}; N = 5, 10, 20, 30; R = 4, 8), without training or screening again:
-
-{_table(
-    ["what is different", "A-CMOMMT observes [%]"], parts["generalisation"],
-    lambda row: [row["name"], f"{row['observed']:.1f}"],
-)}
-
-## Options of A-CMOMMT
-
-Observed targets [%] under A-CMOMMT with pairwise awareness, over the same grid (root seed {SCREEN}). First all \
-combinations of its rules, with the default constants, \
-{" and ".join(f"`{name}={value:g}`" for name, value in USUAL.items())}:
-
-{rules}
-
-Then the constants, under the best {_FINALISTS} of these rules: the turn probability of robots that wander, and [the \
-gain of the force](model.md#where-this-departs-from-the-paper). The best combination is the baseline of this page, \
-{added:.1f} percentage points above the best rules with the default constants.
-
-{tuned}
-"""
-    return markdown.page(*text.strip().split("\n\n"))
+    validated = {
+        part: filled(
+            template, made=of, options=_options(about[options]), points=_points(parts[part]), **seeds
+        ).strip()
+        for part, template, options, of in (
+            ("training", _TRAINING, "trained", made), ("further", _CONTINUED, "continued", further)
+        )
+        if part in parts
+    }  # fmt: skip
+    return filled(
+        _PAGE, about=about, made=made, worst=worst, added=added, rules=rules, tuned=tuned, steps=STEPS, limit=WORST,
+        test=TEST, screen=SCREEN, train=TRAIN, generalise=GENERALISE, finalists=_FINALISTS, **seeds,
+        further=" --further further" if further else "", overall=_gain(parts["overall"].iloc[0]),
+        best=_options(screened.iloc[0]), combinations=len(screened), smallest=_gain(worst),
+        below=(cells["high"] < WORST).sum() or "none", surface=_surface(cells), worlds=len(cells_tried()),
+        robot_steps=_billions(made["robot_steps"]), training=validated.get("training", ""),
+        continued=validated.get("further", ""),
+        ablations=_table(["removed"], parts["ablation"], lambda row: [row["name"]]),
+        generalisation=_table(
+            ["what is different", "A-CMOMMT observes [%]"], parts["generalisation"],
+            lambda row: [row["name"], f"{row['observed']:.1f}"],
+        ),
+        usual=" and ".join(f"`{name}={value:g}`" for name, value in USUAL.items()),
+    )  # fmt: skip
 
 
 def _cells_of(table: pd.DataFrame) -> pd.DataFrame:

@@ -21,9 +21,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.papers.reproduction import Paper, Plan, chosen, filled, titled
+from teamsight.analysis.papers.reproduction import Paper, Plan, chosen
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import COLOURS, FAINT, INK, minus, plain
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
+from teamsight.analysis.plot.style import COLOURS, FAINT, INK, ROBOTS_LABEL, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.core import checks
@@ -60,15 +61,12 @@ _ERROR = 1 - CONFIDENCE
 # Teams of at most so many robots are those of the classics; from so many on the method has something to decide.
 _SMALL, _LARGE = 5, 8
 _NOTHING = Interval(0.0, 0.0, 0.0)
-_TITLE = "Does exploration show how many neighbours skill brings?"
 # The series of a task: attribute, label, colour and mark.
 _SERIES = (
     ("explore", "δ by exploration", COLOURS[1], "o"),
     ("skilled", "δ of the team with skill", COLOURS[2], "s"),
     ("saturation", "objective saturates", COLOURS[3], "^"),
 )
-# Inches: a panel with what is beside it, the head of the figure, and its least width.
-_WIDTH, _HEIGHT, _HEAD, _LEAST = 3.3, 3.0, 1.15, 8.0
 _MARKS, _COLOURS = "os^Dv*PX", (*COLOURS, INK)
 # By this share the marks of a series stand beside those of the one before, so that both are seen.
 _BESIDE = 0.04
@@ -940,87 +938,61 @@ def gather(
 
 def draw(found: Gathering, plan: GatheringPlan) -> Canvas:
     """Return δ of both teams and where the objective saturates, against N for each task; and the gathering index."""
-    tasks = list(dict.fromkeys(cell.task for cell in found.cells))
-    columns = math.ceil(math.sqrt(len(tasks) + 1))
-    rows = math.ceil((len(tasks) + 1) / columns)
-    width, height = max(0.4 + _WIDTH * columns, _LEAST), _HEAD + _HEIGHT * rows
-    figure = titled(
-        width, height, _TITLE,
+    tasks = {cell.task: {True: "gathers", False: "disperses", None: "unknown"}[cell.gathers] for cell in found.cells}
+    few, many = sum(cell.ratio.low > 1 for cell in found.cells), sum(cell.ratio.high < 1 for cell in found.cells)
+    figure, shown = panels(
+        f"Exploration shows fewer neighbours than skill in {few} of {len(found.cells)} cells, more in {many}",
         f"{plan.runs:,} runs each; δ for a risk of {plan.risk:g}; bounds hold together with 95 %; degree "
         f"{plan.degree}; seed {plan.seed}",
+        [*(f"{task} ({gathers})" for task, gathers in tasks.items()), "above 1: exploration shows too few"],
+        x=ROBOTS_LABEL, y=[*("δ" for _ in tasks), "index δ(skilled) / δ(explore)"],
+        columns=math.ceil(math.sqrt(len(tasks) + 1)), size=(3.5, 3.0),
     )  # fmt: skip
-    places = {
-        "bottom": 0.55 / height, "top": 1 - _HEAD / height, "left": 0.55 / width, "right": 1 - 0.2 / width,
-        "hspace": 0.42, "wspace": 0.25,
-    }  # fmt: skip
-    grid = figure.add_gridspec(rows, columns, **places)
-    for number, task in enumerate([*tasks, ""]):
-        axes = figure.add_subplot(grid[divmod(number, columns)])
-        plain(axes)
-        axes.tick_params(colors=FAINT)
-        axes.set_xlabel("robots N", size=9)
-        _draw_panel(axes, [cell for cell in found.cells if not task or cell.task == task], tasks, task)
-        if number == 0:
-            axes.legend(frameon=False, fontsize=8)
+    for axes, task in zip(shown, tasks, strict=False):
+        cells = [cell for cell in found.cells if cell.task == task]
+        sizes = np.array([cell.size for cell in cells], np.float64)
+        axes.plot(sizes, sizes - 1, color=FAINT, linewidth=0.8, linestyle=":", label="N − 1")
+        for place, (name, label, colour, mark) in enumerate(_SERIES):
+            values, x = [getattr(cell, name) for cell in cells], sizes * (1 + (place - 1) * _BESIDE)
+            draw_means(axes, x, values, colour, label, as_bars=True, marker=mark)
+        axes.set_ylim(bottom=-0.5)
+    _draw_index(shown[-1], found.cells, list(tasks))
+    for axes in shown:
+        mark_values(axes, np.unique([cell.size for cell in found.cells]).tolist())
+    shown[0].legend(frameon=False, fontsize=8)
     return figure
 
 
-def _draw_panel(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str], task: str) -> None:
-    """Draw δ against N for one task, or the gathering index of all."""
-    sizes = np.array([cell.size for cell in cells], np.float64)
-    if task:
-        axes.plot(sizes, sizes - 1, color=FAINT, linewidth=0.8, linestyle=":", label="N − 1")
-        for place, (name, label, colour, mark) in enumerate(_SERIES):
-            values = np.array([getattr(cell, name) for cell in cells], np.float64)
-            _draw_series(axes, sizes * (1 + (place - 1) * _BESIDE), values, label, colour, mark)
-        gathers = {True: "gathers", False: "disperses", None: "unknown"}[cells[0].gathers]
-        title, y = f"{task} ({gathers})", "δ"
-    else:
-        title, y = "above 1: exploration shows too few", "gathering index δ(skilled) / δ(explore)"
-        ends = [value for cell in cells for value in cell.ratio if np.isfinite(value) and value > 0]
-        least, most = min(ends, default=1.0) / _BEYOND, max(ends, default=1.0) * _BEYOND
-        for number, name in enumerate(tasks):
-            own = [cell for cell in cells if cell.task == name]
-            values = np.clip(np.array([cell.ratio for cell in own], np.float64), least, most)
-            x = np.array([cell.size for cell in own]) * (1 + number * _BESIDE)
-            colour, mark = _COLOURS[number % len(_COLOURS)], _MARKS[number % len(_MARKS)]
-            _draw_series(axes, x, values, name, colour, mark)
-        axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle=":")
-        axes.set_yscale("log")
-        axes.set_ylim(least, most)
-        shown = [tick for tick in _TICKS if least <= tick <= most]
-        axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
-    axes.set_xscale("log")
-    ticks = np.unique(sizes)
-    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.minorticks_off()
-    axes.set_ylabel(y)
-    axes.set_title(title, loc="left", size=11)
-    if task:
-        axes.set_ylim(bottom=-0.5)
-    else:
-        axes.legend(frameon=False, fontsize=7, ncols=2)
+def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None:
+    """Draw the gathering index of all tasks against N."""
+    ends = [value for cell in cells for value in cell.ratio if np.isfinite(value) and value > 0]
+    least, most = min(ends, default=1.0) / _BEYOND, max(ends, default=1.0) * _BEYOND
+    for number, name in enumerate(tasks):
+        own = [cell for cell in cells if cell.task == name]
+        values = np.clip(np.array([cell.ratio for cell in own], np.float64), least, most)
+        x = np.array([cell.size for cell in own]) * (1 + number * _BESIDE)
+        colour, mark = _COLOURS[number % len(_COLOURS)], _MARKS[number % len(_MARKS)]
+        draw_means(axes, x, values, colour, name, as_bars=True, marker=mark)
+    axes.axhline(1.0, color=FAINT, linewidth=0.8, linestyle=":")
+    axes.set(yscale="log", ylim=(least, most))
+    inside = [tick for tick in _TICKS if least <= tick <= most]
+    axes.set_yticks(inside, [f"{tick:g}" for tick in inside])
+    axes.legend(frameon=False, fontsize=7, ncols=2)
 
 
-def _draw_series(axes: Axes, x: Any, values: NDArray[np.float64], label: str, colour: str, mark: str) -> None:
-    bars = np.maximum(np.stack([values[:, 0] - values[:, 1], values[:, 2] - values[:, 0]]), 0)
-    axes.errorbar(x, values[:, 0], bars, color=colour, marker=mark, capsize=2, label=label)
-
-
-def page(found: Gathering, plan: GatheringPlan) -> str:
-    """Return the page."""
+def page_values(found: Gathering, plan: GatheringPlan) -> Mapping[str, Any]:
+    """Return the values of the page."""
     claims = [[name, claim.statement, claim.rule] for name, claim in CLAIMS.items()]
     verdicts = [
         [one.claim, one.task or "all", f"{one.size or 'all'}", _bold(one), one.measured] for one in found.verdicts
     ]
-    conditions = "\n".join(f"- {line}" for line in _conditions(plan))
-    return filled(
-        _PAGE, confidence=CONFIDENCE, index=index_table(found.cells), saturation=saturation_table(found.cells),
-        claims=markdown.table(["claim", "statement", "rule"], [*claims, list(UNRELIABLE)]),
-        summary=summary_table(found.verdicts),
-        verdicts=markdown.table(["claim", "task", "N", "verdict", "measured"], verdicts),
-        rounds=rounds_table(found.iterations), conditions=conditions,
-    )  # fmt: skip
+    return {
+        "confidence": CONFIDENCE, "index": index_table(found.cells), "saturation": saturation_table(found.cells),
+        "claims": markdown.table(["claim", "statement", "rule"], [*claims, list(UNRELIABLE)]),
+        "summary": summary_table(found.verdicts),
+        "verdicts": markdown.table(["claim", "task", "N", "verdict", "measured"], verdicts),
+        "rounds": rounds_table(found.iterations), "conditions": "\n".join(f"- {line}" for line in _conditions(plan)),
+    }  # fmt: skip
 
 
 def index_table(cells: Sequence[Cell]) -> str:
@@ -1132,10 +1104,10 @@ def _conditions(plan: GatheringPlan) -> Iterable[str]:
 
 
 PAPER = Paper(
-    GatheringPlan, "gathering", page, summary, {"gathering": (_TITLE, draw)},
-    {
+    GatheringPlan, "gathering", _PAGE, page_values, {"gathering": draw}, sentences=summary,
+    tables={
         "gathering-index.parquet": lambda found, plan: found.frame,
         "gathering-rounds.parquet": lambda found, plan: found.rounds,
     },
-    gather, lambda found: found.runs, {"sizes": (4, 8), "runs": 20, "deltas": (1, 3)},
+    make=gather, runs=lambda found: found.runs, quick={"sizes": (4, 8), "runs": 20, "deltas": (1, 3)},
 )  # fmt: skip

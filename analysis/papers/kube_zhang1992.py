@@ -13,7 +13,7 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,17 +28,15 @@ from teamsight.analysis.papers.reproduction import (
     Plan,
     chosen,
     column,
-    error_bars,
-    filled,
+    intervals,
     judged,
-    panel,
+    run_until,
     saving,
-    titled,
-    verdict_table,
     within,
 )
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import COLOURS, ROBOTS_LABEL
+from teamsight.analysis.plot.kinds import draw_means, panels
+from teamsight.analysis.plot.style import COLOURS, FAINT, ROBOTS_LABEL
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import Interval, half_width
@@ -68,7 +66,6 @@ _PART = 100
 # The steps and team sizes of the runs from which the network learns, and their replicates and those of its tests.
 _STEPS, _SIZES, _EXAMPLES, _TESTS = 300, (3, 6, 12), range(-4, 0), range(-8, -4)
 _UNKNOWN = Interval(math.nan, -math.inf, math.inf)
-_TITLE = "Robots that push a box together"
 _COLOUR = dict(zip((EXPLORE, FIXED, SLOW, NETWORK), COLOURS, strict=False))
 _PAGE = """
 # Box pushing
@@ -162,12 +159,8 @@ def until_moved(world: World, steps: int) -> dict[str, Any]:
     """
     from teamsight.tasks.pushing import completion_time
 
-    made, time = 0, math.inf
-    while made < steps and time == math.inf:
-        part = min(_PART, steps - made)
-        world.run(part)
-        made += part
-        time = completion_time(world)
+    run_until(lambda world: completion_time(world) < math.inf, world, steps, _PART)
+    time = completion_time(world)
     is_censored = time == math.inf
     end = steps if is_censored else int(time)
     history = world.recording.history.iloc[:end]
@@ -323,37 +316,29 @@ def same_runs(table: pd.DataFrame) -> tuple[int, int]:
 
 def draw(table: pd.DataFrame, plan: Pushing) -> Canvas:
     """Return times, stagnation and neighbours against the number of robots."""
-    subtitle = f"{plan.runs} runs of each team; 95 % confidence intervals; seed {plan.seed}"
-    figure = titled(11.0, 4.4, _TITLE, subtitle)
     sizes = [size for size in plan.robots if size >= FEW]
-    panels: tuple[tuple[str, tuple[str, ...], Callable[[pd.DataFrame], Any]], ...] = (
-        ("steps until the box is moved", (FIXED, SLOW, NETWORK), lambda runs: runs["time"]),
-        ("stagnation", (FIXED, SLOW), stagnation),
-        ("largest number of neighbours", (EXPLORE, FIXED), lambda runs: runs["max_neighbours"]),
-    )
-    for number, (title, teams, measured) in enumerate(panels):
-        axes = panel(figure, (0.07 + 0.32 * number, 0.14, 0.26, 0.62), title, ROBOTS_LABEL)
+    time, best = min((column(table, "time", team=FIXED, robots=size).mean(), size) for size in plan.robots)
+    quantities: dict[str, tuple[tuple[str, ...], Callable[[pd.DataFrame], Any]]] = {
+        "steps until the box is moved": ((FIXED, SLOW, NETWORK), lambda runs: runs["time"]),
+        "stagnation": ((FIXED, SLOW), stagnation),
+        "largest number of neighbours": ((EXPLORE, FIXED), lambda runs: runs["max_neighbours"]),
+    }
+    figure, shown = panels(
+        f"{best} robots move the box fastest, in {time:.0f} steps",
+        f"with a {FIXED}; {plan.runs} runs of each team; 95 % confidence intervals; seed {plan.seed}",
+        list(quantities), x=ROBOTS_LABEL,
+    )  # fmt: skip
+    shown[-1].plot(sizes, [size - 1 for size in sizes], color=FAINT, linewidth=0.8, linestyle=":", label="N − 1")
+    for axes, (teams, measured) in zip(shown, quantities.values(), strict=True):
         for team in teams:
             runs = {size: chosen(table, team=team, robots=size).sort_values("replicate") for size in sizes}
             samples = {size: found for size, one in runs.items() if len(found := measured(one))}
             wide = 2.4 if team == FIXED else 1.2
-            error_bars(
-                axes, list(samples), samples.values(), color=_COLOUR[team], label=team, markersize=3.5, linewidth=wide
-            )
-        if number == 2:
-            fewer = [size - 1 for size in sizes]
-            axes.plot(sizes, fewer, color="#999999", linewidth=0.8, linestyle=":", label="N − 1")
+            found = intervals(samples.values())
+            draw_means(axes, list(samples), found, _COLOUR[team], team, as_bars=True, linewidth=wide)
         axes.set_ylim(0, 1 if measured is stagnation else None)
         axes.legend(frameon=False, fontsize=8)
     return figure
-
-
-def page(table: pd.DataFrame, plan: Pushing) -> str:
-    """Return the page."""
-    return filled(
-        _PAGE, plan=plan, margin=100 * MARGIN, sizes=sizes_table(table), claims=verdict_table(verdicts(table)),
-        said=_sentences(table, plan),
-    )  # fmt: skip
 
 
 def sizes_table(table: pd.DataFrame) -> str:
@@ -377,11 +362,6 @@ def sizes_table(table: pd.DataFrame) -> str:
     return markdown.table(columns, rows, align="r" * len(columns))
 
 
-def summary(table: pd.DataFrame, plan: Pushing) -> Sequence[str]:
-    """Return the result in sentences."""
-    return [*(f"{one.claim}: {one.verdict}, {one.measured}." for one in verdicts(table)), *_sentences(table, plan)]
-
-
 def _sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
     learned, tested = agreement_of(plan.seed)
     same, runs = same_runs(table)
@@ -394,6 +374,8 @@ def _sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
 
 
 PAPER = Paper(
-    Pushing, "pushing", page, summary, {"pushing": (_TITLE, draw)},
+    Pushing, "pushing", _PAGE,
+    lambda table, plan: {"margin": 100 * MARGIN, "sizes": sizes_table(table), "said": _sentences(table, plan)},
+    {"pushing": draw}, lambda table, plan: verdicts(table), sentences=_sentences,
     quick={"runs": 10, "robots": (1, 2, 5, 10, 20)},
 )  # fmt: skip

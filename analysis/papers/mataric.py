@@ -12,7 +12,7 @@ Examples:
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,15 +27,12 @@ from teamsight.analysis.papers.reproduction import (
     Plan,
     chosen,
     column,
-    error_bars,
-    filled,
+    intervals,
     judged,
-    panel,
-    titled,
-    verdict_table,
 )
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import COLOURS, FAINT
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
+from teamsight.analysis.plot.style import COLOURS, FAINT, colours_of
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import Interval, interval_of
@@ -72,7 +69,6 @@ ORDERS = (
     ("M2 With the estimator I more rows with an intruder are learned", "progress", "events + H", "correct_intruder"),
 )
 
-_TITLE = "Learning to collect pucks"
 _CONDITIONS = {8: "puck", 4: "at home", 2: "night", 1: "intruder"}
 _PAYS = {"count": "The number of intruders", "ring": "In which sectors intruders are"}
 _PAGE = """
@@ -259,39 +255,33 @@ def verdicts(table: pd.DataFrame, plan: Collecting) -> list[Verdict]:
 
 def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
     """Return rows learned right against time for each scheme, and what more than one bit adds to the pucks."""
-    subtitle = f"{plan.runs} learning runs of each condition; 95 % confidence intervals; seed {plan.seed}"
-    figure = titled(11.0, 4.4, _TITLE, subtitle)
-    title = f"clear rows learned right, N = {plan.sizes[0]}"
-    axes = panel(figure, (0.07, 0.14, 0.44, 0.62), title, "steps of learning", "share of rows [%]")
-    for colour, name in zip(COLOURS, SCHEMES, strict=False):
-        curves = 100.0 * np.array(chosen(table, robots=plan.sizes[0], condition=name)["curve"].tolist())
+    size = plan.sizes[0]
+    right = (
+        f"{100 * column(table, 'correct', condition=name, robots=size).mean():.0f} % ({name})"
+        for name in ("progress", "events", "delayed")
+    )
+    figure, (left, axes) = panels(
+        f"Rows learned right in {plan.judged:,} steps: {', '.join(right)}",
+        f"{plan.runs} learning runs of each condition; 95 % confidence intervals; seed {plan.seed}",
+        (f"clear rows learned right, N = {size}", "pucks beyond those with one bit"),
+        x=("steps of learning", ""), y=("share of rows [%]", "pucks delivered"), size=(5.4, 3.6),
+    )  # fmt: skip
+    for name, colour in zip(SCHEMES, colours_of(list(SCHEMES)), strict=True):
+        curves = 100.0 * np.array(chosen(table, robots=size, condition=name)["curve"].tolist())
         dashes = "--" if "+" in name else "-"
-        error_bars(axes, plan.times, curves.T, color=colour, label=name, markersize=4, linewidth=1.4, linestyle=dashes)
-    axes.set_xscale("log")
-    axes.set_xticks(plan.times, [f"{time:,}" for time in plan.times])
-    axes.minorticks_off()
-    axes.set_ylim(0, 100)
-    axes.legend(frameon=False, ncol=2, fontsize=8)
-    axes = panel(figure, (0.62, 0.14, 0.35, 0.62), "pucks beyond those with one bit", y="pucks delivered")
+        draw_means(left, plan.times, intervals(curves.T), colour, name, as_bars=True, linestyle=dashes)
+    left.set_ylim(0, 100)
+    mark_values(left, plan.times)
     axes.axhline(0.0, color=FAINT, linewidth=0.8)
     places = [(size, coding) for size in plan.sizes for coding in CODINGS]
-    times = {"delivered_early": plan.judged, "delivered": plan.times[-1]}
-    for place, (size, coding) in enumerate(places):
-        for number, (name, time) in enumerate(times.items()):
-            label = None if place else f"after {time:,} steps"
-            sample = differences(table, coding, "progress", name, size)
-            error_bars(axes, [place + 0.16 * (2 * number - 1)], [sample], color=COLOURS[1 + number], label=label)
-    axes.set_xticks(range(len(places)), [f"{coding}\nN = {size}" for size, coding in places])
-    axes.legend(frameon=False, fontsize=8)
+    for aside, name, time in ((-0.16, "delivered_early", plan.judged), (0.16, "delivered", plan.times[-1])):
+        found = intervals(differences(table, coding, "progress", name, size) for size, coding in places)
+        x, colour = np.arange(len(places)) + aside, COLOURS[1 + (aside > 0)]
+        draw_means(axes, x, found, colour, f"after {time:,} steps", as_bars=True, linestyle="")
+    mark_values(axes, range(len(places)), [f"{coding}\nN = {size}" for size, coding in places], is_log=False)
+    for one, columns in ((left, 2), (axes, 1)):
+        one.legend(frameon=False, fontsize=8, ncol=columns)
     return figure
-
-
-def page(table: pd.DataFrame, plan: Collecting) -> str:
-    """Return the page."""
-    claims = verdict_table(verdicts(table, plan), "measured (95 %)")
-    return filled(
-        _PAGE, plan=plan, conditions=conditions_table(table, plan), rows=rows_table(table, plan), claims=claims
-    )
 
 
 def conditions_table(table: pd.DataFrame, plan: Collecting) -> str:
@@ -330,18 +320,8 @@ def rows_table(table: pd.DataFrame, plan: Collecting) -> str:
     return markdown.table(["conditions", "behaviour", "clear", *SCHEMES], rows, align="lll" + "r" * len(SCHEMES))
 
 
-def summary(table: pd.DataFrame, plan: Collecting) -> Sequence[str]:
-    """Return the result in sentences."""
-    found = verdicts(table, plan)
-    recalled = [one.verdict for one in found if one.source == RECALLED]
-    return [
-        f"Of {len(recalled)} claims that are recalled of Mataric, {recalled.count(AGREES)} agree and "
-        f"{recalled.count(DIFFERS)} differ.",
-        *(f"{one.claim}: {one.measured}, {one.verdict}." for one in found),
-    ]
-
-
 PAPER = Paper(
-    Collecting, "collecting", page, summary, {"collecting": (_TITLE, draw)},
-    quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
+    Collecting, "collecting", _PAGE,
+    lambda table, plan: {"conditions": conditions_table(table, plan), "rows": rows_table(table, plan)},
+    {"collecting": draw}, verdicts, "measured (95 %)", quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
 )  # fmt: skip

@@ -12,39 +12,29 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.analysis.papers.reproduction import (
-    Floats,
-    Paper,
-    Plan,
-    chosen,
-    column,
-    filled,
-    panel,
-    titled,
-    verdict_counts,
-    verdict_table,
-)
+from teamsight.analysis.papers.reproduction import NAMES, Floats, NamedConditions, Paper, chosen, column
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.kinds import panels
 from teamsight.analysis.plot.style import COLOURS, FAINT
 from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.seeds import root, run_seed
+from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above
-from teamsight.core.component import Allowed, Positive, Seed
+from teamsight.core.component import Allowed, Seed
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure as Canvas
 
     from teamsight.agents.world import World
-    from teamsight.analysis.runs.simulate import Planned
+    from teamsight.analysis.runs.run import Run
 
 Integers = npt.NDArray[np.int64]
 
@@ -67,18 +57,17 @@ _SIDES = np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
 _LEVEL = 0.975
 _ONO, _WHITEHEAD = "Ono and Fukumoto", "Whitehead et al."
 _RANDOM, _MODULAR, _WHOLE = f"random, side {SIDE}", f"modular, side {SMALL}", f"monolithic, side {SMALL}"
-_TITLE = "Four hunters learn to surround a prey"
-# By torus, the conditions with their labels and colours, and the place of the panel.
+# By torus, the conditions with their labels and colours.
 _PANELS = {
-    SIDE: (0.08, 0.5, {
+    SIDE: {
         "modular, depth 2": ("modules, depth 2", COLOURS[1]),
         "modular, depth 3": ("modules, depth 3", COLOURS[2]),
         "monolithic, depth 2": ("one table over all, depth 2", COLOURS[3]),
         "nearest 2, depth 2": ("the 2 nearest, depth 2", COLOURS[4]),
         "nearest 1, depth 2": ("the nearest, depth 2", COLOURS[5]),
-    }),
-    SMALL: (0.66, 0.32, {_MODULAR: ("modules", COLOURS[1]), _WHOLE: ("one table over all", COLOURS[3])}),
-}  # fmt: skip
+    },
+    SMALL: {_MODULAR: ("modules", COLOURS[1]), _WHOLE: ("one table over all", COLOURS[3])},
+}
 _PAGE = """
 # Modules against one table over all
 
@@ -162,47 +151,32 @@ CONDITIONS: Mapping[str, Condition] = {
     _MODULAR: Condition(SMALL, 1, {}, steps=3_000_000),
     _WHOLE: Condition(SMALL, 1, {"monolithic": True}, steps=3_000_000),
 }
-_Name = Annotated[str, Allowed(choices=CONDITIONS)]
 
 
 @dataclass(frozen=True)
-class Surroundings(Plan):
+class Surroundings(NamedConditions):
     """What to simulate.
 
     Parameters
     ----------
-    runs : int
-        Runs of each condition. Run r of all conditions has the same seed.
     share : float
         Steps of a run, as a share of each condition's own.
-    seed : int
-        Seed of all runs.
-    names : tuple of str
-        A condition. May be given several times.
     """
 
     runs: limits.Runs = 6
-    share: Positive = 1.0
     seed: Seed = root("surround")
-    names: Annotated[tuple[_Name, ...], Allowed(is_repeated=True, shown="all", metavar="NAME")] = ()
+    names: Annotated[tuple[Annotated[str, Allowed(choices=CONDITIONS)], ...], NAMES] = ()
+    known = CONDITIONS
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "names", self.names or tuple(CONDITIONS))
-
-    def planned(self) -> Iterator[Planned]:
-        """Yield each run with the columns that identify it: condition, replicate, seed and steps."""
+    def work(self, condition: Condition) -> tuple[dict[str, Any], Callable[[int], Run]]:
+        """Return the column steps, and what returns the run with a seed."""
         from teamsight.analysis.runs.run import Run
         from teamsight.tasks.pursuit import Pursuit
 
-        for name in self.names:
-            condition = CONDITIONS[name]
-            # A whole number of steps in each part.
-            steps = max(int(self.share * condition.steps) // PARTS, 1) * PARTS
-            for replicate in range(self.runs):
-                seed = run_seed(self.seed, replicate)
-                named = {"condition": name, "replicate": replicate, "seed": seed, "steps": steps}
-                yield named, Run(condition.parameters, seed, steps, Surrounding(condition.side), Pursuit)
+        # A whole number of steps in each part.
+        steps = max(int(self.share * condition.steps) // PARTS, 1) * PARTS
+        measure = Surrounding(condition.side)
+        return {"steps": steps}, lambda seed: Run(condition.parameters, seed, steps, measure, Pursuit)
 
 
 @dataclass(frozen=True)
@@ -400,14 +374,18 @@ def shown(interval: Interval) -> str:
 
 def draw(table: pd.DataFrame, plan: Surroundings) -> Canvas:
     """Return steps to a capture while hunters learn, on the large torus and on the small one."""
-    about = f"one prey; {plan.runs} runs of each, and their geometric mean; dashed: random hunters, by formula"
-    figure = titled(11.0, 4.8, _TITLE, f"{about}; seed {plan.seed}")
-    for side, (left, width, curves) in _PANELS.items():
-        label = "steps to a capture" if side == SIDE else ""
-        place = (left, 0.13, width, 0.66)
-        axes = panel(figure, place, f"torus of {side} × {side}", "steps of learning [million]", label)
-        axes.set_xscale("log")
-        axes.set_yscale("log")
+    have = set(table["condition"])
+    found = {name: late_steps(table, name).mean for name in list(_PANELS[SIDE])[:3] if name in have}
+    takes = (f"{mean:,.0f} ({name})" for name, mean in found.items() if math.isfinite(mean))
+    figure, shown = panels(
+        f"Four trained hunters surround a prey in {', '.join(takes) or 'unknown'} steps",
+        f"one prey; {plan.runs} runs of each, and their geometric mean; dashed: random hunters, by formula; seed "
+        f"{plan.seed}",
+        [f"torus of {side} × {side}" for side in _PANELS], x="steps of learning [million]", y="steps to a capture",
+        size=(5.4, 3.9), width_ratios=(1.6, 1.0),
+    )  # fmt: skip
+    for axes, (side, curves) in zip(shown, _PANELS.items(), strict=True):
+        axes.set(xscale="log", yscale="log")
         for name, (label, colour) in curves.items():
             runs = chosen(table, condition=name)
             if runs.empty:
@@ -416,22 +394,12 @@ def draw(table: pd.DataFrame, plan: Surroundings) -> Canvas:
             # A part without a capture is drawn as if it had half of one.
             steps = part / np.maximum(np.array(runs["parts"].tolist(), float), 0.5)
             middle = part * (np.arange(PARTS) + 0.5) / 1e6
-            for one in steps:
-                axes.plot(middle, one, color=colour, linewidth=0.5, alpha=0.35)
+            axes.plot(middle, steps.T, color=colour, linewidth=0.5, alpha=0.35)
             axes.plot(middle, np.exp(np.log(steps).mean(axis=0)), color=colour, linewidth=2.0, label=label)
         if axes.get_legend_handles_labels()[1]:
             axes.legend(frameon=False, fontsize=8, loc="upper right", bbox_to_anchor=(1.0, 0.93))
         axes.axhline(expected_steps(side), color=FAINT, linestyle="--", linewidth=1.0)
     return figure
-
-
-def page(table: pd.DataFrame, plan: Surroundings) -> str:
-    """Return the page."""
-    found = verdicts(table)
-    return filled(
-        _PAGE, plan=plan, sizes=sizes_table(), learners=learners_table(table), random=random_table(table),
-        number=len(found), claims=verdict_table(found),
-    )  # fmt: skip
 
 
 def sizes_table() -> str:
@@ -485,12 +453,8 @@ def random_table(table: pd.DataFrame) -> str:
     return markdown.table(titles, rows, align="lrrrrr")
 
 
-def summary(table: pd.DataFrame, plan: Surroundings) -> Sequence[str]:
-    """Return the result in a sentence."""
-    return [f"Modules: {verdict_counts(verdicts(table))}"]
-
-
 PAPER = Paper(
-    Surroundings, "pursuit-modules", page, summary, {"pursuit-modules": (_TITLE, draw)},
-    quick={"runs": 3, "share": 0.05},
+    Surroundings, "pursuit-modules", _PAGE,
+    lambda table, plan: {"sizes": sizes_table(), "learners": learners_table(table), "random": random_table(table)},
+    {"pursuit-modules": draw}, lambda table, plan: verdicts(table), quick={"runs": 3, "share": 0.05},
 )  # fmt: skip

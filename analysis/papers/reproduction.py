@@ -5,29 +5,33 @@ Nothing slow is imported here, so that the help of a command answers at once.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import canvas, head, plain, to_picture
+from teamsight.analysis.plot.style import to_picture
+from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.files import as_json
+from teamsight.analysis.runs.seeds import run_seed
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict
-from teamsight.core.component import Component
+from teamsight.core.component import Allowed, Component, Positive, Seed
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
+    from teamsight.agents.world import World
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.executor import Executor
     from teamsight.analysis.runs.files import Content
+    from teamsight.analysis.runs.run import Run
     from teamsight.analysis.runs.simulate import Planned, Watch
 
 Floats = npt.NDArray[np.float64]
@@ -53,6 +57,50 @@ class Plan(Component):
         raise NotImplementedError
 
 
+#: The option by which conditions are chosen.
+NAMES = Allowed(is_repeated=True, shown="all", metavar="NAME")
+
+
+@dataclass(frozen=True)
+class NamedConditions(Plan):
+    """What to simulate of a paper whose conditions have names.
+
+    Parameters
+    ----------
+    runs : int
+        Runs of each condition. Run r of all conditions has the same seed.
+    share : float
+        How much of each condition's own work is done.
+    seed : int
+        Seed of all runs.
+    names : tuple of str
+        A condition. May be given several times.
+    """
+
+    runs: limits.Runs = 10
+    share: Positive = 1.0
+    seed: Seed = 0
+    names: tuple[str, ...] = ()
+    #: All conditions by name.
+    known: ClassVar[Mapping[str, Any]] = {}
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "names", self.names or tuple(self.known))
+
+    def work(self, condition: Any) -> tuple[dict[str, Any], Callable[[int], Run]]:
+        """Return further columns of the runs of a condition, and what returns the run with a seed."""
+        raise NotImplementedError
+
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns that identify it: condition, replicate, seed, and those of its work."""
+        for name in self.names:
+            columns, run = self.work(self.known[name])
+            for replicate in range(self.runs):
+                seed = run_seed(self.seed, replicate)
+                yield {"condition": name, "replicate": replicate, "seed": seed, **columns}, run(seed)
+
+
 P = TypeVar("P", bound=Plan)
 F = TypeVar("F")
 
@@ -75,12 +123,19 @@ class Paper(Generic[P, F]):
         The class of the plan.
     name : str
         The name of the files.
-    page : callable
-        ``page(found, plan)`` returns the page, as Markdown.
-    summary : callable
-        ``summary(found, plan)`` returns the result in sentences.
-    figures : mapping of str to (str, callable)
-        By the name of each picture, its title, and ``draw(found, plan)``, which returns the figure.
+    template : str
+        The page: paragraphs of Markdown with values in braces; see `filled`.
+    values : callable
+        ``values(found, plan)`` returns the values of the template by name, beside ``plan``, ``claims`` (the table of
+        the verdicts) and ``number``, that of the claims.
+    figures : mapping of str to callable
+        By the name of each picture, ``draw(found, plan)``, which returns the figure; its label is its title.
+    verdicts : callable
+        ``verdicts(found, plan)`` returns the verdicts on all claims.
+    measured : str
+        The title of what was measured, in the table of the verdicts.
+    sentences : callable
+        ``sentences(found, plan)`` returns what is said of the result beside the verdicts.
     tables : mapping of str to callable
         By the name of each further table, ``of(found, plan)``, which returns it.
     make : callable
@@ -93,9 +148,12 @@ class Paper(Generic[P, F]):
 
     plan: type[P]
     name: str
-    page: Callable[[F, P], str]
-    summary: Callable[[F, P], Sequence[str]]
-    figures: Mapping[str, tuple[str, Callable[[F, P], Canvas]]]
+    template: str
+    values: Callable[[F, P], Mapping[str, Any]]
+    figures: Mapping[str, Callable[[F, P], Canvas]]
+    verdicts: Callable[[F, P], Sequence[Verdict]] = lambda found, plan: ()
+    measured: str = "measured"
+    sentences: Callable[[F, P], Sequence[str]] = lambda found, plan: ()
     tables: Mapping[str, Callable[[F, P], pd.DataFrame]] = field(default_factory=dict)
     make: Callable[[P, Executor | None, Watch, Checkpoint | None], F] = runs_of  # type: ignore[assignment]
     runs: Callable[[F], pd.DataFrame] = lambda found: found  # type: ignore[assignment, return-value]
@@ -107,6 +165,15 @@ class Paper(Generic[P, F]):
 
         return Checkpoint(folder / f"{self.name}.checkpoint")
 
+    def names(self, plan: P, folder: Path, formats: Sequence[str]) -> list[str]:
+        """Return the names of all files that `reproduce` writes to a folder."""
+        pictures = [f"{name}.{kind}" for name in self.figures for kind in formats]
+        return [f"{self.name}.parquet", *self.tables, *pictures, f"{self.name}.md"]
+
+    def about(self, plan: P) -> dict[str, Any]:
+        """Return the settings that tables hold; those with others are not replaced."""
+        return {self.name: plan.conditions()}
+
     def check(self, plan: P, folder: Path, formats: Sequence[str] = ("png",), *, force: bool = False) -> None:
         """Raise an error if a file in a folder must not be replaced by a result or by the checkpoint.
 
@@ -117,10 +184,8 @@ class Paper(Generic[P, F]):
         """
         from teamsight.analysis.runs.files import check_results
 
-        pictures = [f"{name}.{kind}" for name in self.figures for kind in formats]
-        names = (f"{self.name}.parquet", *self.tables, *pictures, f"{self.name}.md")
-        about = {self.name: plan.conditions()}
-        check_results(folder, names, about, checkpoint=self.checkpoint(folder), force=force)
+        names, checkpoint = self.names(plan, folder, formats), self.checkpoint(folder)
+        check_results(folder, names, self.about(plan), checkpoint=checkpoint, force=force)
 
     def reproduce(
         self,
@@ -159,19 +224,50 @@ class Paper(Generic[P, F]):
         self.check(plan, folder, formats, force=force)
         checkpoint = self.checkpoint(folder)
         found = self.make(plan, pool, watch, checkpoint)
+        for contents, about in self.contents(found, plan, formats, pool, watch):
+            write_results(folder, contents, self.about(plan) | about, force=force)
+        checkpoint.forget()
+        return found
+
+    def contents(
+        self, found: F, plan: P, formats: Sequence[str], pool: Executor | None, watch: Watch
+    ) -> Iterator[tuple[dict[str, Content], dict[str, Any]]]:
+        """Yield files that are written together, by name, and what their tables hold beside what all are about."""
         contents: dict[str, Content] = {f"{self.name}.parquet": self.runs(found)}
         contents |= {name: of(found, plan) for name, of in self.tables.items()}
         for name in self.figures:
             contents |= {f"{name}.{kind}": self.picture(name, found, plan, kind) for kind in formats}
         contents[f"{self.name}.md"] = self.page(found, plan)
-        write_results(folder, contents, {self.name: plan.conditions()}, force=force)
-        checkpoint.forget()
-        return found
+        yield contents, {}
 
     def picture(self, name: str, found: F, plan: P, kind: str = "png") -> bytes:
         """Return one of the pictures in a format of `teamsight.analysis.plot.style.FORMATS`."""
-        title, draw = self.figures[name]
-        return to_picture(draw(found, plan), title, kind)
+        figure = self.figures[name](found, plan)
+        return to_picture(figure, str(figure.get_label()), kind)
+
+    def page(self, found: F, plan: P) -> str:
+        """Return the page, as Markdown."""
+        verdicts = self.verdicts(found, plan)
+        claims = {"claims": verdict_table(verdicts, self.measured), "number": len(verdicts)}
+        return filled(self.template, **{"plan": plan, **claims, **self.values(found, plan)})
+
+    def title(self, plan: P) -> str:
+        """Return what is made, in words."""
+        return self.plan.__module__.rpartition(".")[2]
+
+    def summary(self, found: F, plan: P) -> Sequence[str]:
+        """Return the result in sentences."""
+        verdicts, said = self.verdicts(found, plan), self.sentences(found, plan)
+        claims = [verdict_counts(verdicts), *(f"{one.claim}: {one.measured}, {one.verdict}." for one in verdicts)]
+        return [*(claims if verdicts or not said else ()), *said]
+
+
+def run_until(is_done: Callable[[World], bool], world: World, steps: int, part: int) -> None:
+    """Run a world for so many steps at most, or up to the first multiple of `part` steps at which it is done."""
+    left = steps
+    while left > 0 and not (left < steps and is_done(world)):
+        world.run(min(part, left))
+        left -= part
 
 
 def chosen(table: pd.DataFrame, **values: Any) -> pd.DataFrame:
@@ -221,9 +317,12 @@ def verdict_table(found: Iterable[Verdict], measured: str = "measured") -> str:
 
 
 def verdict_counts(found: Sequence[Verdict]) -> str:
-    """Return in one sentence how many claims hold, do not hold, and are undecided."""
-    held, failed, left = (sum(one.verdict == name for one in found) for name in (HOLDS, FAILS, UNDECIDED))
-    return f"Of {len(found)} claims {held} hold, {failed} do not hold, {left} are undecided."
+    """Return in one sentence how many claims hold, do not hold, agree, differ, and are undecided."""
+    counts = Counter(one.verdict for one in found)
+    always = {HOLDS: "hold", FAILS: "do not hold", UNDECIDED: "are undecided"}
+    recalled = {one: one.rstrip("s") for one in (AGREES, DIFFERS) if counts[one]}
+    words = ", ".join(f"{counts[name]} {word}" for name, word in (always | recalled).items())
+    return f"Of {len(found)} claims {words}."
 
 
 def filled(template: str, **values: Any) -> str:
@@ -232,35 +331,6 @@ def filled(template: str, **values: Any) -> str:
     return markdown.page(*(one.format(**values) for one in paragraphs))
 
 
-def titled(width: float, height: float, title: str, subtitle: str) -> Canvas:
-    """Return an empty figure of this size [inches] with its title."""
-    figure = canvas(width, height)
-    head(figure, title, subtitle)
-    return figure
-
-
-def panel(figure: Canvas, place: tuple[float, float, float, float], title: str, x: str = "", y: str = "") -> Axes:
-    """Add a panel to a figure, with its title and the labels of its axes."""
-    axes = figure.add_axes(place)
-    plain(axes)
-    axes.set_title(title, loc="left", size=10)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-    return axes
-
-
-def error_bars(axes: Axes, x: Sequence[float], samples: Iterable[npt.ArrayLike], **style: Any) -> None:
-    """Draw the mean of each sample with its 95 % interval; none where a single run gives none."""
-    found = [interval_of(np.asarray(one, float)) for one in samples]
-    wide = [max(one.high - one.mean, 0.0) if np.isfinite(one.high) else 0.0 for one in found]
-    axes.errorbar(x, [one.mean for one in found], wide, **{"marker": "o", "capsize": 2, **style})
-
-
-def band(
-    axes: Axes, x: npt.ArrayLike, values: tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike], opacity: float = 0.2,
-    **style: Any,
-) -> None:  # fmt: skip
-    """Draw means as a line, and a band from their lower to their upper bounds, unless a single run gives none."""
-    axes.plot(x, values[0], **{"linewidth": 1.6, **style})
-    if np.isfinite(values[1]).all():
-        axes.fill_between(x, *values[1:], color=style["color"], alpha=opacity, linewidth=0)
+def intervals(samples: Iterable[npt.ArrayLike]) -> list[Interval]:
+    """Return the mean of each sample with its 95 % interval."""
+    return [interval_of(np.asarray(one, float)) for one in samples]

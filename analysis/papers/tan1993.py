@@ -13,7 +13,7 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -22,32 +22,29 @@ import numpy as np
 from teamsight.analysis.papers.reproduction import (
     AGREES,
     DIFFERS,
+    NAMES,
     Floats,
+    NamedConditions,
     Paper,
-    Plan,
-    band,
     chosen,
     column,
-    filled,
-    panel,
-    titled,
-    verdict_counts,
-    verdict_table,
+    intervals,
 )
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.kinds import draw_means, panels
 from teamsight.analysis.plot.style import DEGREE, FAINT
-from teamsight.analysis.runs import limits
-from teamsight.analysis.runs.seeds import root, run_seed
+from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above
-from teamsight.core.component import Allowed, Count, Positive, Seed
+from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
     from teamsight.agents.world import World
-    from teamsight.analysis.runs.simulate import Planned
+    from teamsight.analysis.runs.run import Run
 
 #: Trials of training where one hunter captures, where two must, and where only the beginning matters.
 ALONE, JOINT, SHORT = 2000, 10_000, 3000
@@ -114,7 +111,6 @@ ORDERS = (
 _EVERYWHERE = 10
 # Steps that are made at once, at least; and for how many times the longest expected training.
 _LEAST, _MOST_STEPS = 2000, 40_000_000
-_TITLE = "Two hunters that learn to capture together"
 # Conditions of the first panel, their names, and the colour of the degree of awareness that each needs.
 _CURVES = {
     "2/2 joint": ("independent", DEGREE["none"]),
@@ -227,51 +223,35 @@ def joint_names(depth: int) -> tuple[str, str]:
 
 #: The conditions by name: prey/hunters, and how they learn.
 CONDITIONS: Mapping[str, Condition] = _conditions()
-_Name = Annotated[str, Allowed(choices=CONDITIONS)]
 
 
 @dataclass(frozen=True)
-class Pursuits(Plan):
+class Pursuits(NamedConditions):
     """What to simulate.
 
     Parameters
     ----------
-    runs : int
-        Runs of each condition. Run r of all conditions has the same seed.
     share : float
         Trials of training, as a share of each condition's own.
     tests : int
         Trials of each test.
-    seed : int
-        Seed of all runs.
-    names : tuple of str
-        A condition. May be given several times.
     """
 
-    runs: limits.Runs = 10
-    share: Positive = 1.0
-    tests: Count = 1000
     seed: Seed = root("pursuit")
-    names: Annotated[tuple[_Name, ...], Allowed(is_repeated=True, shown="all", metavar="NAME")] = ()
+    names: Annotated[tuple[Annotated[str, Allowed(choices=CONDITIONS)], ...], NAMES] = ()
+    tests: Count = 1000
+    known = CONDITIONS
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "names", self.names or tuple(CONDITIONS))
-
-    def planned(self) -> Iterator[Planned]:
-        """Yield each run with the columns that identify it: condition, replicate, seed and trials."""
+    def work(self, condition: Condition) -> tuple[dict[str, Any], Callable[[int], Run]]:
+        """Return the column trials, and what returns the run with a seed."""
         from teamsight.analysis.runs.run import Run
         from teamsight.tasks.pursuit import Pursuit
 
-        for name in self.names:
-            condition = CONDITIONS[name]
-            trials = max(int(self.share * condition.trials), BLOCK)
-            # Steps of a trial, roughly, from which the work of a run is estimated.
-            steps = trials * (110 if condition.world["rule"] == "pair" else 40)
-            for replicate in range(self.runs):
-                seed = run_seed(self.seed, replicate)
-                named = {"condition": name, "replicate": replicate, "seed": seed, "trials": trials}
-                yield named, Run(condition.parameters, seed, steps, Learning(trials, self.tests), Pursuit)
+        trials = max(int(self.share * condition.trials), BLOCK)
+        # Steps of a trial, roughly, from which the work of a run is estimated.
+        steps = trials * (110 if condition.world["rule"] == "pair" else 40)
+        measure = Learning(trials, self.tests)
+        return {"trials": trials}, lambda seed: Run(condition.parameters, seed, steps, measure, Pursuit)
 
 
 @dataclass(frozen=True)
@@ -476,47 +456,45 @@ def _shown(sample: Floats, unit: str = "steps") -> str:
 
 def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
     """Return learning curves of joint hunters, and what seeing the partner is worth over time, for three depths."""
-    figure = titled(
-        11.0, 4.8, _TITLE,
+    have, settled = set(table["condition"]), ledger(table)
+    curves = {name: look for name, look in _CURVES.items() if name in have}
+    takes = (f"{column(table, 'training', condition=name).mean():.0f} ({label})" for name, (label, _) in curves.items())
+    figure, (left, right) = panels(
+        f"Two trained hunters capture in {', '.join(takes) or 'unknown'} steps",
         f"two prey on a 10 × 10 grid; {plan.runs} runs of each; 95 % confidence bands; dashed: where Tan's settle; "
         f"seed {plan.seed}",
+        ("depth 4", "what seeing the partner is worth"), x="trials", y=("steps of a trial", "steps saved in a trial"),
+        size=(5.4, 3.9),
     )  # fmt: skip
-    have = set(table["condition"])
-    left = panel(figure, (0.07, 0.13, 0.41, 0.66), "depth 4", "trials", "steps of a trial")
-    settled = ledger(table)
-    for name, (label, colour) in _CURVES.items():
-        if name in have:
-            _draw_band(left, curves_of(table, name), colour, label)
-            for value in chosen(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
-                left.axhline(value, color=colour, linestyle="--", linewidth=1.0)
+    for name, (label, colour) in curves.items():
+        _draw_band(left, curves_of(table, name), colour, label)
+        for value in chosen(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
+            left.axhline(value, color=colour, linestyle="--", linewidth=1.0)
     left.set_ylim(bottom=0)
-    title = "what seeing the partner is worth"
-    right = panel(figure, (0.57, 0.13, 0.41, 0.66), title, "trials", "steps saved in a trial")
     right.axhline(0.0, color=FAINT, linewidth=1.0)
     for depth, colour in zip(DEPTHS, _COLOURS, strict=True):
         if have >= {*joint_names(depth)}:
             _draw_band(right, gains(table, *joint_names(depth))[:, : SHORT // BLOCK], colour, f"d = {depth}")
-    for axes, where in ((left, "upper right"), (right, "lower right")):
+    for axes, where, columns in ((left, "upper right", 3), (right, "lower right", 1)):
         if axes.get_legend_handles_labels()[1]:
-            axes.legend(frameon=False, loc=where)  # type: ignore[call-overload]
+            axes.legend(frameon=False, loc=where, ncols=columns, fontsize=8)  # type: ignore[call-overload]
     return figure
 
 
-def _draw_band(axes: Any, curves: Floats, colour: str, label: str) -> None:
+def _draw_band(axes: Axes, curves: Floats, colour: str, label: str) -> None:
     """Draw the mean over runs with its interval, one point for some blocks."""
     points = max(curves.shape[1] // _POINT, 1)
-    found = [interval_of(part.mean(axis=1)) for part in np.array_split(curves, points, axis=1)]
-    trial = BLOCK * (np.arange(points) + 0.5) * curves.shape[1] / points
-    band(axes, trial, tuple(zip(*found, strict=True)), color=colour, label=label)  # type: ignore[arg-type]
+    found = intervals(part.mean(axis=1) for part in np.array_split(curves, points, axis=1))
+    draw_means(axes, BLOCK * (np.arange(points) + 0.5) * curves.shape[1] / points, found, colour, label)
 
 
-def page(table: pd.DataFrame, plan: Pursuits) -> str:
-    """Return the page."""
-    rows, found = ledger(table), verdicts(table)
-    return filled(
-        _PAGE, plan=plan, settled=SETTLED, widest=WIDEST, values=len(rows), agreement=_agreement(rows),
-        ledger=ledger_table(rows), number=len(found), chance=by_chance(len(found)), claims=verdict_table(found),
-    )  # fmt: skip
+def page_values(table: pd.DataFrame, plan: Pursuits) -> Mapping[str, Any]:
+    """Return the values of the page."""
+    rows = ledger(table)
+    return {
+        "settled": SETTLED, "widest": WIDEST, "values": len(rows), "ledger": ledger_table(rows),
+        **dict(zip(("agreement", "chance"), _sentences(table, plan), strict=True)),
+    }  # fmt: skip
 
 
 def ledger_table(rows: pd.DataFrame) -> str:
@@ -537,26 +515,19 @@ def _plus_minus(mean: float, half: float) -> str:
     return f"{mean:.2f} ± {half:.2f}" if math.isfinite(half) else f"{mean:.2f}"
 
 
-def summary(table: pd.DataFrame, plan: Pursuits) -> Sequence[str]:
-    """Return the result in three sentences."""
-    found = verdicts(table)
-    return [_agreement(ledger(table)), verdict_counts(found), by_chance(len(found))]
-
-
-def by_chance(claims: int) -> str:
-    """Return how many claims would hold by chance."""
+def _sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
+    """Return how many values agree, and how many claims would hold by chance."""
+    rows, claims = ledger(table), len(verdicts(table))
+    agree, differ, left = ((rows["verdict"] == name).sum() for name in (AGREES, DIFFERS, UNDECIDED))
     return (
+        f"Of {len(rows)} values of Tan {agree} agree, {differ} differ, {left} are undecided.",
         "Each claim is judged by its own 95 % interval: if nothing made a difference, at most one in 40 would hold by "
-        f"chance, {claims / 40:.1f} of {claims}."
+        f"chance, {claims / 40:.1f} of {claims}.",
     )
 
 
-def _agreement(rows: pd.DataFrame) -> str:
-    agree, differ, left = ((rows["verdict"] == name).sum() for name in (AGREES, DIFFERS, UNDECIDED))
-    return f"Of {len(rows)} values of Tan {agree} agree, {differ} differ, {left} are undecided."
-
-
 PAPER = Paper(
-    Pursuits, "pursuit", page, summary, {"pursuit": (_TITLE, draw)},
-    {"pursuit-ledger.parquet": lambda table, plan: ledger(table)}, quick={"runs": 3, "share": 0.05},
+    Pursuits, "pursuit", _PAGE, page_values, {"pursuit": draw}, lambda table, plan: verdicts(table),
+    sentences=_sentences, tables={"pursuit-ledger.parquet": lambda table, plan: ledger(table)},
+    quick={"runs": 3, "share": 0.05},
 )  # fmt: skip

@@ -23,9 +23,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from teamsight.analysis.papers.reproduction import Paper, Plan, band, chosen, filled, runs_of, titled
+from teamsight.analysis.papers.reproduction import Paper, Plan, chosen, runs_of
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import DEGREE, FAINT, INK, plain
+from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
+from teamsight.analysis.plot.style import DEGREE, FAINT
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import canonical, root
 from teamsight.analysis.stats.paired import interval_of
@@ -43,14 +44,14 @@ if TYPE_CHECKING:
     from teamsight.analysis.runs.simulate import Planned
     from teamsight.tasks.task import Task
 
-#: The sweeps, the column with their values, the title of the figure, the label of its axis, and what is fixed.
+#: The sweeps, what their values are, the title of the figure, the label of its axis, and what is fixed.
 SWEEPS = {
     "failures": (
-        "Failures", "availability", "Robots that fail: what awareness adds, and how large δ must be",
+        "Failures", "availability", "Robots that fail",
         "failures in 1,000 ticks of work\n(availability)", "mean time to repair {0.repair:g} ticks",
     ),
     "periods": (
-        "Sensing periods", "period", "Robots that sense rarely: what awareness adds, and how large δ must be",
+        "Sensing periods", "period", "Robots that sense rarely",
         "sensing period  [ticks]", "phases at random",
     ),
 }  # fmt: skip
@@ -67,8 +68,6 @@ TEAMS = {
     "evolved": (("evolved", "ring"), ("a-cmommt", "none")),
 }
 
-# Inches: the figure, a panel, the space between panels, and what is above them.
-_WIDTH, _HEIGHT, _PANEL, _BETWEEN, _HEAD = 13.4, 11.5, 2.6, 0.5, 1.25
 # By this share of the axis the points of a policy stand beside those of the one before, so that both are seen.
 _BESIDE = 0.02
 _PAGE = """
@@ -415,43 +414,37 @@ def changes(table: pd.DataFrame, sweep: str, plan: Unreliability) -> pd.DataFram
 
 def draw(found: Unreliable, plan: Unreliability, sweep: str) -> Canvas:
     """Return the figure of a sweep: what is observed, the gain from awareness, and δ."""
-    _, _, title, label, fixed = SWEEPS[sweep]
-    policies = found.points["policy"].unique().tolist()
-    figure = titled(
-        _WIDTH, _HEIGHT, title,
-        f"{plan.runs} runs of {plan.steps} steps, {f'{TARGETS} targets' if plan.is_cmommt else plan.about}; "
-        f"{fixed.format(plan)}; 95 % confidence bands; gain over {plan.name(policies[0], False)}; δ for a risk of "
-        f"{RISK:g} with its bounds, {CONFIDENCE:.0%} each; seed {plan.seed}",
-    )  # fmt: skip
-    gained = "gain from awareness  [points]" if plan.is_cmommt else "gain from awareness"
-    rows: tuple[tuple[str, Callable[..., None]], ...] = (
-        ("observed targets  [%]" if plan.is_cmommt else plan.observed, _draw_observed),
-        (gained, _draw_gain), ("δ", _draw_delta),
-    )  # fmt: skip
+    _, named, title, label, fixed = SWEEPS[sweep]
     of = chosen(found.points, sweep=sweep)
     of = of.assign(x=of["value"] if sweep == "periods" else of["value"].map(partial(_failures, plan=plan)))
-    axes: dict[tuple[int, int], Axes] = {}
-    for row, (quantity, draw_row) in enumerate(rows):
-        for at, scenario in enumerate(plan.cells):
-            left, width = 0.065 + at * 0.93 / len(plan.cells), 0.8 / len(plan.cells)
-            bottom = 1 - (_HEAD + row * (_PANEL + _BETWEEN) + _PANEL) / _HEIGHT
-            place = (left, bottom, width, _PANEL / _HEIGHT)
-            panel = figure.add_axes(place, sharex=axes.get((0, at)), sharey=axes.get((row, 0)))
-            axes[row, at] = panel
-            plain(panel)
-            panel.tick_params(colors=FAINT)
-            draw_row(panel, chosen(of, **{name: scenario[name] for name in plan.columns}), plan)
-            _scale(panel, of, sweep)
-            if row == 0:
-                panel.set_title(plan.title(scenario), loc="left", size=11, color=INK)
-            if row == len(rows) - 1:
-                panel.set_xlabel(label)
-            if at == 0:
-                panel.set_ylabel(quantity)
+    unit, kinds = " points" * plan.is_cmommt, len(plan.cells)
+    gains = of.groupby("value", sort=False)["gain"].agg(["min", "max"])
+    adds = [
+        f"{_signed(low)} to {_signed(high)}{unit} at {named} {value:g}"
+        for value, low, high in gains.iloc[[0, -1]].itertuples()
+    ]
+    gained = "gain from awareness  [points]" if plan.is_cmommt else "gain from awareness"
+    rows: dict[str, Callable[..., None]] = {
+        "observed targets  [%]" if plan.is_cmommt else plan.observed: _draw_observed,
+        gained: _draw_gain, "δ": _draw_delta,
+    }  # fmt: skip
+    figure, shown = panels(
+        f"{title}: awareness adds {', '.join(adds)}",
+        f"{plan.runs} runs of {plan.steps} steps, {f'{TARGETS} targets' if plan.is_cmommt else plan.about}; "
+        f"{fixed.format(plan)}; 95 % confidence bands; gain over {plan.name(of['policy'].iloc[0], False)}; δ for a "
+        f"risk of {RISK:g} with its bounds, {CONFIDENCE:.0%} each; seed {plan.seed}",
+        [*map(plan.title, plan.cells), *("" for _ in range(2 * kinds))], x=label,
+        y=[name * (at == 0) for name in rows for at in range(kinds)], columns=kinds, size=(4.3, 2.9),
+        sharex="col", sharey="row",
+    )  # fmt: skip
+    for number, axes in enumerate(shown):
+        draw_row, scenario = [*rows.values()][number // kinds], plan.cells[number % kinds]
+        draw_row(axes, chosen(of, **{name: scenario[name] for name in plan.columns}), plan)
+        _scale(axes, of, sweep)
     # One axis for all panels of a row: teams are compared across them.
-    axes[2, 0].set_ylim(0.0, max(1, of["delta_safe"].where(of["supported"], of["delta"]).max()) + 0.6)
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=4, frameon=False, bbox_to_anchor=(0.5, 0.005))
+    shown[-1].set_ylim(0.0, max(1, of["delta_safe"].where(of["supported"], of["delta"]).max()) + 0.6)
+    handles, labels = shown[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
     return figure
 
 
@@ -462,11 +455,8 @@ def _failures(availability: float, plan: Unreliability) -> float:
 def _scale(axes: Axes, of: pd.DataFrame, sweep: str) -> None:
     ticks = of.drop_duplicates("x").sort_values("x")
     names = [f"{x:.2g}\n({value:g})" for x, value in zip(ticks["x"], ticks["value"], strict=True)]
-    if sweep == "periods":
-        axes.set_xscale("log")
-        names = [f"{period:g}" for period in ticks["x"]]
-    axes.set_xticks(ticks["x"], names)
-    axes.minorticks_off()
+    is_log = sweep == "periods"
+    mark_values(axes, ticks["x"].tolist(), None if is_log else names, is_log=is_log)
 
 
 def _draw_observed(axes: Axes, of: pd.DataFrame, plan: Unreliability) -> None:
@@ -485,8 +475,8 @@ def _draw_gain(axes: Axes, of: pd.DataFrame, plan: Unreliability) -> None:
 
 def _draw_band(axes: Axes, rows: pd.DataFrame, name: str, colour: str, label: str = "", dashes: str = "-") -> None:
     rows = rows.sort_values("x")
-    values = (rows[name], rows[f"{name}_low"], rows[f"{name}_high"])
-    band(axes, rows["x"], values, 0.18, color=colour, label=label, marker="o", markersize=4, linestyle=dashes)
+    found = rows[[name, f"{name}_low", f"{name}_high"]].to_numpy(float)
+    draw_means(axes, rows["x"], found, colour, label, marker="o", markersize=4, linestyle=dashes)
 
 
 def _draw_delta(axes: Axes, of: pd.DataFrame, plan: Unreliability) -> None:
@@ -498,23 +488,20 @@ def _draw_delta(axes: Axes, of: pd.DataFrame, plan: Unreliability) -> None:
         aside = number * _BESIDE * float(np.ptp(np.log(rows["x"]) if logarithmic else rows["x"]))
         place = rows["x"] * np.exp(aside) if logarithmic else rows["x"] + aside
         high = rows["delta_safe"].where(rows["supported"], rows["delta"])
-        reach = np.array([rows["delta"] - rows["delta_low"], high - rows["delta"]])
-        colour = plan.colour(str(policy), True)
-        axes.errorbar(
-            place, rows["delta"], reach, color=colour, marker="o", markersize=4.5, linewidth=1.6, capsize=3
-        )  # fmt: skip
+        found = np.column_stack([rows["delta"], rows["delta_low"], high])
+        draw_means(axes, place, found, plan.colour(str(policy), True), as_bars=True)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def page(found: Unreliable, plan: Unreliability) -> str:
-    """Return the page."""
+def page_values(found: Unreliable, plan: Unreliability) -> Mapping[str, Any]:
+    """Return the values of the page."""
     parts = []
     for sweep, (title, *_) in SWEEPS.items():
         said = "\n".join(f"- {line}" for line in sentences(found, sweep, plan))
         parts += [f"## {title}", markdown.wrapped(said), sweep_table(found.points, sweep, plan)]
     without = "the same team without awareness, positive where awareness is better"
     without = "A-CMOMMT without awareness" if plan.is_cmommt else without
-    return filled(_PAGE, plan=plan, risk=RISK, without=without, sweeps="\n\n".join(parts))
+    return {"risk": RISK, "without": without, "sweeps": "\n\n".join(parts)}
 
 
 def sweep_table(found: pd.DataFrame, sweep: str, plan: Unreliability) -> str:
@@ -596,7 +583,7 @@ def _signed(value: float) -> str:
 
 
 PAPER = Paper(
-    Unreliability, "unreliable", page, summary,
-    {f"unreliable-{sweep}": (about[2], partial(draw, sweep=sweep)) for sweep, about in SWEEPS.items()},
-    {"unreliable-points.parquet": lambda found, plan: found.points}, find, lambda found: found.runs,
+    Unreliability, "unreliable", _PAGE, page_values,
+    {f"unreliable-{sweep}": partial(draw, sweep=sweep) for sweep in SWEEPS}, sentences=summary,
+    tables={"unreliable-points.parquet": lambda found, plan: found.points}, make=find, runs=lambda found: found.runs,
 )  # fmt: skip

@@ -9,7 +9,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from teamsight.analysis.plot.style import (
@@ -22,6 +21,7 @@ from teamsight.analysis.plot.style import (
 )
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
@@ -51,7 +51,7 @@ def panels(
     y: str | Sequence[str] = "", warning: str = "", columns: int | None = None, size: tuple[float, float] = (3.7, 3.3),
     more: tuple[float, float] = (0.0, 0.0), is_plain: bool = True, **further: Any,
 ) -> tuple[Canvas, list[Axes]]:  # fmt: skip
-    """Return a figure with a head, whose lines are wrapped, and one empty panel for each name.
+    """Return a figure with a head, whose lines are wrapped, and one empty panel for each name; its label is the title.
 
     Parameters
     ----------
@@ -87,6 +87,7 @@ def panels(
     ]
     head = 1.3 * _MARGIN + sum(_LINE * points for _, points, *_ in lines)
     figure = canvas(width, head + room)
+    figure.set_label(title)
     figure.set_layout_engine("constrained", rect=(0.0, 0.0, 1.0, room / (head + room)), w_pad=0.08, h_pad=0.08)
     top = 0.6 * _MARGIN
     for line, points, colour, weight in lines:
@@ -110,6 +111,16 @@ def panels(
     return figure, found[: len(names)]
 
 
+def mark_values(
+    axes: Axes, values: Sequence[float], texts: Sequence[str] | None = None, *, is_log: bool = True
+) -> None:
+    """Mark values on the horizontal axis, by default a logarithmic one, with their texts and no ticks between them."""
+    if is_log:
+        axes.set_xscale("log")
+    axes.set_xticks(values, texts or [f"{value:,g}" for value in values])
+    axes.minorticks_off()
+
+
 def colour_bar(figure: Canvas, shown: Any, panels: list[Any], label: str) -> None:
     """Draw the scale of colours on the right of some panels, as wide beside wide ones as beside narrow ones."""
     columns = {panel.get_subplotspec().colspan.start for panel in panels}
@@ -121,7 +132,7 @@ def colour_bar(figure: Canvas, shown: Any, panels: list[Any], label: str) -> Non
 
 
 def draw_means(
-    axes: Axes, x: ArrayLike, found: Sequence[tuple[float, float, float]] | pd.DataFrame, colour: Any,
+    axes: Axes, x: ArrayLike, found: ArrayLike | pd.DataFrame, colour: Any,
     label: str = "", *, as_bars: bool = False, **line: Any,
 ) -> None:  # fmt: skip
     """Draw means as a line with a confidence band, or as marks with bars.
@@ -132,7 +143,7 @@ def draw_means(
         Where to draw.
     x : array_like, shape (n,)
         Places of the means; of a band, ascending.
-    found : sequence of Interval or DataFrame
+    found : sequence of Interval, array_like of shape (n, 3), or DataFrame
         Means and the ends of their intervals, or a table with the columns mean, low and high. An infinite interval is
         not drawn.
     colour : colour of matplotlib
@@ -144,7 +155,9 @@ def draw_means(
     **line
         Further properties of the line.
     """
-    columns = found[["mean", "low", "high"]] if isinstance(found, pd.DataFrame) else list(found)
+    import pandas as pd
+
+    columns = found[["mean", "low", "high"]] if isinstance(found, pd.DataFrame) else found
     mean, low, high = np.asarray(columns, float).reshape(-1, 3).T
     if as_bars:
         wide = np.array([mean - low, high - mean])

@@ -16,24 +16,6 @@ from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import Progress, run_all
 
 
-class Grid(NamedTuple):
-    """The team sizes and arena radii over which a surface is drawn."""
-
-    robots: tuple[int, ...]
-    radius: tuple[float, ...]
-
-    @property
-    def cells(self) -> tuple[tuple[int, float], ...]:
-        """All combinations (robots, radius), ordered by radius."""
-        return tuple((robots, radius) for radius in self.radius for robots in self.robots)
-
-
-#: The grid of the paper's Figs. 4 to 10.
-PAPER = Grid(tuple(range(1, 31)), tuple(float(radius) for radius in range(1, 10)))
-#: A coarse grid on which every claim can still be computed.
-QUICK = Grid((1, 2, 5, 8, 10, 20, 30), (1.0, 2.0, 3.0, 5.0, 7.0, 8.0, 9.0))
-
-
 class Variant(NamedTuple):
     """The treatment of one replicate of every cell, and the columns of the table that describe it."""
 

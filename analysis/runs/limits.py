@@ -17,6 +17,8 @@ MOST_TRANSITIONS = 100_000_000
 #: The steps of a run, and a number of runs, as components declare them.
 Steps = Annotated[int, Allowed(least=1, most=MOST_STEPS, cure=("", "make more runs instead"))]
 Runs = Annotated[int, Allowed(least=1, most=MOST_RUNS, cure=("", "give fewer, of more steps each"))]
+#: Runs of each cell of commands that have thousands of cells.
+CellRuns = Annotated[int, Allowed(least=1, most=1_000)]
 
 
 def steps(value: Any) -> int:

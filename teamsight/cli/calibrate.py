@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from teamsight.cli.options import Folder, Works, Writes
+from teamsight.cli.options import Divides, Folder, Writes
 
 
 @dataclass(frozen=True, kw_only=True)
-class CalibrateSettings(Works, Writes):
+class CalibrateSettings(Divides, Writes):
     """Options of ``teamsight calibrate``.
 
     Parameters

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.runs.limits import MOST_RUNS, Runs, Steps
 from teamsight.cli.options import Agents, File, Folder, Risk, Works, Writes, check_apart
 from teamsight.cli.world_settings import TaskOptions, Treatment

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Annotated
 
 from teamsight.analysis.papers.training import MOST, Evolution
-from teamsight.cli.options import CellRuns, File, Folder, Works, Writes
+from teamsight.analysis.runs.limits import CellRuns
+from teamsight.cli.options import File, Folder, Works, Writes
 from teamsight.core.component import Allowed
 
 

@@ -21,7 +21,7 @@ from teamsight.analysis.learning.plans import (
     RewardName,
     Training,
 )
-from teamsight.cli.options import Agents, File, Folder, Format, TaskName, Works, Writes, check_apart
+from teamsight.cli.options import Agents, Divides, File, Folder, Format, TaskName, Works, Writes, check_apart
 from teamsight.cli.world_settings import TaskOptions, check_sectors, check_worlds
 from teamsight.core.component import Allowed, Flag, Probability
 from teamsight.policies.registry import POLICIES
@@ -338,7 +338,7 @@ def _sampled(settings: EvaluateSettings) -> LazyMemory:
 
 
 @dataclass(frozen=True, kw_only=True)
-class FigureSettings(Curves, Works, Writes):
+class FigureSettings(Curves, Divides, Writes):
     """Options of ``teamsight learn figure``.
 
     Parameters

@@ -251,8 +251,6 @@ _CLUSTER = Allowed(section="Cluster")
 _OF_DASK = ("scheduler", "tls_ca", "tls_cert", "tls_key")
 #: Agents of one kind: any two of them may be neighbours.
 Agents = Annotated[int, Allowed(least=1, most=1_000_000)]
-#: Runs of each cell of commands that have thousands of cells.
-CellRuns = Annotated[int, Allowed(least=1, most=1_000)]
 #: A smaller risk would need by far more runs than a command may make.
 Risk = Annotated[float, Allowed(least=1e-9, most=1)]
 

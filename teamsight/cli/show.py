@@ -8,7 +8,6 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 from rich.console import Console
@@ -27,7 +26,6 @@ from rich.text import Text
 from teamsight.cli.exits import LossyStream, give_up, named, printable
 
 if TYPE_CHECKING:
-    from teamsight.analysis.papers.touzet2000.ledger import Ledger
     from teamsight.analysis.runs.executor import Executor
     from teamsight.cli.options import Works
 
@@ -159,12 +157,6 @@ def show_table(
     for row in kept:
         table.add_row(*row)
     wide_console().print(table, highlight=False)
-
-
-def show_ledger(ledger: Ledger) -> None:
-    """Print the ledger, one line for each claim, and what it comes to."""
-    for line in (*ledger.lines(), "", *(part for text in ledger.summaries() for part in wrap(text, 80))):
-        say(line)
 
 
 class _Output(Console):

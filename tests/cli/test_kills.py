@@ -19,7 +19,7 @@ SMALL = ["--robots", "2", "--targets", "2", "--steps", "9"]
 COMMANDS = {
     "run": (["run", *SMALL, "--save", "out/x.parquet", "--force"], ["--seed", "5"]),
     "delta": (["delta", *SMALL, "--runs", "3", "--out", "out", "--force"], ["--seed", "5"]),
-    "reproduce": (["reproduce", "2", "8", "--quick", "--runs", "1", "--steps", "2", "--workers", "1", "--out", "out"], ["--seed", "5"]),
+    "reproduce": (["reproduce", "2", "8", "--quick", "--runs", "1", "--steps", "2", "--workers", "1", "--out", "out", "--force"], ["--seed", "5"]),
     "explore": (["learn", "explore", *SMALL, "--out", "out/x.safetensors", "--force"], ["--seed", "5"]),
     "append": (["learn", "explore", *SMALL, "--out", "out/x.safetensors", "--append"], ["--seed", "5"]),
 }  # fmt: skip

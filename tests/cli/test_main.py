@@ -54,6 +54,7 @@ def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) 
         (["run", "--robbots", "3"], ["No such option '--robbots'"]),
         (["run", "--robots"], ["Option '--robots' requires an argument"]),
         (["reproduce", "deta"], ["figures='deta': unknown; did you mean 'delta'?"]),
+        (["reproduce", "delat"], ["figures='delat': unknown; did you mean 'delta'?"]),
         (["reproduce", "--runs", "0", "--steps", "x"], ["runs=0: must be at least 1", "steps='x': must be a whole"]),
         (
             ["reproduce", "--seed", "-1", "--workers", "1.5"],

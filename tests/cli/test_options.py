@@ -15,7 +15,7 @@ import click
 import pytest
 
 from teamsight.analysis.learning.plans import Curves, Diagnosis, Training
-from teamsight.cli import delta, evolve, learn, reproduce
+from teamsight.cli import delta, evolve, learn
 from teamsight.cli.main import commands
 from teamsight.cli.options import Command, File, InputError, Options, Works, default_of, help_of, metavar_of
 from teamsight.core.component import Allowed, Count, Flag, Index
@@ -47,17 +47,14 @@ def in_python() -> dict[type[Options], Mapping[str, Any]]:
     from teamsight.analysis.delta.choose import choose_delta
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories
     from teamsight.analysis.papers.evolution import evaluate
-    from teamsight.analysis.papers.touzet2000.reproduce import Plan
 
     chosen = defaults_of(choose_delta)
     recorded = defaults_of(delta_from_trajectories)
     assert recorded["risk"] == chosen["risk"]
-    plan = defaults_of(Plan)
     return {
         delta.DeltaSettings: {"steps": chosen["steps"], "runs": chosen["runs"], "risk": chosen["risk"],
                               "window": recorded["window"], "targets": DEFAULTS["targets"],
                               "awareness_range": DEFAULTS["awareness_range"]},
-        reproduce.ReproduceSettings: {"runs": plan["runs"], "steps": plan["steps"], "seed": plan["root"]},
         evolve.TestSettings: defaults_of(evaluate),
     }  # fmt: skip
 

@@ -40,6 +40,7 @@ COMMANDS: dict[str, tuple[list[str], str, list[str]]] = {
 OTHER = {
     "run": ["--seed", "1"],
     "delta": ["--seed", "1"],
+    "reproduce": ["--seed", "1"],
     "explore": ["--seed", "1"],
     "evaluate": ["--seed", "1"],
     "figure": ["--seed", "1"],

@@ -82,7 +82,7 @@ def test_an_unwritable_folder_is_reported_before_the_work(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "file").write_text("in the way")
-    monkeypatch.setattr("teamsight.analysis.papers.touzet2000.reproduce.reproduce", lambda *given, **more: pytest.fail("worked in vain"))
+    monkeypatch.setattr("teamsight.analysis.papers.reproduction.Paper.reproduce", lambda *given, **more: pytest.fail("worked in vain"))
     status, _, err = call(capsys, "reproduce", "--out", str(tmp_path / "file" / "sub"), "--preset", "defaults")
     assert (status, err.count("\n")) == (2, 1)
     assert "cannot be written" in err

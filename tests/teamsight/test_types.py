@@ -16,7 +16,8 @@ import pytest
 import teamsight
 from teamsight.agents.attributes import AwarenessName, PlacementName, PolicyName
 from teamsight.agents.awareness import AWARENESS
-from teamsight.agents.settings import PRESETS, PresetName
+from teamsight.agents.presets import PRESETS
+from teamsight.agents.settings import PresetName
 from teamsight.policies.registry import POLICIES
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent

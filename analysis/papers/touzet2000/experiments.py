@@ -14,8 +14,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.runs.experiment import Experiment, Grid, Request, Variant, make_tables
-from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.executor import Executor
+from teamsight.analysis.runs.experiment import Experiment, Request, Variant, make_tables
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats.paired import Interval, gain, interval_of, paired
@@ -286,7 +287,7 @@ def _largest_gain(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Cells:
 def make_chosen(
     asked: Sequence[tuple[Parameters, Iterable[str]]],
     grid: Grid,
-    pool: WorkerPool | None = None,
+    pool: Executor | None = None,
     *,
     progress: Progress = lambda done, total: None,
     later: Progress = lambda done, total: None,

@@ -14,16 +14,16 @@ import pandas as pd
 from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.papers.touzet2000.claims import shortfall
 from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS
-from teamsight.analysis.plot.kinds import draw_curves, draw_means
+from teamsight.analysis.plot.kinds import draw_curves, draw_means, mark_values, panels
 from teamsight.analysis.plot.style import (
     DEGREE,
     FAINT,
     INK,
+    POLICY,
     ROBOTS_LABEL,
     canvas,
     head,
     minus,
-    plain,
     signed,
     superscript,
     to_picture,
@@ -121,18 +121,16 @@ def _tabulate_search_space(tables: Tables, conditions: Conditions) -> dict[str, 
 
 
 def _draw_search_space(tables: Tables, conditions: Conditions) -> Canvas:
-    figure = canvas(14.4, 6.4)
-    head(
-        figure,
-        "Fig. 2   Search space against team size, for each degree of awareness",
-        "n = 16 sensors of the world, δ = 16 inputs for all teammates, σ = 2 for each; in closed form",
-    )
-    for left, value, label in (
-        (0.05, "inputs", "dimensions d of the search space  [inputs]"),
-        (0.565, "log10_size", "size of the search space pᵈ for p = 2"),
-    ):
-        axes = figure.add_axes((left, 0.11, 0.32, 0.7))
-        plain(axes)
+    texts = {"inputs": "dimensions d of the search space  [inputs]", "log10_size": "size pᵈ for p = 2"}
+    last = tables[""].groupby("degree", sort=False)["inputs"].last()
+    found = ", ".join(f"{number} ({degree})" for degree, number in last.items())
+    figure, shown = panels(
+        f"Fig. 2   Inputs of each of {_LARGEST_TEAM} robots: {found}",
+        "search space against team size, for each degree of awareness: n = 16 sensors of the world, δ = 16 inputs for "
+        "all teammates, σ = 2 for each; in closed form",
+        ["", ""], x=ROBOTS_LABEL, y=list(texts.values()), size=(7.2, 5.4),
+    )  # fmt: skip
+    for axes, value in zip(shown, texts, strict=True):
         ends = tables[""].groupby("degree", sort=False)[value].last()
         near = 0.05 * ends.max()
         for degree, rows in tables[""].groupby("degree", sort=False):
@@ -146,9 +144,8 @@ def _draw_search_space(tables: Tables, conditions: Conditions) -> Canvas:
                 f"{last['growth']}:  {formula}", (last["team_size"], last[value]), xytext=(8, 4 * up - 5 * down),
                 textcoords="offset points", color=colour, va="center", size=9.5,
             )  # fmt: skip
-        axes.set(xlim=(0, _LARGEST_TEAM + 0.5), ylim=0, xlabel=ROBOTS_LABEL, ylabel=label)
+        axes.set(xlim=(0, _LARGEST_TEAM + 0.5), ylim=0)
         axes.set_xticks([1, *range(5, _LARGEST_TEAM + 1, 5)])
-        axes.tick_params(colors=FAINT)
     axes.yaxis.set_major_formatter(lambda power, _: f"10{superscript(f'{power:.0f}')}")
     return figure
 
@@ -188,14 +185,12 @@ def _draw_arena(tables: Tables, conditions: Conditions) -> Canvas:
     robots, links = tables[""], tables["links"].to_numpy()
     team, link = DEGREE["ring"], DEGREE["pairwise"]
     place = robots[["x", "y"]].to_numpy()
-    figure = canvas(8.6, 9.2)
-    head(
-        figure,
-        f"Fig. 3   {_ROBOTS} robots moving randomly in an arena of radius {_RADIUS:g}",
-        f"step {robots['step'].iloc[0]}; circles: awareness range {_RANGE:g}; lines and numbers: the neighbours of a "
-        f"robot; seed {conditions.root}",
-    )
-    axes = figure.add_axes((0.09, 0.06, 0.87, 0.82))
+    figure, (axes,) = panels(
+        f"Fig. 3   {int((robots['neighbours'] > 0).sum())} of {_ROBOTS} robots that move randomly have neighbours",
+        f"arena of radius {_RADIUS:g}, step {robots['step'].iloc[0]}; circles: awareness range {_RANGE:g}; lines and "
+        f"numbers: the neighbours of a robot; seed {conditions.root}",
+        [""], x="x  [sensing ranges]", y="y  [sensing ranges]", size=(8.6, 8.2), is_plain=False,
+    )  # fmt: skip
     axes.add_patch(Circle((0, 0), _RADIUS, facecolor="#fafafa", edgecolor=INK, linewidth=1.8))
     ranges = [Circle((x, y), _RANGE) for x, y in place]
     axes.add_collection(PatchCollection(ranges, facecolor=team, edgecolor=team, alpha=0.13))
@@ -211,8 +206,7 @@ def _draw_arena(tables: Tables, conditions: Conditions) -> Canvas:
             color=link, size=11, weight="bold", ha="center", va="center",
         )  # fmt: skip
     edge = _RADIUS + 1.1
-    axes.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal", xlabel="x  [sensing ranges]")
-    axes.set_ylabel("y  [sensing ranges]")
+    axes.set(xlim=(-edge, edge), ylim=(-edge, edge), aspect="equal")
     axes.spines[:].set_visible(False)
     axes.tick_params(colors=FAINT)
     return figure
@@ -240,7 +234,9 @@ def _level_figure(name: str, title: str, experiment: str, value: str) -> Figure:
         extent = f"N = {robots.min()}..{robots.max()}, R = {radius.min():g}..{radius.max():g}"
         figure = canvas(WIDTH, HEAD + HEIGHT + _CURVES)
         what = "mean" if in_percent else "of each cell the maximum"
-        head(figure, f"Fig. {name}   {title}", f"{what} over {conditions.line()}; 15 targets, ranges 1; {extent}")
+        found = f"{grid.min().min():.0f} to {grid.max().max():.0f}{' %' * in_percent}"
+        about = f"{what} over {conditions.line()}; 15 targets, ranges 1; {extent}"
+        head(figure, f"Fig. {name}   {title}, {found}", about)
         label = "observed targets  [%]" if in_percent else "largest number of neighbours  [robots]"
         # All teammates of the largest team: both figures have one scale, even if one of them is drawn alone.
         most = 100 if in_percent else max(1, robots.max() - 1)
@@ -299,7 +295,9 @@ def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
         runs = conditions._replace(runs=int(cells["count"].iloc[0])).line()
         each = ", each with another unselected exploration" if are_learned else ""
         subtitle = f"paired on common noise, mean over {runs}{each}; in brackets: the 95 % interval includes 0"
-        head(figure, f"Fig. {name}   {title}", subtitle)
+        # What learned teams gain stands above each surface.
+        ends = (signed(100 * end) for end in (cells["mean"].min(), cells["mean"].max()))
+        head(figure, f"Fig. {name}   {title}" + ("" if are_learned else f", {' to '.join(ends)} points"), subtitle)
         # One scale for all, in which noise looks as small as it is: whole points, or fives from ten on.
         most = 100 * float(cells["mean"].abs().max())
         step = 1.0 if most < 10 else 5.0
@@ -358,28 +356,25 @@ def _tabulate_repulsion(tables: Tables, conditions: Conditions) -> dict[str, pd.
 
 
 def _draw_repulsion(tables: Tables, conditions: Conditions) -> Canvas:
-    figure = canvas(9.6, 6.2)
-    head(
-        figure,
-        "Fig. 9   Repulsive force from a nearby robot",
+    figure, (axes,) = panels(
+        "Fig. 9   A nearby robot repels less from d₁ on, and not at all beyond d₂",
         "in closed form; constants in common use (1250 and 2000 for a sensing range of 2600): the paper prints none",
-    )
-    axes = figure.add_axes((0.1, 0.12, 0.85, 0.7))
-    plain(axes)
+        [""], x="distance between the robots  [sensing ranges]",
+        y="force along the line between them  [of the largest]", size=(9.6, 5.0),
+    )  # fmt: skip
     looks = {
-        "sensing": ("ring", "-", "scaled with the sensing range 1, the default"),
-        "awareness": ("pairwise", "--", "scaled with an awareness range of 0.5, an option in Fig. 10"),
+        "sensing": ("-", "scaled with the sensing range 1, the default"),
+        "awareness": ("--", "scaled with an awareness range of 0.5, an option in Fig. 10"),
     }
     by_scaling = dict(list(tables[""].groupby("scaling")))
-    for scaling, (degree, dashes, label) in looks.items():
+    for scaling, (dashes, label) in looks.items():
         rows = by_scaling[scaling]
-        axes.plot(rows["distance"], rows["force"], dashes, color=DEGREE[degree], linewidth=2.6, label=label)
+        axes.plot(rows["distance"], rows["force"], dashes, color=POLICY["a-cmommt"], linewidth=2.6, label=label)
     for symbol, value, bottom in zip("₁₂", by_scaling["sensing"][["d1", "d2"]].iloc[0], (-1.0, 0.0), strict=True):
         axes.vlines(value, bottom, 0.11, color=FAINT, linewidth=0.9, linestyle=":")
         text, offset = f"d{symbol} = {value:g}", (5, 0)
         axes.annotate(text, (value, 0.07), offset, textcoords="offset points", color=INK, va="center")
-    axes.set(xlim=(0, 1.2), ylim=(-1.12, 0.14), xlabel="distance between the robots  [sensing ranges]")
-    axes.set_ylabel("force along the line between them  [of the largest]")
+    axes.set(xlim=(0, 1.2), ylim=(-1.12, 0.14))
     axes.legend(frameon=False, loc="lower right")
     return figure
 
@@ -405,19 +400,15 @@ def _draw_delta(tables: Tables, conditions: Conditions) -> Canvas:
     if enough is None:
         found = f"no ring of up to {short.index[-1]} sectors is as good as Θ(N)"
     worlds = list(cells.groupby(["radius", "robots"]))
-    rows = -(-len(worlds) // 3)
-    figure = canvas(14.2, 3.9 * rows + 1.9)
-    head(
-        figure,
+    most = runs.query("awareness == 'pairwise'").groupby(["radius", "robots"], as_index=False)["max_neighbours"].max()
+    figure, shown = panels(
         f"Fig. δ   Observed targets against the sectors δ of the ring: {found}",
         f"A-CMOMMT: mean and 95 % confidence band over {int(cells['count'].iloc[0])} runs of {conditions.steps} steps; "
         f"15 targets, ranges 1; setting {conditions.name}, seed {conditions.root}",
-    )
-    panels = figure.subplots(rows, 3, sharey=True, squeeze=False)
-    height = figure.get_figheight()
-    figure.subplots_adjust(left=0.055, right=0.97, bottom=1.4 / height, top=1 - 1.5 / height, wspace=0.12, hspace=0.3)
-    for axes, ((radius, robots), of) in zip(panels.flat, worlds, strict=False):
-        plain(axes)
+        [f"N = {n}, R = {radius:g}   (at most {met} neighbours)" for radius, n, met in most.itertuples(index=False)],
+        x="sectors δ of the ring", y="observed targets  [%]", columns=3, size=(4.7, 3.4), sharey=True,
+    )  # fmt: skip
+    for axes, (_, of) in zip(shown, worlds, strict=True):
         deltas = of.loc[of["awareness"] == "ring", "delta"].to_numpy()
         for degree in ("none", "pairwise", "ring"):
             look: dict[str, Any] = {"marker": "o"} if degree == "ring" else {"linestyle": "--"}
@@ -428,16 +419,9 @@ def _draw_delta(tables: Tables, conditions: Conditions) -> Canvas:
             draw_means(
                 axes, deltas, level, DEGREE[degree], f"{about.__name__}, {about.order}: {about.shows}", **look
             )
-        most = runs.query("awareness == 'pairwise' and robots == @robots and radius == @radius")["max_neighbours"].max()
-        axes.set_title(f"N = {robots}, R = {radius:g}   (at most {most} neighbours)", loc="left", size=11, color=INK)
-        axes.set_xscale("log", base=2)
-        axes.set_xticks(deltas, [str(delta) for delta in deltas])
-        axes.minorticks_off()
-        axes.tick_params(colors=FAINT)
-        axes.set(xlabel="sectors δ of the ring", ylabel="observed targets  [%]")
-        axes.label_outer()
-    handles, labels = panels.flat[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=3, frameon=False, bbox_to_anchor=(0.5, 0.005))
+        mark_values(axes, deltas.tolist())
+    handles, labels = shown[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 

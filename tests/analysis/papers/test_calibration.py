@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 
 from teamsight.agents.cmommt import CMOMMT
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers import calibration
 from teamsight.analysis.papers.calibration import OPEN_CLAIMS, PARAMETERS, Phase, assess
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim
-from teamsight.analysis.runs.experiment import QUICK, Grid
+from teamsight.analysis.runs.grid import QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 

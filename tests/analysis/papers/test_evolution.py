@@ -18,7 +18,7 @@ from teamsight.analysis.papers import evolution
 from teamsight.analysis.papers.evolution import VARIATIONS, WORST, Variation, checkpoint_in, evaluate, options_of, train
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.runs import checkpoint
-from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import ACmommt, Stationary
 from teamsight.policies.evolved import Evolved, made, to_json

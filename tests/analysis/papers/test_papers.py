@@ -10,6 +10,7 @@ import pytest
 
 from teamsight.analysis.papers import PAPERS, kube_zhang1992
 from teamsight.analysis.papers.reproduction import filled, judged, no_less, within
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.stats.paired import Interval
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.cli import main
@@ -36,7 +37,7 @@ SMALL: dict[str, tuple[dict[str, Any], set[str]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", PAPERS)
+@pytest.mark.parametrize("name", SMALL)
 def test_a_paper_writes_its_files_and_replaces_no_others(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -63,6 +64,25 @@ def test_a_paper_writes_its_files_and_replaces_no_others(
     (tmp_path / f"{paper.name}.md").write_text("mine", encoding="utf-8")
     with pytest.raises(ValueError, match=rf"{paper.name}\.md: holds something else; give --force"):
         paper.reproduce(plan, tmp_path, watch=lambda *given: pytest.fail("worked in vain"))
+
+
+def test_the_figures_of_touzet_are_not_replaced_by_those_of_other_settings(tmp_path: Path) -> None:
+    assert {"touzet2000", *SMALL} == set(PAPERS)
+    paper, grid = PAPERS["touzet2000"], Grid((1, 3), (2.0, 3.0))
+    settings: dict[str, Any] = {"figures": ("4", "9"), "runs": 1, "steps": 2, "grid": grid}
+    plan = paper.plan(**settings)
+    paper.reproduce(plan, tmp_path, formats=("svg",))
+    names = {"figure-4.parquet", "figure-4-cells.parquet", "figure-4.svg", "figure-9.parquet", "figure-9.svg"}
+    assert {file.name for file in tmp_path.iterdir()} == names
+    stored = pd.read_parquet(tmp_path / "figure-4.parquet")
+    assert stored.attrs.items() >= plan.conditions().items()
+    paper.check(plan, tmp_path)
+    others = {"seed": 99, "runs": 2, "steps": 3, "preset": "defaults", "grid": grid._replace(robots=(1, 2))}
+    for name, value in others.items():
+        other = paper.plan(**{**settings, name: value})
+        with pytest.raises(ValueError, match="figure-4.parquet: holds results of other settings; give --force"):
+            paper.reproduce(other, tmp_path, watch=lambda *given: pytest.fail("worked in vain"))
+        paper.check(other, tmp_path, force=True)
 
 
 @pytest.mark.parametrize("name", PAPERS)

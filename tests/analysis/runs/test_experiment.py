@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis.runs.experiment import PAPER, QUICK, Experiment, Variant
+from teamsight.analysis.runs.experiment import Experiment, Variant
+from teamsight.analysis.runs.grid import PAPER, QUICK
 from teamsight.analysis.runs.run import Run, outcome
 from teamsight.policies import ACmommt
 

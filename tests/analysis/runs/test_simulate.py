@@ -12,7 +12,8 @@ from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.papers.touzet2000.experiments import chosen
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.executor import JobError
-from teamsight.analysis.runs.experiment import Experiment, Grid, Request, make_tables
+from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Outcome, Run
 from teamsight.analysis.runs.simulate import run_all

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers.calibration import defaults, setting_of
 from teamsight.analysis.papers.touzet2000.claims import (
     CLAIMS,
@@ -23,7 +23,7 @@ from teamsight.analysis.papers.touzet2000.claims import (
 )
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, chosen
 from teamsight.analysis.papers.touzet2000.ledger import Ledger, options, scenario
-from teamsight.analysis.runs.experiment import PAPER, QUICK, Grid
+from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
 
 Share = Callable[[int, float], float]
 

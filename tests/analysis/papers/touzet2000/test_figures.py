@@ -12,7 +12,7 @@ from matplotlib.image import imread
 
 from teamsight.analysis.papers.touzet2000.experiments import DELTAS
 from teamsight.analysis.papers.touzet2000.figures import FIGURES, Conditions, Job, Tables, make
-from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.grid import Grid
 
 CONDITIONS = Conditions("defaults", {}, 1, 3, 20)
 SMALL = Grid((1, 2, 30), (1.0, 5.0))
@@ -175,13 +175,13 @@ def test_the_delta_figure_has_one_range_and_the_smallest_sufficient_delta_in_its
     }
     figure = FIGURES["delta"].draw(FIGURES["delta"].tabulate(tables, CONDITIONS), CONDITIONS)
     # 2 sectors are enough but 3 are not: from 4 on all are.
-    assert figure.texts[0].get_text().endswith(": 4 sectors are as good as Θ(N), to 1 point on average")
+    assert figure.get_label().endswith(": 4 sectors are as good as Θ(N), to 1 point on average")
     low, high = figure.axes[0].get_ylim()
     assert (low, high) == figure.axes[1].get_ylim()
     assert low < 20 < 90 < high
     tables["delta-ring"]["observed_fraction"] -= 0.1
     worse = FIGURES["delta"].draw(FIGURES["delta"].tabulate(tables, CONDITIONS), CONDITIONS)
-    assert worse.texts[0].get_text().endswith("no ring of up to 8 sectors is as good as Θ(N)")
+    assert worse.get_label().endswith("no ring of up to 8 sectors is as good as Θ(N)")
 
 
 def test_the_delta_figure_has_both_limits_and_every_delta() -> None:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT
-from teamsight.agents.settings import PRESETS
+from teamsight.agents.presets import PRESETS
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS, chosen, described, exploration
-from teamsight.analysis.runs.experiment import QUICK, Experiment, Grid, Request, Run, make_tables
+from teamsight.analysis.runs.experiment import Experiment, Request, Run, make_tables
+from teamsight.analysis.runs.grid import QUICK, Grid
 from teamsight.analysis.runs.seeds import ROOTS, canonical
 from teamsight.policies.memory import LazyMemory
 

@@ -12,23 +12,22 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.papers.touzet2000 import experiments
-from teamsight.analysis.papers.touzet2000 import reproduce as paper
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, needed
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, chosen
 from teamsight.analysis.papers.touzet2000.figures import FIGURES
-from teamsight.analysis.papers.touzet2000.reproduce import Plan, reproduce
-from teamsight.analysis.runs.experiment import QUICK
+from teamsight.analysis.papers.touzet2000.reproduce import PAPER, Touzet, repeated
+from teamsight.analysis.runs.grid import QUICK
 from teamsight.analysis.runs.processes import WorkerPool
 
 ROOT = Path(__file__).parents[4]
 REPRODUCE_2 = """
 import sys
 from pathlib import Path
-from teamsight.analysis.papers.touzet2000.reproduce import Plan, reproduce
+from teamsight.analysis.papers.touzet2000.reproduce import PAPER, Touzet
 from teamsight.analysis.runs.processes import WorkerPool
 
 with WorkerPool(1) as pool:
-    reproduce(Plan({"defaults": {}}, ("2",), ledger=False), Path(sys.argv[1]), pool)
+    PAPER.reproduce(Touzet(("2",), preset="defaults"), Path(sys.argv[1]), pool)
 print(*sys.modules)
 """
 
@@ -70,7 +69,7 @@ def test_a_figure_alone_is_the_same_as_among_others(tmp_path: Path) -> None:
         folder = tmp_path / "-".join(figures)
         folder.mkdir()
         with WorkerPool(1) as pool:
-            reproduce(Plan({"defaults": {}}, figures, False, grid, runs=1, steps=3), folder, pool)
+            PAPER.reproduce(Touzet(figures, 1, 3, preset="defaults", grid=grid), folder, pool)
     for kind in ("parquet", "png"):
         alone, among = ((tmp_path / folder / f"figure-5.{kind}").read_bytes() for folder in ("5", "4-5-6"))
         assert alone == among
@@ -89,9 +88,9 @@ def test_claims_near_their_limit_are_judged_under_the_seeds_that_follow(
         return [{"a-cmommt-small-arenas": pd.DataFrame(runs)} for _ in asked]
 
     monkeypatch.setattr(Claim, "is_near", lambda claim, tables, runs: claim is CLAIMS["acmommt-full"])
-    monkeypatch.setattr(paper, "make_chosen", make)
-    plan = Plan({"defaults": {}}, (), grid=QUICK, root=2000)
+    monkeypatch.setattr(experiments, "make_chosen", make)
+    plan = Touzet(preset="defaults", grid=QUICK, seed=2000)
     with WorkerPool(1) as pool:
-        shares = paper._repeated(plan, pool, {"defaults": {}}, lambda *of: None, paper.checkpoint_in(tmp_path))
+        shares = repeated(plan, pool, {"defaults": {}}, lambda *of: None, PAPER.checkpoint(tmp_path))
     assert given == list(range(2001, 2021))
     assert shares == {("defaults", "acmommt-full"): 0.75}
