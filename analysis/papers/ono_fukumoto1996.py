@@ -1,7 +1,7 @@
 """Ono and Fukumoto (1996): four hunters that must surround a prey, with modules or with one table over all.
 
 Compares the sizes of tables, captures while hunters learn, and random hunters; judges whether modules learn, whether
-hunters specialise, and what δ by distance costs. About the result: docs/tasks/pursuit.md.
+hunters specialise, and what δ by distance costs. About the result: docs/tasks/surround.md.
 
 \b
 Examples:

@@ -50,3 +50,19 @@ def test_options_of_a_cluster_that_do_not_fit_are_refused(
     monkeypatch.chdir(tmp_path)
     assert call(*line) == 2
     assert message in capsys.readouterr().err
+
+
+def test_machines_that_share_a_folder_share_the_runs_of_a_paper(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    line = ("reproduce", "2", "8", "--quick", "--runs", "1", "--steps", "2", "--workers", "1", "--out")
+    assert call(*line, str(tmp_path / "whole")) == 0
+    capsys.readouterr()
+    shared = tmp_path / "shared"
+    assert call(*line, str(shared), "--shard", "2/2") == 0
+    assert capsys.readouterr().out.startswith("shard 2/2 is made; ")
+    assert not list(shared.glob("*.parquet"))
+    # The last shard finds what the others have kept, and writes the results.
+    assert call(*line, str(shared), "--shard", "1/2") == 0
+    whole = {file.name: file.read_bytes() for file in (tmp_path / "whole").iterdir()}
+    assert {file.name: file.read_bytes() for file in shared.iterdir()} == whole
