@@ -134,7 +134,7 @@ class Child(Sample):
 
 
 def test_options_of_a_parent_class_come_first_and_can_be_declared_anew() -> None:
-    assert list(Child.options()) == ["workers", "robots", "targets", "quick", "merge", "seed"]
+    assert list(Child.options()) == [*Works.options(), "robots", "targets", "quick", "merge", "seed"]
     assert (Child().robots, Sample().robots, Child.options()["robots"].meaning) == (2, 3, "Fewer.")
 
 
@@ -151,11 +151,11 @@ def test_settings_know_what_was_given() -> None:
     assert settings.given == {"robots", "merge"}
     assert (settings.robots, settings.targets, settings.quick) == (3, None, False)
     assert settings.merge == (Path("a"), Path("b"))
-    assert settings.values(without=("merge",)) == {"robots": 3, "quick": False}
+    assert settings.values(without=("merge", *Works.options())) == {"robots": 3, "quick": False}
     assert settings.values(("robots",)) == {"robots": 3}
 
 
-@pytest.mark.parametrize("command", ["", "run", "delta", "learn", "learn explore", "learn evaluate", "learn figure", "learn diagnose", "learn curve", "evolve train", "reproduce", "reproduce tan1993", "reproduce gathering"])
+@pytest.mark.parametrize("command", ["", "run", "delta", "plot", "learn", "learn explore", "learn evaluate", "learn figure", "learn diagnose", "learn curve", "evolve train", "reproduce", "reproduce tan1993", "reproduce gathering"])
 def test_help_imports_nothing_slow(command: str) -> None:
     code = f"import sys, teamsight.cli as c\ntry: c.main({command.split()!r} + ['--help'])\nfinally: print(*sys.modules, file=sys.stderr)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
