@@ -171,14 +171,13 @@ class Pages:
         context = free.pop() if free else self._browser.new_context(**facts)
         # A blank page that is never closed keeps the window, which takes the longest to make.
         if not context.pages:
+            context.add_init_script(_WATCH_POLICY)
             context.new_page()
         self._used.append((key, context))
         self._watched.enter_context(self.problems.watch(context))
         context.set_default_timeout(_PATIENCE)
-        page = context.new_page()
-        page.add_init_script(_WATCH_POLICY)
-        self.made.append(page)
-        return page
+        self.made.append(context.new_page())
+        return self.made[-1]
 
     def close(self) -> None:
         """Close all pages and leave their contexts, empty, to other tests."""

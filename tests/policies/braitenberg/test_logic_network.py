@@ -79,7 +79,7 @@ def test_it_learns_a_known_function(name: str) -> None:
 
 def test_it_learns_the_fixed_priority_from_examples() -> None:
     rng = np.random.default_rng(3)
-    cues = rng.integers(0, 2 ** len(CUES), 300)
+    cues = rng.integers(0, 2 ** len(CUES), 100)
     wanted = np.array([plain(by_priority)(int(one)) for one in cues])
     network = AdaptiveNetwork.trained(cues, wanted, rng=1)
     assert (network.select(cues) == wanted).mean() > 0.9
