@@ -434,7 +434,7 @@ def draw(found: Unreliable, plan: Unreliability, sweep: str) -> Canvas:
         f"{fixed.format(plan)}; 95 % confidence bands; gain over {plan.name(of['policy'].iloc[0], False)}; δ for a "
         f"risk of {RISK:g} with its bounds, {CONFIDENCE:.0%} each; seed {plan.seed}",
         [*map(plan.title, plan.cells), *("" for _ in range(2 * kinds))], x=label,
-        y=[name * (at == 0) for name in rows for at in range(kinds)], columns=kinds, size=(4.3, 2.9),
+        y=[name * (at == 0) for name in rows for at in range(kinds)], columns=kinds, size=(3.6, 2.3),
         sharex="col", sharey="row",
     )  # fmt: skip
     for number, axes in enumerate(shown):
