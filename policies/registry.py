@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 from collections.abc import Callable, Mapping
+from dataclasses import MISSING
 from typing import TYPE_CHECKING, Any, cast
 
 from teamsight.core import checks
@@ -81,6 +83,15 @@ def _made(name: str, parameter: str) -> Policy:
     try:
         return found()
     except Exception as error:  # whatever the code of a user raises
+        needed: list[str] = []
+        with contextlib.suppress(TypeError, ValueError):  # it has no signature
+            needed = [option for option, one in declared(found).items() if one.default is MISSING]
+        if needed:
+            first = f"{parameter}.{needed[0]}".replace("_", "-")
+            raise ValueError(
+                f"{parameter}={name!r}: needs {', '.join(needed)}; give {parameter}_options={{{needed[0]!r}: …}}, on a "
+                f"command line --{first}"
+            ) from error
         why = " ".join(f"{type(error).__name__}: {error}".split())
         raise ValueError(f"{parameter}={name!r}: cannot be made without options: {why}") from error
 

@@ -157,7 +157,8 @@ class Options(Component):
             if name in self.given:
                 value = getattr(self, name)
                 shown = ",".join(map(str, value)) if isinstance(value, (tuple, Mapping)) else value
-                raise ValueError(f"{name}={shown}: {why}; leave --{flag(name)} out")
+                cure = ", or" if "; give " in why else ";"
+                raise ValueError(f"{name}={shown}: {why}{cure} leave --{flag(name)} out")
 
 
 def path(name: str, given: str | os.PathLike[str], wanted: str) -> Path:
@@ -350,8 +351,10 @@ def help_of(one: Declared) -> str:
 def default_of(one: Declared) -> str:
     """Return the default as the help shows it, or an empty text where there is none."""
     default = one.default
-    if one.allowed.shown or default is None or default is MISSING or one.kind == "flag" or default in ((), {}):
+    if one.allowed.shown or default is None or default is MISSING or default is False or default in ((), {}):
         return one.allowed.shown
+    if default is True:
+        return "true"
     if isinstance(default, tuple):
         return ",".join(f"{part:g}" if isinstance(part, float) else str(part) for part in default)
     return f"{default:g}" if isinstance(default, float) else str(default)
@@ -390,7 +393,7 @@ def parameter_of(one: Declared) -> click.Parameter:
     names = [name, f"--{flag(one.name)}"]
     if one.kind == "flag":
         # One that is on by default is set by name: --copy false.
-        return _Option(names, one, is_flag=True) if not one.default else _Option(names, one, metavar="BOOLEAN")
+        return _Option(names, one, is_flag=True) if not one.default else _Option(names, one, metavar="true|false")
     # One that is given twice is refused, not dropped.
     return _Option(names, one, metavar=metavar_of(one), required=required, multiple=True)
 
@@ -521,7 +524,7 @@ def options_in(arguments: Sequence[str], name: str) -> list[str]:
     return found
 
 
-def component_options(settings: type[Options], arguments: Sequence[str]) -> dict[str, Declared]:
+def component_options(options: Mapping[str, Declared], arguments: Sequence[str]) -> dict[str, Declared]:
     """Return the options of the components that a command line names: ``--policy.gain`` is that of a policy.
 
     A component is imported only if one of its options, or the help, is asked for.
@@ -532,7 +535,7 @@ def component_options(settings: type[Options], arguments: Sequence[str]) -> dict
         If there is no component of this name.
     """
     found = {}
-    for name, one in settings.options().items():
+    for name, one in options.items():
         asks = any(text.startswith(f"--{flag(name)}.") for text in arguments)
         named = options_in(arguments, name)
         if (asks or (named and {"-h", "--help"} & set(arguments))) and isinstance(one.choices, Registry):

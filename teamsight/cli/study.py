@@ -94,7 +94,7 @@ class SweepSettings(TaskOptions, Works):
         if (self.study is None) == (self.task is None):
             given = "both are given" if self.task else "is missing"
             raise ValueError(f"STUDY: {given}; give a study file, or --task NAME")
-        self.check_task(_OF_TASK)
+        self.check_task(_OF_TASK, components=True)
         if self.warm_up and (other := [name for name in _NOT_TO_WARM_UP if name in self.given]):
             raise ValueError(f"warm_up=True: makes no runs, so it does not go with {', '.join(other)}; leave one out")
 
@@ -159,7 +159,8 @@ def _of_task(settings: SweepSettings) -> Study:
     from teamsight.analysis.studies.study import Study
     from teamsight.core.references import is_reference
 
-    several = {name: listed(value) for name, value in settings.parameters.items()}
+    of_components = {name: value for name, value in settings.brought.items() if "." in name}
+    several = {name: listed(value) for name, value in {**settings.parameters, **of_components}.items()}
     study = Study(
         # Where the module of a task of one's own is.
         path=Path.cwd() if is_reference(settings.task) else None,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.agents import settings as cmommt
 from teamsight.cli.options import Options, TaskName, component_options, flag, names_in, options_in
-from teamsight.core.component import Allowed, Declared, Positive, Seed, declared, value_in
+from teamsight.core.component import Allowed, Declared, Positive, Seed, declared, of_name, value_in
 
 if TYPE_CHECKING:
     from teamsight.agents.components.failures import Failures
@@ -50,7 +50,7 @@ class TaskOptions(Options):
     @classmethod
     def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
         """Return the options of the policies and degrees that are named, and those of the task."""
-        found = component_options(cls, arguments)
+        found = component_options(cls.options(), arguments)
         if named := options_in(arguments, "task"):
             from teamsight.tasks.model import TaskModel
             from teamsight.tasks.named import task_of
@@ -58,9 +58,11 @@ class TaskOptions(Options):
             taken = {"rng", *cls.options()}
             # A task that is none is refused with all else that is wrong.
             with contextlib.suppress(TypeError, ValueError):
-                for name, one in declared(TaskModel(task_of(named[-1]))).items():
+                own = declared(TaskModel(task_of(named[-1])))
+                for name, one in own.items():
                     if name not in taken and one.kind not in ("object", "mapping"):
                         found[name] = replace(one, allowed=replace(one.allowed, section=f"Task {named[-1]}"))
+                found |= component_options({name: own[name] for name in own.keys() & found.keys()}, arguments)
         return found
 
     @property
@@ -84,7 +86,9 @@ class TaskOptions(Options):
         world = {name for name, one in declared(cmommt.Settings).items() if one.kind != "object"}
         return frozenset(cls.options().keys() & world)
 
-    def check_task(self, of_task: Sequence[str] = ("set", "treatment"), others: Sequence[str] = ()) -> None:
+    def check_task(
+        self, of_task: Sequence[str] = ("set", "treatment"), others: Sequence[str] = (), *, components: bool = False
+    ) -> None:
         """Refuse options that do not go together: those of a task without one, and what the task does not have.
 
         Parameters
@@ -93,6 +97,8 @@ class TaskOptions(Options):
             The options that need a task.
         others : sequence of str
             Options that a task does not have.
+        components : bool
+            Whether the options of a policy or a degree, such as ``--policy.gain``, may be given with a task.
 
         Raises
         ------
@@ -106,7 +112,7 @@ class TaskOptions(Options):
             return
         self.refuse(others, "does not go with --task")
         for name in self.brought:
-            if "." in name:
+            if "." in name and not components:
                 raise ValueError(f"--{flag(name)}: does not go with --task; leave --{flag(name)} out")
         self.model_of().parameters_known(self.parameters)
 
@@ -176,6 +182,14 @@ class TaskOptions(Options):
                 # Its other options keep their defaults.
                 make = registry[made] if isinstance(made, str) else partial(replace, made)
                 given[base] = make(**{option: value})
+        for name, one in declared(cmommt.Settings).items():
+            if options := given.get(f"{name}_options"):
+                # As --policy.gain is checked, whether the class of the user checks it or not.
+                owner = of_name(one, given.get(name, getattr(self, name)))
+                known = declared(owner) if callable(owner) else {}
+                for option, value in options.items():
+                    if option in known:
+                        known[option].checked(value, f"{name}.{option}")
         return given
 
 

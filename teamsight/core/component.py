@@ -137,7 +137,7 @@ def number_in(text: Any) -> Any:
 
 def value_in(text: Any) -> Any:
     """Return the number or truth value that a text spells, or the text itself."""
-    return _TRUTH.get(text, number_in(text)) if isinstance(text, str) else text
+    return _TRUTH.get(text.lower(), number_in(text)) if isinstance(text, str) else text
 
 
 @dataclass(frozen=True)
@@ -246,7 +246,7 @@ class Declared:
         elif self.kind == "mapping":
             text = assignments(self.name, text)
         elif self.kind == "flag":
-            text = _TRUTH.get(text, text) if isinstance(text, str) else text
+            text = _TRUTH.get(text.lower(), text) if isinstance(text, str) else text
         elif self.kind not in ("text", "choice", "component", "path"):
             text = value_in(text)
         return self.checked(text)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
+from teamsight.cli.look import RunSettings
 from teamsight.cli.main import main
 
 TWICE = [
@@ -52,3 +55,44 @@ def test_each_parameter_of_a_task_takes_several_values_in_a_sweep(capsys: pytest
         "teamsight: hunters='two': must be a whole number of at least 0",
         "teamsight: prey='x': must be a whole number of at least 0",
     ]
+
+
+POLICY = """
+from teamsight.policies import Policy
+
+class Mine(Policy):
+    def __init__(self, gain: float, on: bool = True):
+        self.gain, self.on = gain, on
+
+    def decide(self, percepts, rng):
+        return 0.0, 0.0
+"""
+OWN = [
+    (("--policy.gain", "x"), "policy.gain='x': must be a number"),
+    (("--policy-options", "gain=x"), "policy.gain='x': must be a number"),
+    (("--policy-options", "gain=1", "--policy-options", "on=maybe"), "policy.on='maybe': must be True or False"),
+    ((), "policy='own_policy:Mine': needs gain; give policy_options={'gain': …}, on a command line --policy.gain"),
+]  # fmt: skip
+
+
+def test_each_way_to_an_option_of_a_users_policy_checks_it(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "own_policy.py").write_text(POLICY)
+    monkeypatch.chdir(tmp_path)
+    for line, message in OWN:
+        assert call(capsys, "run", "--steps", "1", "--policy", "own_policy:Mine", *line) == [f"teamsight: {message}"]
+
+
+def test_truth_may_be_written_as_python_does() -> None:
+    (option,) = (one for name, one in RunSettings.options().items() if name == "uniform_target_speed")
+    assert [option.parsed(text) for text in ("true", "True", "false", "False")] == [True, True, False, False]
+
+
+def test_a_sweep_of_a_task_refuses_a_treatment_and_an_option_of_a_policy_before_it_begins(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    line = ("sweep", "--task", "cmommt", "--steps", "2", "--out", str(tmp_path / "out"))
+    assert call(capsys, *line, "--set", "treatment=explor")[0].startswith("teamsight: treatment='explor': unknown; did you mean")
+    assert call(capsys, *line, "--policy.gain", "0.5,0") == ["teamsight: policy.gain=0.0: must be a finite number, above 0"]
+    assert not list(tmp_path.iterdir())

@@ -36,6 +36,7 @@ from teamsight.core import checks, references
 from teamsight.core.component import Component, declared
 from teamsight.core.files import check_name
 from teamsight.tasks.model import TREATMENT, TaskModel
+from teamsight.tasks.task import TREATMENTS
 
 if TYPE_CHECKING:
     from teamsight.analysis.studies.plan import Plan
@@ -186,6 +187,10 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | 
         If one does not load, the model does not have a parameter, or `CMOMMT` refuses a value.
     """
     check_parameters(model, plan.names)
+    if TREATMENT in plan.names and isinstance(model_of(model), TaskModel):
+        for value in plan.values(TREATMENT):
+            if isinstance(value, str):
+                checks.choice(TREATMENT, value, TREATMENTS)
     columns = declared_columns(measure_of(measure, model))
     if until is not None and columns is not None:
         check_measured(until, columns)
