@@ -20,7 +20,7 @@ from teamsight.analysis.learning.diagnosis_figure import page as diagnosis_page
 from teamsight.analysis.learning.plans import Curves, Diagnosis
 from teamsight.analysis.papers import PAPERS, calibration, evolution, gathering, kube_zhang1992, unreliable
 from teamsight.analysis.runs import files
-from teamsight.analysis.runs.experiment import Grid
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.stats.paired import Interval
 from teamsight.policies.evolved import Evolved

@@ -75,7 +75,7 @@ def test_all_commands_and_code_of_the_page_work_as_written(tmp_path: Path, monke
         program, *arguments = shlex.split(line, comments=True)
         if program == "teamsight" and not {"&", "|", ">"} & set(arguments):
             # To start Python, also for workers, takes longer than most of the work.
-            return said_by(lambda: main([*arguments, *(["--workers", "1"] if arguments[0] == "sweep" else [])]))
+            return said_by(lambda: main([*arguments, *(["--workers", "1"] if arguments[0] == "sweep" and "--workers" not in arguments else [])]))
         done = subprocess.run(["bash", "-c", line], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         return done.returncode, done.stdout
 

@@ -96,7 +96,7 @@ def test_the_state_has_all_bodies() -> None:
         ({"policy": "a-cmommt"}, TypeError, "policy: is not a parameter of environments; .*action"),
         ({"awareness": "ring"}, TypeError, "awareness: is not a parameter.*observation"),
         ({"seed": 3}, TypeError, r"seed: is not a parameter.*reset\(seed=…\)"),
-        ({"target_polcy": "evasive"}, ValueError, "target_policy"),
+        ({"target_polcy": "evasive"}, TypeError, "target_policy"),
         ({"model": 3}, TypeError, "model=3: must be a function or a class that returns a World"),
         ({"model": lambda rng: None}, TypeError, "returned NoneType; it must return a World"),
         ({"model": lambda rng: None, "robots": 3}, TypeError, "robots"),
