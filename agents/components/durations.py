@@ -128,8 +128,8 @@ class Times:
     Parameters
     ----------
     times : array_like, or mapping of int to array_like
-        The times [ticks], for each agent; or, by member (`Bodies.member`: 0 for the first agent of the group), those
-        of some agents. Times of events ascend.
+        The times [ticks], for each agent; or, by member (0 for the first agent of the group), those of some agents.
+        Times of events ascend.
 
     Raises
     ------

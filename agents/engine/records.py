@@ -523,7 +523,7 @@ class Watcher:
         """Pack `record` from the present arrays.
 
         Called before the first step, and whenever groups, agents or room for neighbours have changed. Rows may have
-        changed since the last call; `Bodies.member` says which agents they are now. It must change nothing else.
+        changed since the last call; the column `member` says which agents they are now. It must change nothing else.
         """
         raise NotImplementedError
 

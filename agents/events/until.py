@@ -63,7 +63,7 @@ def _has_contact(address: int, row: int, other: int, in_range: int) -> bool:
 
 @kernel
 def _is_observed(address: int, body: int, tick: int) -> bool:
-    # After a step, or before one; see `_finish` and `_see` in the loop.
+    # After a step, or before one; see `_record_relation` in the loop.
     met = relation_at(address).met[body]
     return bool(met == -1 - tick or (tick > 0 and met == tick))
 

@@ -1,4 +1,4 @@
-"""Reproductions: a file or folder for each paper, with its runs, claims, figures and the template of its page."""
+"""Reproductions: a file or folder for each paper or study of our own, with its runs, claims, figures and page."""
 
 from __future__ import annotations
 

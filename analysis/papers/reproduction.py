@@ -46,14 +46,14 @@ _ORDER = ("robots", "attractors", "replicate")
 
 @dataclass(frozen=True)
 class Plan(Component):
-    """What to simulate; its fields are the options of the paper's command."""
+    """What to simulate; its fields that can be given as texts are the options of the paper's command."""
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
         return as_json(self)
 
     def planned(self) -> Iterator[Planned]:
-        """Yield each run with the columns that identify it."""
+        """Yield each run with the columns that identify it; a paper that makes its runs in another way has none."""
         raise NotImplementedError
 
 
@@ -208,7 +208,7 @@ class Paper(Generic[P, F]):
         pool : Executor, optional
             Who simulates; by default this process. Results do not depend on it.
         watch : callable
-            Called with what is done, and how many of how many runs are.
+            Called with the phase, the work done in it, and its work in all; see `Watch` in `simulate.py`.
         formats : sequence of str
             Formats of the pictures: names in `teamsight.analysis.plot.style.FORMATS`.
         force : bool

@@ -1,7 +1,7 @@
 """The runner: make jobs on a pool of workers, each once, and return their results in order.
 
-Every pipeline that simulates many worlds describes them as `Run`s and hands them to `run_all`. A larger unit of work,
-such as one point of a learning curve, is a `Job` too: it makes its own runs where it is executed.
+Pipelines that simulate many worlds, but for studies, describe them as `Run`s and hand them to `run_all`. A larger unit
+of work, such as one point of a learning curve, is a `Job` too: it makes its own runs where it is executed.
 """
 
 from __future__ import annotations
@@ -122,7 +122,8 @@ def run_all(
     if shard is not None and checkpoint is not None and len(results) < len(distinct):
         raise ShardsMissingError(
             f"shard {shard[0]}/{shard[1]} is made; {len(results)} of {len(distinct)} parts are kept in "
-            f"{checkpoint.path}; when those of all shards are, the same command without --shard writes the results"
+            f"{checkpoint.path}; when all shards have ended, the same command without --shard makes what is left and "
+            "writes the results"
         )
     return [results[key] for key, _ in asked]
 

@@ -242,7 +242,7 @@ class AdaptiveNetwork(Vehicle):
     obstacle_range, slow_range, agility, swerve, recovery, patience, contact
         As for `Vehicle`.
     trees : ndarray, shape (5 · trees of a behaviour, 2 · leaves − 1), float32
-        From `AdaptiveNetwork.trained`, or `logic_training.train_trees`.
+        From `AdaptiveNetwork.trained`, or `train_trees`.
 
     Raises
     ------
@@ -277,16 +277,16 @@ class AdaptiveNetwork(Vehicle):
         cues : array_like, shape (examples,), int64
             Cues as bits, one for each of `teamsight.policies.braitenberg.vehicle.CUES`.
         behaviours : array_like, shape (examples,), int64
-            The behaviour that belongs to each, an index into `behaviours.BEHAVIOURS`.
+            The behaviour that belongs to each, an index into `teamsight.policies.braitenberg.vehicle.BEHAVIOURS`.
         rng, trees, depth
-            As for `logic_training.train_trees`.
+            As for `train_trees`.
         **options
             The other parameters of the policy.
 
         Raises
         ------
         TypeError, ValueError
-            As for `logic_training.train_trees` and the policy.
+            As for `train_trees` and the policy.
         """
         inputs = len(CUES)
         made = train_trees(cues, behaviours, inputs=inputs, kinds=_OPTIONS, trees=trees, depth=depth, rng=rng)
@@ -303,7 +303,7 @@ class AdaptiveNetwork(Vehicle):
         Returns
         -------
         ndarray, shape (n,), int64
-            Indices into `behaviours.BEHAVIOURS`.
+            Indices into `teamsight.policies.braitenberg.vehicle.BEHAVIOURS`.
         """
         bits, rows = np.atleast_1d(np.asarray(cues, np.int64)), self.table.astype(np.int64)
         leaves = (rows.shape[1] + 1) // 2

@@ -318,7 +318,7 @@ class LazyRegression(Learner):
     bandwidth : float
         Bandwidth of the regression [ranges].
     ridge : float
-        Draws all slopes towards 0; see `teamsight.policies.lazy.lazy_regression`.
+        Draws all slopes towards 0.
     significance : float
         The force of taken targets and of teammates is 0 unless the slope is farther than this from 0 [standard errors];
         0 keeps all slopes as they are.

@@ -1,4 +1,4 @@
-"""The command line: one file for each command; `main` lists them."""
+"""The command line: commands and their options; `main` lists them."""
 
 from __future__ import annotations
 

@@ -71,17 +71,17 @@ OWN = [
     (("--policy.gain", "x"), "policy.gain='x': must be a number"),
     (("--policy-options", "gain=x"), "policy.gain='x': must be a number"),
     (("--policy-options", "gain=1", "--policy-options", "on=maybe"), "policy.on='maybe': must be True or False"),
-    ((), "policy='own_policy:Mine': needs gain; give policy_options={'gain': …}, on a command line --policy.gain"),
+    ((), "policy='policy_of_a_command:Mine': needs gain; give policy_options={'gain': …}, on a command line --policy.gain"),
 ]  # fmt: skip
 
 
 def test_each_way_to_an_option_of_a_users_policy_checks_it(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "own_policy.py").write_text(POLICY)
+    (tmp_path / "policy_of_a_command.py").write_text(POLICY)
     monkeypatch.chdir(tmp_path)
     for line, message in OWN:
-        assert call(capsys, "run", "--steps", "1", "--policy", "own_policy:Mine", *line) == [f"teamsight: {message}"]
+        assert call(capsys, "run", "--steps", "1", "--policy", "policy_of_a_command:Mine", *line) == [f"teamsight: {message}"]
 
 
 def test_truth_may_be_written_as_python_does() -> None:

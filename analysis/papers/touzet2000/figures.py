@@ -76,12 +76,11 @@ class Figure:
         Names of the experiments whose tables it reads.
     tabulate : callable
         Takes the tables of the experiments and the conditions, and returns the figure's tidy tables by the suffix of
-        their file names. The table "" holds every run; the others are computed from it.
+        their file names. The table "" holds what was measured; the others are computed from it, where they are.
     draw : callable
         Takes the figure's tables and the conditions, and returns the drawing.
     summarise : callable, optional
-        Takes the figure's tables by suffix, except that of all runs, and returns the result in one line, for the
-        terminal.
+        Takes the figure's tables by suffix and returns the result in one line, for the terminal.
     """
 
     title: str

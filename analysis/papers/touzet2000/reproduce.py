@@ -1,7 +1,7 @@
 """Touzet (2000): the figures, and a ledger of which claims hold.
 
 FIGURE is the number of a figure of the paper, 'delta' (observed targets against δ) or 'ledger' (the claims alone);
-by default all are made. Each figure is written as a picture and a Parquet table with the seed of every run. The
+by default all are made. Each figure is written as a picture and its Parquet tables; runs have their seeds. The
 ledger lists which of the paper's claims hold, and by which rule, for the preset and for the default settings. After
 an interruption the same command continues from there. The name of the paper can be left out.
 

@@ -192,8 +192,7 @@ for settings in (
         "['still', 'walk']",
         "mine walk False False",
         "[['still', 'Still', 3.0], ['walk', 'RandomWalk', 3.0]]",
-        "policy='hungry': cannot be made without options: TypeError: Hungry.__init__() missing 1 required positional "
-        "argument: 'food'",
+        "policy='hungry': needs food; give policy_options={'food': …}, on a command line --policy.food",
         "policy='number': its policy=3: must be a name, a Policy, or a callable f(percept, rng) -> (turn, distance)",
         "awareness='number': this plug-in is no class derived from teamsight.agents.awareness.Awareness",
         "policy_options: 'still' has no option 'x'; it has no options",
