@@ -163,7 +163,9 @@ def _means(values: Floats, independent: float) -> tuple[Floats, Floats, Floats]:
 
 def _largest_components(one: Ints, other: Ints, size: int) -> Ints:
     """Return the size of the largest component after each edge is added, one for each pair; int64 of shape (m,)."""
-    rank = coo_array((np.arange(1.0, len(one) + 1), (one, other)), shape=(size, size))
+    # scipy 1.13 takes no other integers.
+    places = one.astype(np.int32), other.astype(np.int32)
+    rank = coo_array((np.arange(1.0, len(one) + 1), places), shape=(size, size))
     # Only the edges of the spanning tree join two components.
     joining = np.sort(csgraph.minimum_spanning_tree(rank).data).astype(np.int64) - 1
     largest, sets = np.ones(len(one), np.int64), DisjointSet(range(size))
