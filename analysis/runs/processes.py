@@ -11,7 +11,7 @@ import signal
 import sys
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext
@@ -31,7 +31,6 @@ from teamsight.analysis.runs.executor import (
     attempt,
     emitting,
     receiver,
-    results_of,
     said,
     start_cure,
 )
@@ -323,17 +322,6 @@ class WorkerPool:
             for worker in ended:
                 worker.join()
                 self._workers.remove(worker)
-
-    def map(
-        self,
-        function: Callable[[T], R],
-        jobs: Sequence[T],
-        done: Callable[[int], None] = lambda index: None,
-        describe: Callable[[T], str] = repr,
-        keep: Callable[[int, R], None] = lambda index, result: None,
-    ) -> list[R]:
-        """Return ``[function(job) for job in jobs]``; see `teamsight.analysis.runs.executor.results_of`."""
-        return results_of(self, function, jobs, done, describe, keep)
 
     def outcomes(self, function: Callable[[T], R], jobs: Iterable[T]) -> Generator[Outcome, None, None]:
         """Yield the outcome of each job as they end; see `teamsight.analysis.runs.executor.Executor`.

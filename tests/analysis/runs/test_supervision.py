@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from teamsight.analysis.runs.executor import ExecutorError, JobError, Outcome
+from teamsight.analysis.runs.executor import ExecutorError, JobError, Outcome, results_of
 from teamsight.analysis.runs.processes import WorkerPool
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -86,7 +86,7 @@ def test_workers_killed_while_idle_are_replaced_and_blame_no_job(pool: WorkerPoo
         before = processes(pool)
         for process in before:
             os.kill(process, signal.SIGKILL)
-        assert pool.map(jobs.square, [7]) == [49]
+        assert results_of(pool, jobs.square, [7]) == [49]
         assert not before & processes(pool)
 
 
@@ -115,7 +115,7 @@ def test_leaving_early_ends_the_jobs_and_the_pool_can_be_used_again(pool: Worker
     outcomes.close()
     assert processes(pool) < busy
     assert all(ended(process) for process in busy - processes(pool))
-    assert pool.map(jobs.square, range(4)) == [0, 1, 4, 9]
+    assert results_of(pool, jobs.square, range(4)) == [0, 1, 4, 9]
     assert len(processes(pool)) == pool.size
 
 
@@ -150,7 +150,7 @@ def test_a_result_that_cannot_be_sent_is_named_and_the_others_are_done(
     found = {outcome.index: outcome for outcome in pool.outcomes(jobs.return_odd, ["plain", kind, "plain"])}
     assert [found[index].status for index in range(3)] == ["done", "unsent", "done"]
     with pytest.raises(JobError, match=rf"{message.strip('^$')}.*in 'job'.*define functions in a module"):
-        pool.map(jobs.return_odd, [kind], describe=lambda job: "'job'")
+        results_of(pool, jobs.return_odd, [kind], describe=lambda job: "'job'")
 
 
 def test_a_job_that_cannot_be_sent_is_named_and_the_others_are_done(pool: WorkerPool) -> None:
@@ -175,14 +175,14 @@ def test_an_error_in_the_jobs_themselves_leaves_no_worker_busy(pool: WorkerPool)
 
     with pytest.raises(ValueError, match="no more"):
         list(pool.outcomes(jobs.square, wrong()))
-    assert pool.map(jobs.square, [3]) == [9]
+    assert results_of(pool, jobs.square, [3]) == [9]
 
 
 def test_workers_that_are_killed_while_they_start_are_replaced_a_few_times(monkeypatch: pytest.MonkeyPatch) -> None:
     with WorkerPool(2) as pool:
         for process in processes(pool):
             os.kill(process, signal.SIGKILL)
-        assert pool.map(jobs.square, range(3)) == [0, 1, 4]
+        assert results_of(pool, jobs.square, range(3)) == [0, 1, 4]
 
     with pytest.raises(ExecutorError, match=r"exit code -9 before its first job; if memory ran out") as caught:
         starting(monkeypatch)
@@ -200,7 +200,7 @@ def starting(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(WorkerPool, "_start", start_and_kill)
     with WorkerPool(2) as pool:
-        pool.map(jobs.square, range(3))
+        results_of(pool, jobs.square, range(3))
 
 
 @pytest.mark.short

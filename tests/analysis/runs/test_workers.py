@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from teamsight.analysis.runs import processes as workers_module
-from teamsight.analysis.runs.executor import JobError, advancing
+from teamsight.analysis.runs.executor import JobError, advancing, results_of
 from teamsight.analysis.runs.processes import WorkerPool, check_workers
 from teamsight.core.kernel.cache import cache_folder
 
@@ -28,33 +28,33 @@ import jobs
 def test_results_come_in_the_order_of_the_jobs(workers: int) -> None:
     done: list[int] = []
     with WorkerPool(workers) as pool:
-        assert pool.map(jobs.square, range(20), done.append) == [number**2 for number in range(20)]
+        assert results_of(pool, jobs.square, range(20), done.append) == [number**2 for number in range(20)]
         assert sorted(done) == list(range(20))
-        assert pool.map(jobs.square, [5]) == [25]
-        assert pool.map(jobs.square, []) == []
+        assert results_of(pool, jobs.square, [5]) == [25]
+        assert results_of(pool, jobs.square, []) == []
 
 
 def test_all_workers_take_part() -> None:
     with WorkerPool(2) as pool:
-        assert len(set(pool.map(jobs.process_of, range(20))) - {os.getpid()}) == 2
+        assert len(set(results_of(pool, jobs.process_of, range(20))) - {os.getpid()}) == 2
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_failing_job_is_reported_with_its_own_words(workers: int) -> None:
     with pytest.raises(JobError, match=r"^delta=0: a ring needs at least 1 sector$"), WorkerPool(workers) as pool:
-        pool.map(jobs.fail_at_three, range(6))
+        results_of(pool, jobs.fail_at_three, range(6))
 
 
 def test_a_killed_worker_is_reported_with_its_job() -> None:
     with pytest.raises(JobError, match=r"exit code -9 in job <7>"), WorkerPool(2) as pool:
-        pool.map(jobs.die, [7], describe=lambda job: f"job <{job}>")
+        results_of(pool, jobs.die, [7], describe=lambda job: f"job <{job}>")
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_messages_of_a_job_arrive(workers: int) -> None:
     lines: list[str] = []
     with WorkerPool(workers, on_message=lines.append) as pool:
-        pool.map(jobs.talk, range(4))
+        results_of(pool, jobs.talk, range(4))
     assert sorted(lines) == [f"line {number}" for number in range(4)]
 
 
@@ -62,10 +62,10 @@ def test_messages_of_a_job_arrive(workers: int) -> None:
 def test_jobs_report_how_much_of_them_is_done(workers: int) -> None:
     reports: list[tuple[Hashable, int]] = []
     with WorkerPool(workers) as pool:
-        pool.map(jobs.make_in_steps, [2])
+        results_of(pool, jobs.make_in_steps, [2])
         with advancing(lambda part, done: reports.append((part, done))):
-            pool.map(jobs.make_in_steps, [2, 3])
-        pool.map(jobs.make_in_steps, [2])
+            results_of(pool, jobs.make_in_steps, [2, 3])
+        results_of(pool, jobs.make_in_steps, [2])
     assert sorted(reports) == [(2, 1), (2, 2), (3, 1), (3, 2), (3, 3)]
 
 
@@ -73,13 +73,14 @@ _LONG = """
 import sys
 sys.path.insert(0, {tests!r})
 import jobs
+from teamsight.analysis.runs.executor import results_of
 from teamsight.analysis.runs.processes import WorkerPool
 if __name__ == "__main__":
     try:
         with WorkerPool(2, on_message=lambda text: print(text, flush=True)) as pool:
             pool._start(2)
             print(*(worker.process.pid for worker in pool._workers), flush=True)
-            pool.map(jobs.{job}, range(4))
+            results_of(pool, jobs.{job}, range(4))
     except KeyboardInterrupt:
         sys.exit(130)
 """
@@ -168,7 +169,7 @@ def test_workers_end_when_their_parent_is_killed_in_the_middle_of_a_long_job(tmp
 
 def test_a_killed_worker_with_a_long_job_is_reported_in_one_line_with_a_cure() -> None:
     with pytest.raises(JobError, match=r"exit code -9 in .*fewer workers$") as caught, WorkerPool(2) as pool:
-        pool.map(jobs.die_of, [np.arange(5000.0)] * 2, describe=lambda job: f"job\n{job.tolist()}")
+        results_of(pool, jobs.die_of, [np.arange(5000.0)] * 2, describe=lambda job: f"job\n{job.tolist()}")
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 300
 
@@ -179,7 +180,7 @@ def test_a_long_error_keeps_its_beginning_and_its_end(workers: int) -> None:
         pytest.raises(JobError, match=r"^number=3: is wrong for .* … .*\(in the run rng=7\)$") as caught,
         WorkerPool(workers) as pool,
     ):
-        pool.map(jobs.fail_at_length, [3])
+        results_of(pool, jobs.fail_at_length, [3])
     assert len(str(caught.value)) < 300
 
 
@@ -211,7 +212,7 @@ def test_workers_keep_kernels_in_the_folder_that_was_chosen_once(
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(unsafe))
     with WorkerPool(2) as pool:
-        folders = set(pool.map(jobs.cache_folder_of, range(6)))
+        folders = set(results_of(pool, jobs.cache_folder_of, range(6)))
     assert folders == {str(cache_folder())}
     assert capfd.readouterr().err.count("\n") == 1
 
@@ -229,7 +230,7 @@ def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pyt
 
     monkeypatch.setattr(spawn.Process, "start", start)
     with pytest.raises(OSError, match="temporarily unavailable"), WorkerPool(3) as pool:
-        pool.map(str, range(3))
+        results_of(pool, str, range(3))
     assert [process.exitcode for process in started] == [-signal.SIGKILL, -signal.SIGKILL]
 
 
@@ -249,7 +250,7 @@ def test_an_interrupt_while_workers_start_ends_them(monkeypatch: pytest.MonkeyPa
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt), WorkerPool(2) as pool:
-            pool.map(str, range(2))
+            results_of(pool, str, range(2))
     finally:
         signal.signal(signal.SIGINT, before)
     assert len(started) == 2
