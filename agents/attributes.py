@@ -458,7 +458,7 @@ def new_column(group: Group, name: str, fill: Any) -> Column:
         raise TypeError(f"name={name!r}: must be a string, such as 'battery'")
     if name in group.columns:
         raise ValueError(f"name={name!r}: the group {group.name!r} has this column; take another name")
-    if not all(is_free(agent, name) for agent in group.agents):
+    if not is_free(group, name):
         raise ValueError(f"name={name!r}: the agents of {group.name!r} have this attribute; take another name")
     value = np.asarray(fill)
     if value.dtype.kind in "US":
@@ -480,10 +480,13 @@ def install(group: Group, name: str) -> None:
         setattr(type(group), name, ColumnAttribute(name))
 
 
-def is_free(agent: Any, name: str) -> bool:
-    """Whether an agent has no other attribute of this name, which a column would hide."""
-    known = getattr(type(agent), name, None)
-    return name not in vars(agent) and (known is None or isinstance(known, ColumnAttribute))
+def is_free(group: Group, name: str) -> bool:
+    """Whether the agents of a group have no other attribute of this name, which a column would hide."""
+    agents = group.agents
+    # The class too: a group may be empty.
+    known = (getattr(one, name, None) for one in {group.agent_class, *map(type, agents)})
+    is_known = any(one is not None and not isinstance(one, ColumnAttribute) for one in known)
+    return not is_known and not any(name in vars(agent) for agent in agents)
 
 
 def _group_of(holder: Any) -> tuple[Group, bool]:

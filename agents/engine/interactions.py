@@ -583,7 +583,7 @@ def _check_column(data: WorldData, name: str, group: Group, column: str, fill: A
                 f"{name}.columns: {group.name} have a column {column!r} of {array.dtype} and shape {array.shape}; it "
                 f"must be of {kind}, one for each agent: add_column({column!r}, {fill!r})"
             )
-    elif not all(is_free(agent, column) for agent in group._agents):
+    elif not is_free(group, column):
         raise ValueError(f"{name}.columns: agents of {group.name!r} have the attribute {column!r}; take another name")
     for placed in data.interactions:
         # Each would take what the other has written for its own.

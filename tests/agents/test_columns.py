@@ -120,6 +120,17 @@ def test_names_that_agents_have_are_refused() -> None:
             model.robots.add_column(name)  # type: ignore[arg-type]
 
 
+def test_names_that_agents_have_are_refused_in_an_empty_group_too() -> None:
+    class Ours(Robot):
+        pass
+
+    robots = World(Disc(2.0), rng=1).add(Ours, 1, policy="random-walk", speed=0.1)
+    robots[0].remove()
+    # It would take the place of the property of all robots of the class.
+    with pytest.raises(ValueError, match="name='speed'.*take another name"):
+        robots.add_column("speed")
+
+
 def test_an_element_that_would_be_rounded_or_cut_off_is_refused() -> None:
     model, _ = five()
     model.robots.add_column("count", 0)
