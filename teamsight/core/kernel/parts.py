@@ -28,6 +28,9 @@ FLAGS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 class _Part(JITCodeLibrary):  # type: ignore[misc]
     """Code that others link, and that is not run by itself."""
 
+    def _optimize_functions(self, ll_module: Any) -> None:
+        """Leave it to the entry."""
+
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
         self._verify_declare_only_symbols()
@@ -40,7 +43,7 @@ class _LoweringOfParts(NativeLowering):  # type: ignore[misc]
 
     def run_pass(self, state: Any) -> bool:
         state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
-        state.flags.no_compile = state.flags.no_cpython_wrapper = True
+        state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
         changed = super().run_pass(state)
         description, helper, _, environment = state.cr
         # What callers find it by, of the type that numba asks for; nothing calls it.
