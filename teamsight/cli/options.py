@@ -433,7 +433,10 @@ class Command(click.Command):
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             # What else is wrong comes first: an option is unknown because the task that brings it is.
-            raise InputError([*self._wrong_in(ctx, given), usage(error)]) from error
+            reason, known = usage(error), self.settings.options()
+            if isinstance(error, click.NoSuchOption) and "task" in known and not options_in(given, "task"):
+                reason += "" if "robots" in known else "; with --task NAME, the parameters of the task are options too"
+            raise InputError([*self._wrong_in(ctx, given), reason]) from error
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         sections: dict[str, list[tuple[str, str]]] = {}
@@ -441,9 +444,10 @@ class Command(click.Command):
             if (record := one.get_help_record(ctx)) is not None:
                 section = one.declared.allowed.section if isinstance(one, _Option) else ""
                 sections.setdefault(section, []).append(record)
-        # Those without a section last, the help itself among them.
-        for section in sorted(sections, key=lambda name: not name):
-            with formatter.section(section or ("Further options" if len(sections) > 1 else "Options")):
+        # Those without a section behind those of the world, and before those of a cluster.
+        order = sorted(sections, key=lambda name: (name == _CLUSTER.section, not name))
+        for section in order:
+            with formatter.section(section or ("Further options" if order[0] else "Options")):
                 formatter.write_dl(sections[section])
 
     def _wrong_in(self, ctx: click.Context, arguments: list[str]) -> list[str]:

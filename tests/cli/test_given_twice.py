@@ -44,6 +44,11 @@ def test_an_unknown_option_hides_nothing_else(capsys: pytest.CaptureFixture[str]
     assert unknown.endswith("; see teamsight run --help")
 
 
+def test_a_parameter_of_a_task_that_is_not_given_is_refused_with_what_is_needed(capsys: pytest.CaptureFixture[str]) -> None:
+    (unknown,) = call(capsys, "sweep", "--robots", "3")
+    assert unknown.endswith("; with --task NAME, the parameters of the task are options too")
+
+
 def test_a_missing_option_hides_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
     robots, missing = call(capsys, "learn", "explore", "--robots", "0")
     assert robots == "teamsight: robots=0: must be at least 1"
