@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.papers.reproduction import Paper, Plan, chosen
+from teamsight.analysis.papers.reproduction import Paper, PaperPlan, rows_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, INK, ROBOTS_LABEL, minus
@@ -131,7 +131,7 @@ def _values(texts: Iterable[str]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class GatheringPlan(Plan):
+class GatheringPlan(PaperPlan):
     """What is simulated, and what counts as enough.
 
     Parameters
@@ -425,7 +425,7 @@ class Runs:
         if self.table.empty:
             return self.table
         task, size, treatment, delta = team
-        return chosen(self.table, task=task.name, size=size, treatment=treatment, delta=delta)
+        return rows_of(self.table, task=task.name, size=size, treatment=treatment, delta=delta)
 
 
 class DeltaInterval(NamedTuple):
@@ -569,15 +569,15 @@ def values_of(rows: pd.DataFrame) -> NDArray[np.float64]:
 
 def cell_of(plan: GatheringPlan, table: pd.DataFrame, task: Task, size: int) -> Cell:
     """Return a cell from the runs of both teams, and of the team with skill under each δ; `table` is that of `Runs`."""
-    table, sign = chosen(table, task=task.name, size=size), task.objective.sign
-    runs = {name: chosen(table, treatment=name, delta=OWN) for name in ("explore", "skilled")}
+    table, sign = rows_of(table, task=task.name, size=size), task.objective.sign
+    runs = {name: rows_of(table, treatment=name, delta=OWN) for name in ("explore", "skilled")}
     explore, skilled = (delta_interval(one["max_neighbours"].to_numpy(), size, plan.risk) for one in runs.values())
-    curve = chosen(table, treatment="skilled").query(f"delta != {OWN}")
+    curve = rows_of(table, treatment="skilled").query(f"delta != {OWN}")
     by_delta = {int(delta): values_of(rows) for delta, rows in curve.groupby("delta")}  # type: ignore[arg-type]
     full = by_delta[size - 1]
     worse = {delta: sign * (full - values) for delta, values in by_delta.items() if delta < size - 1}
     level = 1 - (1 - CONFIDENCE) / max(len(worse), 1)
-    if np.isinf(chosen(curve, delta=size - 1)["value"]).all():
+    if np.isinf(rows_of(curve, delta=size - 1)["value"]).all():
         # All runs are censored: nothing is known of how much worse or better others are.
         shortfall = {delta: Interval(float(one.mean()), -math.inf, math.inf) for delta, one in worse.items()}
         explored = shortfall.get(explore.delta, _NOTHING)
@@ -1104,10 +1104,12 @@ def _conditions(plan: GatheringPlan) -> Iterable[str]:
 
 
 PAPER = Paper(
-    GatheringPlan, "gathering", _PAGE, page_values, {"gathering": draw}, sentences=summary,
+    plan=GatheringPlan, name="gathering", template=_PAGE, values=page_values, figures={"gathering": draw},
+    sentences=summary, make=gather, runs=lambda found: found.runs,
     tables={
         "gathering-index.parquet": lambda found, plan: found.frame,
         "gathering-rounds.parquet": lambda found, plan: found.rounds,
     },
-    make=gather, runs=lambda found: found.runs, quick={"sizes": (4, 8), "runs": 20, "deltas": (1, 3)},
+    quick={"sizes": (4, 8), "runs": 20, "deltas": (1, 3)},
+    small={"sizes": (3,), "runs": 6, "steps": 10, "set": {"radius": 2.0}},
 )  # fmt: skip

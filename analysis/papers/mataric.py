@@ -24,11 +24,11 @@ from teamsight.analysis.papers.reproduction import (
     RECALLED,
     Floats,
     Paper,
-    Plan,
-    chosen,
+    PaperPlan,
     column,
     intervals,
     judged,
+    rows_of,
 )
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
@@ -97,7 +97,7 @@ known to us, and ours were not fitted to her results. Claims that are recalled a
 
 
 @dataclass(frozen=True)
-class Collecting(Plan):
+class Collecting(PaperPlan):
     """What to simulate.
 
     Parameters
@@ -267,7 +267,7 @@ def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
         x=("steps of learning", ""), y=("share of rows [%]", "pucks delivered"), size=(5.4, 3.6),
     )  # fmt: skip
     for name, colour in zip(SCHEMES, colours_of(list(SCHEMES)), strict=True):
-        curves = 100.0 * np.array(chosen(table, robots=size, condition=name)["curve"].tolist())
+        curves = 100.0 * np.array(rows_of(table, robots=size, condition=name)["curve"].tolist())
         dashes = "--" if "+" in name else "-"
         draw_means(left, plan.times, intervals(curves.T), colour, name, as_bars=True, linestyle=dashes)
     left.set_ylim(0, 100)
@@ -307,8 +307,8 @@ def rows_table(table: pd.DataFrame, plan: Collecting) -> str:
     """Return a table with a row for each row of the conditions, and the share of robots that have learned it."""
     from teamsight.policies.basis import BEHAVIOURS, CLEAR_ROWS, CORRECT
 
-    part = chosen(table, robots=plan.sizes[0])
-    shares = [np.mean(chosen(part, condition=name)["rows"].tolist(), axis=0) for name in SCHEMES]
+    part = rows_of(table, robots=plan.sizes[0])
+    shares = [np.mean(rows_of(part, condition=name)["rows"].tolist(), axis=0) for name in SCHEMES]
     rows = [
         [
             ", ".join(name for bit, name in _CONDITIONS.items() if row & bit) or "none", BEHAVIOURS[answer],
@@ -321,7 +321,9 @@ def rows_table(table: pd.DataFrame, plan: Collecting) -> str:
 
 
 PAPER = Paper(
-    Collecting, "collecting", _PAGE,
-    lambda table, plan: {"conditions": conditions_table(table, plan), "rows": rows_table(table, plan)},
-    {"collecting": draw}, verdicts, "measured (95 %)", quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
+    plan=Collecting, name="collecting", page="tasks/collecting", template=_PAGE, figures={"collecting": draw},
+    values=lambda table, plan: {"conditions": conditions_table(table, plan), "rows": rows_table(table, plan)},
+    verdicts=verdicts, measured="measured (95 %)",
+    quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
+    small={"runs": 2, "times": (300, 600), "judged": 300, "tests": 1, "steps": 60, "sizes": (3,)},
 )  # fmt: skip

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.analysis.papers.reproduction import NAMES, Floats, NamedConditions, Paper, chosen, column
+from teamsight.analysis.papers.reproduction import NAMES, Floats, NamedConditions, Paper, column, rows_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import panels
 from teamsight.analysis.plot.style import COLOURS, FAINT
@@ -261,7 +261,7 @@ def late_rates(table: pd.DataFrame, condition: str) -> Floats:
 
 def early_rates(table: pd.DataFrame, condition: str) -> Floats:
     """Return log10 of the captures per step in the first tenth of each run, without any as half a capture."""
-    found = chosen(table, condition=condition).sort_values("replicate")
+    found = rows_of(table, condition=condition).sort_values("replicate")
     early = np.array(found["parts"].tolist())[:, : PARTS // 10].sum(axis=1)
     return np.asarray(np.log10(np.maximum(early, 0.5) / (found["steps"] / 10)), float)
 
@@ -286,7 +286,7 @@ def random_steps(table: pd.DataFrame, condition: str, level: float = 0.95) -> In
     """
     from scipy.special import gammaincinv
 
-    found = chosen(table, condition=condition)
+    found = rows_of(table, condition=condition)
     captures, steps = int(found["captures"].sum()), float(found["steps"].sum())
     least = float(gammaincinv(captures, (1 - level) / 2)) if captures else 0.0
     mean = steps / captures if captures else math.inf
@@ -313,7 +313,7 @@ def _power(exponent: float) -> float:
     return 10**exponent if exponent < 300 else math.inf
 
 
-def verdicts(table: pd.DataFrame) -> list[Verdict]:
+def verdicts(table: pd.DataFrame, plan: Surroundings | None = None) -> list[Verdict]:
     """Return the verdicts on all claims whose conditions are in the table; it has a row for each run."""
     have, found = set(table["condition"]), []
 
@@ -343,7 +343,7 @@ def verdicts(table: pd.DataFrame) -> list[Verdict]:
     )  # fmt: skip
     for depth in (2, 3):
         if (name := f"modular, depth {depth}") in have:
-            runs = chosen(table, condition=name)
+            runs = rows_of(table, condition=name)
             runs, said, verdict = runs[runs["watched"] > 0], "no captures at the end", UNDECIDED
             if len(runs):
                 bits, chance_bits = (runs[one].to_numpy(float) for one in ("information", "chance"))
@@ -387,7 +387,7 @@ def draw(table: pd.DataFrame, plan: Surroundings) -> Canvas:
     for axes, (side, curves) in zip(shown, _PANELS.items(), strict=True):
         axes.set(xscale="log", yscale="log")
         for name, (label, colour) in curves.items():
-            runs = chosen(table, condition=name)
+            runs = rows_of(table, condition=name)
             if runs.empty:
                 continue
             part = int(runs["steps"].iloc[0]) / PARTS
@@ -421,7 +421,7 @@ def learners_table(table: pd.DataFrame) -> str:
     """Return the steps to a capture at the end of learning, for each condition with learners."""
     rows = []
     for name, condition in CONDITIONS.items():
-        runs = chosen(table, condition=name)
+        runs = rows_of(table, condition=name)
         if len(runs) and condition.learner is not None:
             bits, chance = runs["information"].mean(), runs["chance"].mean()
             rows.append([
@@ -441,7 +441,7 @@ def random_table(table: pd.DataFrame) -> str:
     rows = []
     for side in (*SMALLER, SIDE):
         name = f"random, side {side}"
-        runs = chosen(table, condition=name)
+        runs = rows_of(table, condition=name)
         if len(runs):
             found, formula = random_steps(table, name), expected_steps(side)
             ratio = f"{found.mean / formula:.2f}" if found.mean < math.inf else ""
@@ -454,7 +454,10 @@ def random_table(table: pd.DataFrame) -> str:
 
 
 PAPER = Paper(
-    Surroundings, "pursuit-modules", _PAGE,
-    lambda table, plan: {"sizes": sizes_table(), "learners": learners_table(table), "random": random_table(table)},
-    {"pursuit-modules": draw}, lambda table, plan: verdicts(table), quick={"runs": 3, "share": 0.05},
+    plan=Surroundings, name="pursuit-modules", page="tasks/surround", template=_PAGE, figures={"pursuit-modules": draw},
+    values=lambda table, plan: {
+        "sizes": sizes_table(), "learners": learners_table(table), "random": random_table(table),
+    },
+    verdicts=verdicts, quick={"runs": 3, "share": 0.05},
+    small={"runs": 2, "share": 0.0005, "names": ("random, side 4", "modular, side 4")},
 )  # fmt: skip

@@ -26,9 +26,9 @@ from teamsight.analysis.papers.reproduction import (
     Floats,
     NamedConditions,
     Paper,
-    chosen,
     column,
     intervals,
+    rows_of,
 )
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, panels
@@ -371,7 +371,7 @@ def _half_width(found: Floats, condition: str, steps: float, half: float) -> flo
 
 def curves_of(table: pd.DataFrame, name: str) -> Floats:
     """Return the learning curves of a condition, shape (runs, blocks)."""
-    curves = chosen(table, condition=name).sort_values("replicate")["curve"].tolist()
+    curves = rows_of(table, condition=name).sort_values("replicate")["curve"].tolist()
     return np.array([np.asarray(curve, float) for curve in curves])
 
 
@@ -403,7 +403,7 @@ def crossings(table: pd.DataFrame) -> dict[int, Floats]:
     return {depth: np.array([crossing(one) for one in gain[:, :blocks]]) for depth, gain in found.items()}
 
 
-def verdicts(table: pd.DataFrame) -> list[Verdict]:
+def verdicts(table: pd.DataFrame, plan: Pursuits | None = None) -> list[Verdict]:
     """Return the verdicts on all claims whose conditions are in the table; it has a row for each run."""
     have, found = set(table["condition"]), []
     for claim, source, worse, better, phase in ORDERS:
@@ -468,7 +468,7 @@ def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
     )  # fmt: skip
     for name, (label, colour) in curves.items():
         _draw_band(left, curves_of(table, name), colour, label)
-        for value in chosen(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
+        for value in rows_of(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
             left.axhline(value, color=colour, linestyle="--", linewidth=1.0)
     left.set_ylim(bottom=0)
     right.axhline(0.0, color=FAINT, linewidth=1.0)
@@ -493,7 +493,7 @@ def page_values(table: pd.DataFrame, plan: Pursuits) -> Mapping[str, Any]:
     rows = ledger(table)
     return {
         "settled": SETTLED, "widest": WIDEST, "values": len(rows), "ledger": ledger_table(rows),
-        **dict(zip(("agreement", "chance"), _sentences(table, plan), strict=True)),
+        **dict(zip(("agreement", "chance"), sentences(table, plan), strict=True)),
     }  # fmt: skip
 
 
@@ -515,7 +515,7 @@ def _plus_minus(mean: float, half: float) -> str:
     return f"{mean:.2f} ± {half:.2f}" if math.isfinite(half) else f"{mean:.2f}"
 
 
-def _sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
+def sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
     """Return how many values agree, and how many claims would hold by chance."""
     rows, claims = ledger(table), len(verdicts(table))
     agree, differ, left = ((rows["verdict"] == name).sum() for name in (AGREES, DIFFERS, UNDECIDED))
@@ -527,7 +527,8 @@ def _sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
 
 
 PAPER = Paper(
-    Pursuits, "pursuit", _PAGE, page_values, {"pursuit": draw}, lambda table, plan: verdicts(table),
-    sentences=_sentences, tables={"pursuit-ledger.parquet": lambda table, plan: ledger(table)},
+    plan=Pursuits, name="pursuit", page="tasks/pursuit", template=_PAGE, figures={"pursuit": draw}, values=page_values,
+    verdicts=verdicts, sentences=sentences, tables={"pursuit-ledger.parquet": lambda table, plan: ledger(table)},
     quick={"runs": 3, "share": 0.05},
+    small={"runs": 2, "share": 0.005, "tests": 20, "names": ("1/1 random", "2/2 joint", "2/2 joint passive")},
 )  # fmt: skip

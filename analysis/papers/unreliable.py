@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from teamsight.analysis.papers.reproduction import Paper, Plan, chosen, runs_of
+from teamsight.analysis.papers.reproduction import Paper, PaperPlan, rows_of, runs_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import DEGREE, FAINT
@@ -127,7 +127,7 @@ class UnreliableMeasure:
 
 
 @dataclass(frozen=True)
-class Unreliability(Plan):
+class Unreliability(PaperPlan):
     """What to simulate.
 
     Parameters
@@ -355,7 +355,7 @@ def points(table: pd.DataFrame, plan: Unreliability) -> pd.DataFrame:
 
     condition, found = ["sweep", "value", "policy", *plan.columns], []
     for key, rows in table.groupby(condition, sort=False):
-        aware, unaware = (chosen(rows, aware=which).set_index("replicate").sort_index() for which in (True, False))
+        aware, unaware = (rows_of(rows, aware=which).set_index("replicate").sort_index() for which in (True, False))
         with_, without = (np.asarray(_objective(part, plan), np.float64) for part in (aware, unaware))
         point = dict(zip(condition, key, strict=True)) | {"count": len(aware)}
         for name, values in (
@@ -400,7 +400,7 @@ def changes(table: pd.DataFrame, sweep: str, plan: Unreliability) -> pd.DataFram
     """
     import pandas as pd
 
-    of = chosen(table, sweep=sweep)
+    of = rows_of(table, sweep=sweep)
     first, found = of["value"].iloc[0], []
     by, sign = ["policy", *plan.columns], plan.work.objective.sign
     for key, rows in of.assign(counted=_objective(of, plan)).groupby(by, sort=False):
@@ -415,7 +415,7 @@ def changes(table: pd.DataFrame, sweep: str, plan: Unreliability) -> pd.DataFram
 def draw(found: Unreliable, plan: Unreliability, sweep: str) -> Canvas:
     """Return the figure of a sweep: what is observed, the gain from awareness, and δ."""
     _, named, title, label, fixed = SWEEPS[sweep]
-    of = chosen(found.points, sweep=sweep)
+    of = rows_of(found.points, sweep=sweep)
     of = of.assign(x=of["value"] if sweep == "periods" else of["value"].map(partial(_failures, plan=plan)))
     unit, kinds = " points" * plan.is_cmommt, len(plan.cells)
     gains = of.groupby("value", sort=False)["gain"].agg(["min", "max"])
@@ -439,7 +439,7 @@ def draw(found: Unreliable, plan: Unreliability, sweep: str) -> Canvas:
     )  # fmt: skip
     for number, axes in enumerate(shown):
         draw_row, scenario = [*rows.values()][number // kinds], plan.cells[number % kinds]
-        draw_row(axes, chosen(of, **{name: scenario[name] for name in plan.columns}), plan)
+        draw_row(axes, rows_of(of, **{name: scenario[name] for name in plan.columns}), plan)
         _scale(axes, of, sweep)
     # One axis for all panels of a row: teams are compared across them.
     shown[-1].set_ylim(0.0, max(1, of["delta_safe"].where(of["supported"], of["delta"]).max()) + 0.6)
@@ -516,7 +516,7 @@ def sweep_table(found: pd.DataFrame, sweep: str, plan: Unreliability) -> str:
     plan : Unreliability
         What was simulated.
     """
-    of, rows = chosen(found, sweep=sweep), []
+    of, rows = rows_of(found, sweep=sweep), []
     values = of["value"].unique().tolist()
     quantities: tuple[tuple[str, bool, Callable[[Any], str]], ...] = (
         ("gain [points]" if plan.is_cmommt else "gain", True, lambda point: _plus_minus(point, "gain", _signed)),
@@ -531,7 +531,7 @@ def sweep_table(found: pd.DataFrame, sweep: str, plan: Unreliability) -> str:
         for policy in of["policy"].unique():
             teams.setdefault(plan.name(policy, aware), policy)
         for team, policy in teams.items():
-            for scenario, part in chosen(of, policy=policy).groupby([*plan.columns], sort=False):
+            for scenario, part in rows_of(of, policy=policy).groupby([*plan.columns], sort=False):
                 cells = {point["value"]: write(point) for point in part.to_dict("records")}
                 shown = [f"{one:g}" if isinstance(one, float) else f"{one}" for one in scenario]
                 rows.append([f"{quantity}, {team}", *shown, *(cells[value] for value in values)])
@@ -544,7 +544,7 @@ def sentences(found: Unreliable, sweep: str, plan: Unreliability) -> list[str]:
     """Return what the sweep shows, a sentence for each policy and scenario."""
     by = ["policy", *plan.columns]
     change, said = dict(list(changes(found.runs, sweep, plan).groupby(by, sort=False))), []
-    for key, rows in chosen(found.points, sweep=sweep).groupby(by, sort=False):
+    for key, rows in rows_of(found.points, sweep=sweep).groupby(by, sort=False):
         first, last = rows.iloc[0], rows.iloc[-1]
         who = f"{first['policy']}, {plan.title(first.to_dict())}"
         text = f"{who}: gain {_interval(first, 'gain')} at {first['value']:g}"
@@ -583,7 +583,13 @@ def _signed(value: float) -> str:
 
 
 PAPER = Paper(
-    Unreliability, "unreliable", _PAGE, page_values,
-    {f"unreliable-{sweep}": partial(draw, sweep=sweep) for sweep in SWEEPS}, sentences=summary,
+    plan=Unreliability, name="unreliable", page="unreliable", template=_PAGE, values=page_values,
+    figures={f"unreliable-{sweep}": partial(draw, sweep=sweep) for sweep in SWEEPS}, sentences=summary,
     tables={"unreliable-points.parquet": lambda found, plan: found.points}, make=find, runs=lambda found: found.runs,
+    # The documentation has the points alone, of which figures and tables are made.
+    restore=lambda table: Unreliable(table, table),
+    small={
+        "runs": 2, "steps": 12, "repair": 5.0, "availabilities": (1.0, 0.5), "periods": (1, 4),
+        "scenarios": ((4, 1.5),),
+    },
 )  # fmt: skip

@@ -57,6 +57,14 @@ def colours_of(names: Sequence[str]) -> list[str]:
     return list(itertools.islice(itertools.cycle(COLOURS[1:] + COLOURS[:1]), len(names)))
 
 
+def shades(count: int) -> list[str]:
+    """Return colours of ordered levels, from light to dark, none of which is that of a degree or a policy."""
+    from matplotlib.colors import LinearSegmentedColormap, to_hex
+
+    found = LinearSegmentedColormap.from_list("levels", ("#bcbddc", "#3f007d"))
+    return [to_hex(found(number / max(count - 1, 1))) for number in range(count)]
+
+
 def canvas(width: float, height: float) -> Canvas:
     """Return an empty figure of this size [inches] without a window."""
     from matplotlib.figure import Figure as Canvas

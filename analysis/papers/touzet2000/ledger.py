@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, Tables, Verdict, span
+from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, Judgement, span
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.runs.experiment import Tables
+from teamsight.core.version import __version__
+
+if TYPE_CHECKING:
+    from teamsight.analysis.papers.touzet2000 import Touzet
 
 #: Further root seeds under which claims near their limit are judged; they follow that of the ledger.
 SEEDS = 20
@@ -73,11 +78,8 @@ def _team(experiment: str, setting: Mapping[str, Any]) -> str:
     from teamsight.agents.resolve import shared_options
     from teamsight.policies.registry import label, policy_named
 
-    treatment = EXPERIMENTS[experiment].treatment_under(setting)
-    if callable(treatment):
-        # Policies that were learned from different explorations have the same options.
-        treatment = treatment(0).treatment
-    shown = dict(treatment)
+    # Policies that were learned from different explorations have the same options.
+    shown = dict(EXPERIMENTS[experiment].variant(setting).treatment)
     policy = name = shown.pop("policy")
     if isinstance(name, str):
         policy = policy_named(name, shared_options(name, setting.get("policy_options", {})))
@@ -95,8 +97,8 @@ class Ledger:
 
     Parameters
     ----------
-    verdicts : mapping of str to mapping
-        The verdicts by name of the claim, by name of the setting.
+    judgements : mapping of str to mapping
+        The judgements by name of the claim, by name of the setting.
     conditions : mapping
         Seed, runs, steps, grid, settings and version behind the verdicts, fit for JSON.
     scenarios : mapping of str to str
@@ -105,19 +107,46 @@ class Ledger:
         Values in force in the experiments of each claim, in words, by its name, by name of the setting.
     """
 
-    verdicts: Mapping[str, Mapping[str, Verdict]]
+    judgements: Mapping[str, Mapping[str, Judgement]]
     conditions: Mapping[str, Any]
     scenarios: Mapping[str, str]
     options: Mapping[str, Mapping[str, str]]
+
+    @classmethod
+    def of(cls, plan: Touzet, tables: Mapping[str, Tables], shares: Mapping[tuple[str, str], float]) -> Ledger:
+        """Return the ledger of a plan.
+
+        Parameters
+        ----------
+        plan : Touzet
+            What was simulated.
+        tables : mapping of str to mapping
+            The tables of the experiments, by name of the setting.
+        shares : mapping
+            See `repeated`.
+        """
+        judgements = {
+            setting: {
+                name: claim.judge(made, beside=True)._replace(share=shares.get((setting, name)))
+                for name, claim in CLAIMS.items()
+            }
+            for setting, made in tables.items()
+        }
+        scenarios = {name: scenario(claim, tables, plan.steps) for name, claim in CLAIMS.items()}
+        in_force = {
+            setting: {name: options(claim, given) for name, claim in CLAIMS.items()}
+            for setting, given in plan.settings.items()
+        }
+        return cls(judgements, plan.conditions() | {"version": __version__}, scenarios, in_force)
 
     def worth(self, setting: str) -> dict[str, str]:
         """Return for each claim that holds under a setting what that says; the reasons are properties of the claims."""
         chosen = set(self.conditions["settings"][setting].get("policy_options", {}))
         reasons = {}
         for name, claim in CLAIMS.items():
-            verdict = self.verdicts[setting][name]
-            if verdict.holds:
-                applies = (claim.by_construction, verdict.is_trivial, bool(chosen & set(claim.tuned)), True)
+            judgement = self.judgements[setting][name]
+            if judgement.holds:
+                applies = (claim.by_construction, judgement.is_trivial, bool(chosen & set(claim.tuned)), True)
                 reasons[name] = _REASONS[applies.index(True)]
         return reasons
 
@@ -125,17 +154,17 @@ class Ledger:
         """Yield for each setting how many claims hold, and how many of these for which reason."""
         decidable = sum(bool(claim.rule) for claim in CLAIMS.values())
         others = len(CLAIMS) - decidable
-        for setting in self.verdicts:
+        for setting in self.judgements:
             reasons = Counter(self.worth(setting).values())
             counts = ", ".join(f"{reasons[reason]} {reason}" for reason in _REASONS)
             yield f"{setting}: {reasons.total()} of {decidable} claims hold ({others} more undecidable): {counts}"
 
     def lines(self) -> Iterator[str]:
         """Yield one line of at most 80 columns for each claim: its verdicts, its name, and the key number."""
-        first, *_ = self.verdicts
-        rows = [[*self.verdicts, "claim", f"under {first}"]]
+        first, *_ = self.judgements
+        rows = [[*self.judgements, "claim", f"under {first}"]]
         for name in CLAIMS:
-            of = [verdicts[name] for verdicts in self.verdicts.values()]
+            of = [found[name] for found in self.judgements.values()]
             rows.append([*(_WORDS[one.holds] for one in of), name, of[0].measured.partition(";")[0]])
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for row in rows:
@@ -151,25 +180,25 @@ class Ledger:
                 "scenario": self.scenarios[name],
                 "settings": {
                     setting: {**found[name]._asdict(), "options": self.options[setting][name]}
-                    for setting, found in self.verdicts.items()
+                    for setting, found in self.judgements.items()
                 },
             }
             for name, claim in CLAIMS.items()
         ]
-        holding = {setting: len(self.worth(setting)) for setting in self.verdicts}
+        holding = {setting: len(self.worth(setting)) for setting in self.judgements}
         return {"conditions": dict(self.conditions), "holding": holding, "claims": records}
 
     def to_markdown(self) -> str:
         """Return the ledger as a page of Markdown with a section for each claim."""
         parts = ["# The paper's claims", *(f"{summary}." for summary in self.summaries())]
-        for setting in self.verdicts:
+        for setting in self.judgements:
             by_reason: dict[str, list[str]] = {}
             for name, reason in self.worth(setting).items():
                 by_reason.setdefault(reason, []).append(name)
             parts.append(_items({f"{setting}, {reason}": ", ".join(names) for reason, names in by_reason.items()}))
         for name, claim in CLAIMS.items():
             rows = {f"the paper says ({claim.where})": claim.statement, "its figure": claim.figure}
-            rows |= {setting: _in_words(found[name]) for setting, found in self.verdicts.items()}
+            rows |= {setting: _in_words(found[name]) for setting, found in self.judgements.items()}
             rows |= {"rule": claim.rule or "none: nothing could contradict it", "conditions": self.scenarios[name]}
             rows |= {f"values, {setting}": of[name] for setting, of in self.options.items() if of[name]}
             parts += [f"## {name}", _items(rows)]
@@ -180,9 +209,10 @@ def _items(rows: Mapping[str, Any]) -> str:
     return "\n".join(f"- {name}: {text}" for name, text in rows.items())
 
 
-def _in_words(verdict: Verdict) -> str:
+def _in_words(judgement: Judgement) -> str:
     """Return the verdict, what was measured and what stands beside it."""
-    word = _WORDS[verdict.holds]
-    near = "" if verdict.share is None else f"near its limit: holds under {verdict.share:.0%} of {SEEDS} further seeds"
-    texts = filter(None, (verdict.measured, near, *verdict.beside))
-    return f"{word if verdict.holds else f'**{word}**'}: {'; '.join(texts)}"
+    word = _WORDS[judgement.holds]
+    texts = [judgement.measured, *judgement.beside]
+    if judgement.share is not None:
+        texts.insert(1, f"near its limit: holds under {judgement.share:.0%} of {SEEDS} further seeds")
+    return f"{word if judgement.holds else f'**{word}**'}: {'; '.join(texts)}"

@@ -47,7 +47,7 @@ def test_a_setting_of_defaults_makes_no_runs_of_its_own() -> None:
 
 
 def test_each_replicate_may_have_a_treatment_of_its_own() -> None:
-    def treat(replicate: int) -> Variant:
+    def treat(setting: object, replicate: int) -> Variant:
         return Variant({"policy": "random-walk", "robot_speed": 0.1 * (replicate + 2)}, {"speed_number": replicate})
 
     experiment = Experiment("x", treat, ((4, 2.0), (5, 2.0)), replicates=2)

@@ -13,15 +13,15 @@ from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers.calibration import defaults, setting_of
 from teamsight.analysis.papers.touzet2000.claims import (
     CLAIMS,
+    Judgement,
     Tables,
-    Verdict,
     learned_gain,
     learned_hurts,
     learned_shape,
     needed,
     null_rate,
 )
-from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, chosen
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, experiments_of
 from teamsight.analysis.papers.touzet2000.ledger import Ledger, options, scenario
 from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
 
@@ -127,7 +127,7 @@ def measured_again(share: float) -> Tables:
 def made(name: str, grid: Grid) -> pd.DataFrame:
     """A table such as the runner makes of an experiment."""
     design = EXPERIMENTS[name]
-    cells = ((30, 4.0),) if design.is_again else design.cells_of(grid)
+    cells = ((30, 4.0),) if design.choose else design.cells_of(grid, {})
     found = table(falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})), noise=0.01)
     for option, values in design.sweep.items():
         found = pd.concat([found.assign(**{option: value}) for value in values], ignore_index=True)
@@ -296,8 +296,8 @@ def test_a_random_walk_takes_the_place_of_the_policy(name: str) -> None:
     for need, instead in zip(claim.needs, claim.trivial, strict=True):
         if need != instead:
             one, walk = EXPERIMENTS[need], EXPERIMENTS[instead]
-            assert walk.treatment_under({})["policy"] == "random-walk"
-            assert one.cells_of(QUICK) == walk.cells_of(QUICK)
+            assert walk.variant({}).treatment["policy"] == "random-walk"
+            assert one.cells_of(QUICK, {}) == walk.cells_of(QUICK, {})
             assert (one.targets, one.replicates) == (walk.targets, walk.replicates)
 
 
@@ -327,12 +327,11 @@ def test_the_smallest_delta_that_is_as_good_is_reported() -> None:
 def test_the_cell_with_the_largest_gain_is_measured_again_on_fresh_worlds() -> None:
     gains = {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}
     names = ["a-cmommt-largest-gain", "centroid-largest-gain"]
-    assert {one.name for one in chosen(names, QUICK, {})} == {"a-cmommt", "centroid"}
-    again = chosen(names, QUICK, {}, gains)
-    assert [one.name for one in again] == names
-    for found in again:
-        assert found.cells == ((30, 4.0),)
-        rows = [columns for columns, _ in found.rows({}, 1, 5, 600)]
+    again = {one.name: one for one in experiments_of(names)}
+    assert set(again) == {"a-cmommt", "centroid", *names}
+    for name in names:
+        assert again[name].cells_of(QUICK, gains) == ((30, 4.0),)
+        rows = [columns for columns, _ in again[name].rows({}, 1, 5, 600, QUICK, gains)]
         assert [row["replicate"] for row in rows] == list(range(5, 45))
 
 
@@ -432,12 +431,12 @@ def test_constants_were_chosen_by_the_claims_that_say_so() -> None:
 
 def ledger() -> Ledger:
     found = {
-        name: Verdict(True if claim.rule else None, "measured | so; <b> more", 0.5, ("a random walk holds: too",))
+        name: Judgement(True if claim.rule else None, "measured | so; <b> more", 0.5, ("a random walk holds: too",))
         for name, claim in CLAIMS.items()
     }
     found["acmommt-full"] = found["acmommt-full"]._replace(share=0.35)
     found["collective-drop"] = found["collective-drop"]._replace(is_trivial=True)
-    other = found | {"degrees": Verdict(False, "otherwise", 2.0)}
+    other = found | {"degrees": Judgement(False, "otherwise", 2.0)}
     named = dict.fromkeys(CLAIMS, "gain=0.5")
     return Ledger(
         {"touzet2000": found, "defaults": other},
