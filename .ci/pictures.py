@@ -20,6 +20,8 @@ from typing import Any
 import matplotlib
 import pandas as pd
 
+from teamsight.analysis.plot.style import to_picture
+
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 _MARK = b"teamsight-made-by "
@@ -52,7 +54,8 @@ def _lazy_q() -> bytes:
     from teamsight.analysis.learning.diagnosis_figure import draw
     from teamsight.analysis.learning.plans import Diagnosis
 
-    return draw(diagnosis_points(pd.read_parquet(ROOT / "docs" / "lazy-q.parquet")), Diagnosis().in_words())
+    points = diagnosis_points(pd.read_parquet(ROOT / "docs" / "lazy-q.parquet"))
+    return to_picture(draw(points, Diagnosis().in_words()))
 
 
 def _learning_curves() -> bytes:
@@ -61,7 +64,7 @@ def _learning_curves() -> bytes:
     from teamsight.analysis.learning.plans import Curves
 
     gains = pd.read_parquet(ROOT / "docs" / "learning-curves.parquet")
-    return draw(gains, crossings(gains), Curves())
+    return to_picture(draw(gains, crossings(gains), Curves()))
 
 
 def _evolved() -> bytes:

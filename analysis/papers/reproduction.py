@@ -266,8 +266,7 @@ class Paper(Reproduction[P, F]):
 
     def picture(self, name: str, found: F, plan: P, kind: str = "png") -> bytes:
         """Return one of the pictures in a format of `teamsight.analysis.plot.style.FORMATS`."""
-        figure = self.figures[name](found, plan)
-        return to_picture(figure, str(figure.get_label()), kind)
+        return to_picture(self.figures[name](found, plan), kind=kind)
 
     def text(self, found: F, plan: P) -> str:
         """Return the page, as Markdown."""

@@ -61,8 +61,8 @@ def shades(count: int) -> list[str]:
     """Return colours of ordered levels, from light to dark, none of which is that of a degree or a policy."""
     from matplotlib.colors import LinearSegmentedColormap, to_hex
 
-    found = LinearSegmentedColormap.from_list("levels", ("#bcbddc", "#3f007d"))
-    return [to_hex(found(number / max(count - 1, 1))) for number in range(count)]
+    found = LinearSegmentedColormap.from_list("levels", ("#dadaeb", "#3f007d"))
+    return [to_hex(found((number + 1) / count)) for number in range(count)]
 
 
 def canvas(width: float, height: float) -> Canvas:
@@ -91,7 +91,7 @@ def to_png(figure: Canvas, description: str, dpi: int = _DPI) -> bytes:
     return to_picture(figure, description, "png", dpi)
 
 
-def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> bytes:
+def to_picture(figure: Canvas, description: str = "", kind: str = "png", dpi: int = _DPI) -> bytes:
     """Return the figure in one of `FORMATS`; the same figure gives the same bytes.
 
     Parameters
@@ -99,7 +99,7 @@ def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> 
     figure : matplotlib Figure
         The figure.
     description : str
-        Written into the metadata, beside the name of this program.
+        Written into the metadata, beside the name of this program; by default the label of the figure, its title.
     kind : str
         A name in `FORMATS`.
     dpi : int
@@ -108,6 +108,7 @@ def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> 
     import matplotlib
 
     buffer = io.BytesIO()
+    description = description or str(figure.get_label())
     metadata = {name: value.format(description) if value else None for name, value in FORMATS[kind].items()}
     # The identifiers in SVG are random without a salt.
     with matplotlib.rc_context({"svg.hashsalt": "teamsight"}):
