@@ -8,7 +8,7 @@ from measure import Row
 
 from teamsight.analysis.papers.touzet2000.experiments import EXPLORATIONS, LEARNED, experiments_of
 from teamsight.analysis.runs.experiment import make_tables
-from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
+from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 
 RUNS, STEPS, WORKERS = 5, 600, 2
@@ -16,7 +16,7 @@ RUNS, STEPS, WORKERS = 5, 600, 2
 
 def measure_learning(quick: bool) -> list[Row]:
     """Make all four surfaces once, at the defaults; the coarse grid has no goal."""
-    grid: Grid = QUICK if quick else PAPER
+    grid: Grid = QUICK if quick else FULL
     experiments = experiments_of(LEARNED)
     decisions = len(experiments) * RUNS * EXPLORATIONS * STEPS * sum(robots for robots, _ in grid.cells)
     with WorkerPool(WORKERS) as pool:

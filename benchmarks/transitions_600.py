@@ -19,7 +19,7 @@ from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.papers.touzet2000.experiments import gains_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.experiment import Experiment, Variant, make_tables
-from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
+from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.stats.paired import Interval, interval_of
@@ -48,7 +48,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="a coarse grid and a tenth of the explorations")
     parser.add_argument("--out", type=Path, help="Parquet file for one row a run")
     options = parser.parse_args()
-    tables = simulate(QUICK if options.quick else PAPER, 0.1 if options.quick else 1.0)
+    tables = simulate(QUICK if options.quick else FULL, 0.1 if options.quick else 1.0)
     if options.out:
         pd.concat([one.assign(team=name) for name, one in tables.items()], ignore_index=True).to_parquet(options.out)
     print(report(tables))

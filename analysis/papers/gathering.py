@@ -27,6 +27,7 @@ from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, INK, ROBOTS_LABEL, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Count, Seed, assignments, value_in
 from teamsight.tasks.registry import TASKS
@@ -47,7 +48,6 @@ if TYPE_CHECKING:
 __all__ = ["Gathering", "GatheringPlan", "Iteration", "gather", "iterate_delta"]
 
 Answer = Literal["yes", "no", "undecided"]
-Outcome = Literal["holds", "does not hold", "undecided"]
 
 #: The δ of a team with a degree of awareness of its own.
 OWN = -1
@@ -74,7 +74,13 @@ _BESIDE = 0.04
 _BEYOND = 2.0
 _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 _GATHERS = {True: "yes", False: "no", None: "unknown"}
-_SIGNS = {"holds": "holds", "does not hold": "**fails**", "undecided": "?", "yes": "yes", "no": "**no**"}
+# The columns of the table of the index.
+_COLUMNS = """
+task gathers size explore_delta explore_low explore_high skilled_delta skilled_low skilled_high saturation_delta
+saturation_low saturation_high ratio ratio_low ratio_high gain gain_low gain_high skill skill_low skill_high objective
+tolerance censored too_few too_many crowded has_skill enough_at_explore enough_at_skilled
+"""
+_SIGNS = {HOLDS: HOLDS, FAILS: "**fails**", UNDECIDED: "?", "yes": "yes", "no": "**no**"}
 _PAGE = """
 # The gathering index
 
@@ -522,17 +528,14 @@ class Cell(NamedTuple):
     @property
     def row(self) -> dict[str, Any]:
         """The cell as a row of the table of the index."""
-        found: dict[str, Any] = {"task": self.task, "gathers": self.gathers, "size": self.size}
+        found = self._asdict() | {"has_skill": self.has_skill}
         for name in ("explore", "skilled", "saturation"):
-            found |= {f"{name}_{part}": one for part, one in getattr(self, name)._asdict().items()}
+            found |= {f"{name}_{part}": one for part, one in found.pop(name)._asdict().items()}
         for name in ("ratio", "gain", "skill"):
-            mean, low, high = getattr(self, name)
-            found |= {name: mean, f"{name}_low": low, f"{name}_high": high}
-        for name in ("objective", "tolerance", "censored", "too_few", "too_many", "crowded", "has_skill"):
-            found[name] = getattr(self, name)
-        for name, delta in (("explore", self.explore.delta), ("skilled", self.skilled.delta)):
-            found[f"enough_at_{name}"] = self.is_enough(delta)
-        return found
+            found[name], found[f"{name}_low"], found[f"{name}_high"] = found.pop(name)
+        for name in ("explore", "skilled"):
+            found[f"enough_at_{name}"] = self.is_enough(found[f"{name}_delta"])
+        return {name: found[name] for name in _COLUMNS.split()}
 
 
 def is_enough(shortfall: Interval, tolerance: float) -> Answer:
@@ -622,7 +625,7 @@ def saturation(shortfall: dict[int, Interval], tolerance: float) -> DeltaInterva
     return DeltaInterval(*(next(delta for delta in found if delta > wrong) for wrong in last))
 
 
-class Claim(NamedTuple):
+class CellClaim(NamedTuple):
     """A claim.
 
     Attributes
@@ -640,21 +643,21 @@ class Claim(NamedTuple):
     statement: str
     rule: str
     applies: Callable[[Cell], bool]
-    judge: Callable[[Cell], Outcome]
+    judge: Callable[[Cell], str]
 
 
-class Verdict(NamedTuple):
+class CellVerdict(NamedTuple):
     """A claim judged for one task and team size, or for all (an empty task, size 0)."""
 
     claim: str
     task: str
     size: int
-    outcome: Outcome
+    outcome: str
     measured: str
 
 
-def _outcome(holds: bool, fails: bool) -> Outcome:
-    return "holds" if holds else "does not hold" if fails else "undecided"
+def _outcome(holds: bool, fails: bool) -> str:
+    return HOLDS if holds else FAILS if fails else UNDECIDED
 
 
 def _can_say(cell: Cell) -> bool:
@@ -663,8 +666,8 @@ def _can_say(cell: Cell) -> bool:
 
 
 #: The claims that are judged for each cell, by name.
-CLAIMS: dict[str, Claim] = {
-    "G1": Claim(
+CLAIMS: dict[str, CellClaim] = {
+    "G1": CellClaim(
         "Where success disperses the team, exploration shows at least as many neighbours as skill.",
         "holds if δ(explore) ≥ δ(skilled) for all values within the bounds, does not hold if for none; where "
         "exploration shows all N − 1 it would hold whatever happens, and where the team with skill is not better "
@@ -672,7 +675,7 @@ CLAIMS: dict[str, Claim] = {
         lambda cell: cell.gathers is False and _can_say(cell),
         lambda cell: _outcome(cell.skilled.high <= cell.explore.low, cell.skilled.low > cell.explore.high),
     ),
-    "G2": Claim(
+    "G2": CellClaim(
         "Where success gathers the team, exploration shows fewer neighbours than skill.",
         "holds if δ(explore) < δ(skilled) for all values within the bounds, does not hold if for none; where "
         "exploration shows all N − 1 it would not hold whatever happens, and where the team with skill is not "
@@ -680,20 +683,20 @@ CLAIMS: dict[str, Claim] = {
         lambda cell: cell.gathers is True and _can_say(cell),
         lambda cell: _outcome(cell.explore.high < cell.skilled.low, cell.explore.low >= cell.skilled.high),
     ),
-    "G3": Claim(
+    "G3": CellClaim(
         "The objective saturates at or before δ(skilled).",
         "holds if the objective is within the tolerance at δ(skilled) and beyond, by bounds; does not hold if it "
         "is shown to be outside there; where δ(skilled) is N − 1 it would hold whatever happens: not judged",
         lambda cell: cell.skilled.delta < cell.size - 1,
         lambda cell: _outcome(cell.saturation.high <= cell.skilled.delta, cell.saturation.low > cell.skilled.delta),
     ),
-    "G4 small": Claim(
+    "G4 small": CellClaim(
         "For teams of 2 to 5, δ is N − 1, within one, by exploration: there is nothing to decide.",
         "holds if δ(explore) ≥ N − 2 for all values within the bounds, does not hold if for none",
         lambda cell: cell.size <= _SMALL,
         lambda cell: _outcome(cell.explore.low >= cell.size - 2, cell.explore.high < cell.size - 2),
     ),
-    "G4 large": Claim(
+    "G4 large": CellClaim(
         "From N = 8 on, exploration shows fewer than N − 2 neighbours: there is something to decide.",
         "holds if δ(explore) < N − 2 for all values within the bounds, does not hold if for none",
         lambda cell: cell.size >= _LARGE,
@@ -709,7 +712,7 @@ UNRELIABLE = (
 )
 
 
-def judge(cells: Sequence[Cell]) -> list[Verdict]:
+def judge(cells: Sequence[Cell]) -> list[CellVerdict]:
     """Return the verdict on each claim for each cell that it is about, and that on δ(explore) for all cells.
 
     For all cells a claim holds if it does in each, and fails if more are against it than by chance.
@@ -721,20 +724,20 @@ def judge(cells: Sequence[Cell]) -> list[Verdict]:
             if claim.applies(cell):
                 outcomes.append(claim.judge(cell))
                 measured = f"explore {cell.explore}, skilled {cell.skilled}, saturates {cell.saturation}"
-                found.append(Verdict(name, cell.task, cell.size, outcomes[-1], measured))
+                found.append(CellVerdict(name, cell.task, cell.size, outcomes[-1], measured))
         if outcomes:
             most = by_chance(len(outcomes))
-            counts = {one: outcomes.count(one) for one in ("holds", "does not hold", "undecided")}  # type: ignore[arg-type]
-            outcome = _outcome(counts["holds"] == len(outcomes), counts["does not hold"] > most)
+            counts = {one: outcomes.count(one) for one in (HOLDS, FAILS, UNDECIDED)}
+            outcome = _outcome(counts[HOLDS] == len(outcomes), counts[FAILS] > most)
             shares = ", ".join(f"{number} {one}" for one, number in counts.items())
-            overall.append(Verdict(name, "", 0, outcome, f"{shares}; up to {most} against by chance"))
+            overall.append(CellVerdict(name, "", 0, outcome, f"{shares}; up to {most} against by chance"))
     # With all N − 1 teammates nothing can be missing.
     cells = [cell for cell in cells if cell.explore.delta < cell.size - 1]
     answers = [cell.is_enough(cell.explore.delta) for cell in cells]
     # One of many cells would be outside by chance: here bounds hold together for all.
     outcome = _outcome(any(cell.is_shown_short for cell in cells), bool(answers) and {*answers} == {"yes"})
     shares = ", ".join(f"{answers.count(one)} {one}" for one in ("yes", "no", "undecided"))  # type: ignore[arg-type]
-    return [*found, *overall, Verdict(UNRELIABLE[0], "", 0, outcome, f"enough at δ(explore): {shares}")]
+    return [*found, *overall, CellVerdict(UNRELIABLE[0], "", 0, outcome, f"enough at δ(explore): {shares}")]
 
 
 def by_chance(cells: int) -> int:
@@ -873,7 +876,7 @@ class Gathering(NamedTuple):
         One row for each run; see `Runs`.
     cells : list of Cell
         One for each task and team size.
-    verdicts : list of Verdict
+    verdicts : list of CellVerdict
         On G1 to G4.
     iterations : dict of (str, int) to Iteration
         The rounds of `iterate_delta` for each task and team size.
@@ -881,7 +884,7 @@ class Gathering(NamedTuple):
 
     runs: pd.DataFrame
     cells: list[Cell]
-    verdicts: list[Verdict]
+    verdicts: list[CellVerdict]
     iterations: Mapping[tuple[str, int], Iteration]
 
     @property
@@ -1041,7 +1044,7 @@ def rounds_table(iterations: Mapping[tuple[str, int], Iteration]) -> str:
     return markdown.table(columns, rows, align="lrlrrlr")
 
 
-def summary_table(verdicts: Sequence[Verdict]) -> str:
+def summary_table(verdicts: Sequence[CellVerdict]) -> str:
     """Return a row for each claim and a column for each task, with a verdict for each N."""
     tasks = list(dict.fromkeys(one.task for one in verdicts if one.task))
     rows = []
@@ -1081,8 +1084,8 @@ def interval_text(interval: Interval) -> str:
     return minus(f"{mean} ({low} to {high})")
 
 
-def _bold(verdict: Verdict) -> str:
-    return f"**{verdict.outcome}**" if verdict.outcome == "does not hold" else verdict.outcome
+def _bold(verdict: CellVerdict) -> str:
+    return f"**{verdict.outcome}**" if verdict.outcome == FAILS else verdict.outcome
 
 
 def _conditions(plan: GatheringPlan) -> Iterable[str]:

@@ -29,13 +29,14 @@ from teamsight.analysis.papers.reproduction import (
     column,
     intervals,
     rows_of,
+    verdict_of,
 )
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, panels
-from teamsight.analysis.plot.style import DEGREE, FAINT
+from teamsight.analysis.plot.style import DEGREE, FAINT, shades
 from teamsight.analysis.runs.seeds import root
-from teamsight.analysis.stats.paired import interval_of
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above
+from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text, plus_minus
 from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
@@ -117,7 +118,6 @@ _CURVES = {
     "2/2 joint passive": ("sees the partner", DEGREE["pairwise"]),
     "2/2 joint mutual": ("mutual scouting", DEGREE["shared"]),
 }
-_COLOURS = ("#9ecae1", "#4292c6", "#084594")
 # Blocks that one point of the figure averages.
 _POINT = 4
 _PAGE = """
@@ -408,33 +408,31 @@ def verdicts(table: pd.DataFrame, plan: Pursuits | None = None) -> list[Verdict]
     have, found = set(table["condition"]), []
     for claim, source, worse, better, phase in ORDERS:
         if have >= {worse, better}:
-            said = f"in the first {EARLY} trials" if phase == "early" else f"{worse} − {better}:"
             if phase == "early":
-                saved = gains(table, worse, better)[:, : EARLY // BLOCK].mean(axis=1)
+                said, saved = f"in the first {EARLY} trials {{}}", _means(gains(table, worse, better), 0, EARLY)
             else:
+                said = f"{worse} − {better}: {{}}"
                 saved = column(table, phase, condition=worse) - column(table, phase, condition=better)
-            found.append(Verdict(claim, source, f"{said} {_shown(saved)}", above(interval_of(saved))))
+            found.append(verdict_of(claim, source, interval_of(saved), "steps", said=said))
     for depth in DEPTHS:
         if have >= {*joint_names(depth)}:
             gain = gains(table, *joint_names(depth))
-            early, late = -gain[:, : EARLY // BLOCK].mean(axis=1), gain[:, -LATE // BLOCK :].mean(axis=1)
+            early, late = (interval_of(one) for one in (-_means(gain, 0, EARLY), _means(gain, -LATE)))
             claim = f"Depth {depth}: the gain from seeing the partner is negative early and positive late"
-            said = f"loss in the first {EARLY} trials {_shown(early)}; gain in the last {LATE} {_shown(late)}"
-            found.append(Verdict(claim, "ours", said, _both(early, late)))
+            said = f"loss in the first {EARLY} trials {interval_text(early, 'steps')}; gain in the last {LATE} "
+            found.append(Verdict(claim, "ours", said + interval_text(late, "steps"), _both(early, late)))
     if have.issuperset(name for depth in DEPTHS for name in joint_names(depth)):
         at = crossings(table)
         medians = {depth: float(np.median(one)) for depth, one in at.items()}
         said = "; ".join(
             f"d = {depth}: trial {f'{one:,.0f}' if math.isfinite(one) else 'none'}" for depth, one in medians.items()
         )
-        verdict = UNDECIDED
+        verdict, more = UNDECIDED, "some runs do not cross"
         if all(np.isfinite(one).all() for one in at.values()):
-            shifts = [at[one] - at[other] for one, other in ((3, 2), (4, 3))]
-            said += "; shifts " + " and ".join(_shown(one, "trials") for one in shifts)
-            verdict = _both(*shifts)
-        else:
-            said += "; some runs do not cross"
-        found.append(Verdict("The crossing moves right with d: a larger table pays later", "ours", said, verdict))
+            shifts = [interval_of(at[one] - at[other]) for one, other in ((3, 2), (4, 3))]
+            verdict, more = _both(*shifts), "shifts " + " and ".join(interval_text(one, "trials") for one in shifts)
+        claim = "The crossing moves right with d: a larger table pays later"
+        found.append(Verdict(claim, "ours", f"{said}; {more}", verdict))
     if "2/2 joint" in have:
         most = column(table, "neighbours", condition="2/2 joint")
         claim = "Both hunters meet while they learn, so that the largest number of neighbours is N − 1 = 1"
@@ -443,15 +441,15 @@ def verdicts(table: pd.DataFrame, plan: Pursuits | None = None) -> list[Verdict]
     return found
 
 
-def _both(*samples: Floats) -> str:
-    """Return whether all means are above 0, by their intervals."""
-    each = {above(interval_of(one)) for one in samples}
+def _means(gain: Floats, first: int, last: int | None = None) -> Floats:
+    """Return the mean gain of each run in some of its trials."""
+    return np.asarray(gain[:, first // BLOCK : None if last is None else last // BLOCK].mean(axis=1))
+
+
+def _both(*intervals: Interval) -> str:
+    """Return whether all quantities are above 0, by their intervals."""
+    each = set(map(above, intervals))
     return FAILS if FAILS in each else UNDECIDED if UNDECIDED in each else HOLDS
-
-
-def _shown(sample: Floats, unit: str = "steps") -> str:
-    mean, low, high = interval_of(sample)
-    return f"{mean:+.1f} ({low:+.1f} to {high:+.1f}) {unit}".replace("-", "−")
 
 
 def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
@@ -472,7 +470,7 @@ def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
             left.axhline(value, color=colour, linestyle="--", linewidth=1.0)
     left.set_ylim(bottom=0)
     right.axhline(0.0, color=FAINT, linewidth=1.0)
-    for depth, colour in zip(DEPTHS, _COLOURS, strict=True):
+    for depth, colour in zip(DEPTHS, shades(3), strict=True):
         if have >= {*joint_names(depth)}:
             _draw_band(right, gains(table, *joint_names(depth))[:, : SHORT // BLOCK], colour, f"d = {depth}")
     for axes, where, columns in ((left, "upper right", 3), (right, "lower right", 1)):
@@ -502,17 +500,14 @@ def ledger_table(rows: pd.DataFrame) -> str:
     columns = ["where", "prey/hunters", "phase", "Tan", "ours", "95 %", "difference", "verdict"]
     cells = [
         [
-            row.where, row.condition, row.phase, _plus_minus(row.steps, row.half), _plus_minus(row.mean, row.half90),
+            row.where, row.condition, row.phase, plus_minus(row.steps, row.steps + row.half, ".2f"),
+            plus_minus(row.mean, row.mean + row.half90, ".2f"),
             f"± {row.half95:.1f}" if math.isfinite(row.half95) else "",
-            f"{row.difference:+.1f} ({row.low:+.1f} to {row.high:+.1f})".replace("-", "−"), row.verdict,
+            interval_text(Interval(row.difference, row.low, row.high)), row.verdict,
         ]
         for row in cast("Sequence[Any]", list(rows.itertuples()))
     ]  # fmt: skip
     return markdown.table(columns, cells, align="lllrrrrl")
-
-
-def _plus_minus(mean: float, half: float) -> str:
-    return f"{mean:.2f} ± {half:.2f}" if math.isfinite(half) else f"{mean:.2f}"
 
 
 def sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:

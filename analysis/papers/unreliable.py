@@ -26,10 +26,11 @@ import numpy as np
 from teamsight.analysis.papers.reproduction import Paper, PaperPlan, rows_of, runs_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
-from teamsight.analysis.plot.style import DEGREE, FAINT
+from teamsight.analysis.plot.style import DEGREE, FAINT, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import canonical, root
-from teamsight.analysis.stats.paired import interval_of
+from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import interval_text, plus_minus, signed_text
 from teamsight.core.component import Allowed, Count, Positive, Seed
 from teamsight.tasks.registry import TASKS
 
@@ -418,11 +419,12 @@ def draw(found: Unreliable, plan: Unreliability, sweep: str) -> Canvas:
     of = rows_of(found.points, sweep=sweep)
     of = of.assign(x=of["value"] if sweep == "periods" else of["value"].map(partial(_failures, plan=plan)))
     unit, kinds = " points" * plan.is_cmommt, len(plan.cells)
-    gains = of.groupby("value", sort=False)["gain"].agg(["min", "max"])
-    adds = [
-        f"{_signed(low)} to {_signed(high)}{unit} at {named} {value:g}"
-        for value, low, high in gains.iloc[[0, -1]].itertuples()
-    ]
+    ends = of.groupby("policy", sort=False)["gain"].agg(["idxmin", "idxmax"])
+    least, most = of.loc[ends["idxmin"]], of.loc[ends["idxmax"]]
+    adds = (
+        f"{signed_text(low)} to {signed_text(high)}{unit} ({policy}; least at {named} {value:g})"
+        for policy, value, low, high in zip(least["policy"], least["value"], least["gain"], most["gain"], strict=True)
+    )
     gained = "gain from awareness  [points]" if plan.is_cmommt else "gain from awareness"
     rows: dict[str, Callable[..., None]] = {
         "observed targets  [%]" if plan.is_cmommt else plan.observed: _draw_observed,
@@ -519,13 +521,16 @@ def sweep_table(found: pd.DataFrame, sweep: str, plan: Unreliability) -> str:
     of, rows = rows_of(found, sweep=sweep), []
     values = of["value"].unique().tolist()
     quantities: tuple[tuple[str, bool, Callable[[Any], str]], ...] = (
-        ("gain [points]" if plan.is_cmommt else "gain", True, lambda point: _plus_minus(point, "gain", _signed)),
-        (plan.observed, True, lambda point: _plus_minus(point, "aware", "{:.1f}".format)),
-        (plan.observed, False, lambda point: _plus_minus(point, "unaware", "{:.1f}".format)),
+        (
+            "gain [points]" if plan.is_cmommt else "gain", True,
+            lambda point: minus(plus_minus(point["gain"], point["gain_high"], "+.1f", ".1f")),
+        ),
+        (plan.observed, True, lambda point: plus_minus(point["aware"], point["aware_high"])),
+        (plan.observed, False, lambda point: plus_minus(point["unaware"], point["unaware_high"])),
         ("δ (its bounds)", True, _range),
         ("neighbours", True, lambda point: f"{point['neighbours']:.2f}"),
         ("neighbours", False, lambda point: f"{point['unaware_neighbours']:.2f}"),
-    )
+    )  # fmt: skip
     for quantity, aware, write in quantities:
         teams: dict[str, str] = {}
         for policy in of["policy"].unique():
@@ -547,12 +552,12 @@ def sentences(found: Unreliable, sweep: str, plan: Unreliability) -> list[str]:
     for key, rows in rows_of(found.points, sweep=sweep).groupby(by, sort=False):
         first, last = rows.iloc[0], rows.iloc[-1]
         who = f"{first['policy']}, {plan.title(first.to_dict())}"
-        text = f"{who}: gain {_interval(first, 'gain')} at {first['value']:g}"
+        gain = "gain", "gain_low", "gain_high"
+        text = f"{who}: gain {_interval(first, *gain)} at {first['value']:g}"
         if len(rows) > 1:
-            text += (
-                f", {_interval(last, 'gain')} at {last['value']:g}; change "
-                f"{_interval(change[key].iloc[-1], 'change', '')}. δ {_range(first)} and {_range(last)}"
-            )
+            changed = _interval(change[key].iloc[-1], "change", "low", "high")
+            text += f", {_interval(last, *gain)} at {last['value']:g}; change {changed}. "
+            text += f"δ {_range(first)} and {_range(last)}"
         said.append(f"{text}.")
     return said
 
@@ -562,24 +567,13 @@ def summary(found: Unreliable, plan: Unreliability) -> Sequence[str]:
     return [f"{sweep}: {line}" for sweep in SWEEPS for line in sentences(found, sweep, plan)]
 
 
-def _plus_minus(point: Any, name: str, write: Callable[[float], str]) -> str:
-    wide = point[f"{name}_high"] - point[name]
-    return write(point[name]) + (f" ± {wide:.1f}" if np.isfinite(wide) else "")
-
-
 def _range(point: Any) -> str:
     high = f" to {point['delta_safe']}" if point["supported"] else ""
     return f"{point['delta']} ({point['delta_low']}{high})"
 
 
-def _interval(point: Any, name: str, bounds: str | None = None) -> str:
-    low, high = (point[f"{name}_{end}" if bounds is None else end] for end in ("low", "high"))
-    return _signed(point[name]) + (f" ({_signed(low)} to {_signed(high)})" if np.isfinite(low) else "")
-
-
-def _signed(value: float) -> str:
-    # 0 is added, since a number that rounds to 0 is not negative.
-    return f"{round(value, 1) + 0.0:+.1f}".replace("-", "−")
+def _interval(point: Any, *names: str) -> str:
+    return interval_text(Interval(*(float(point[name]) for name in names)))
 
 
 PAPER = Paper(

@@ -25,8 +25,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers.reproduction import Contents, PaperPlan, Reproduction
-from teamsight.analysis.runs.grid import PAPER as PAPER_GRID
-from teamsight.analysis.runs.grid import QUICK, Grid
+from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 from teamsight.analysis.runs.limits import CellRuns, Steps
 from teamsight.analysis.runs.seeds import root
 from teamsight.core.component import Allowed, Seed
@@ -77,7 +76,7 @@ class Touzet(PaperPlan):
     steps: Steps = 600
     seed: Seed = root("reproduce")
     preset: Annotated[str, Allowed(choices=(*PRESETS, "defaults"))] = "touzet2000"
-    grid: Grid = PAPER_GRID
+    grid: Grid = FULL
 
     @property
     def made(self) -> list[str]:

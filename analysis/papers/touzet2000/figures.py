@@ -78,9 +78,9 @@ _LARGEST_TEAM = 30
 
 
 def _tabulate_search_space(tables: Tables, plan: Touzet) -> dict[str, pd.DataFrame]:
-    from teamsight.analysis.search_space import PAPER, dimensions_table
+    from teamsight.analysis.search_space import TOUZET, dimensions_table
 
-    return {"": dimensions_table(range(1, _LARGEST_TEAM + 1), degrees=PAPER)}
+    return {"": dimensions_table(range(1, _LARGEST_TEAM + 1), degrees=TOUZET)}
 
 
 def _draw_search_space(tables: Tables, plan: Touzet) -> Canvas:

@@ -19,9 +19,9 @@ from teamsight.analysis.papers.gathering import (
     PAPER,
     UNRELIABLE,
     Cell,
+    CellVerdict,
     DeltaInterval,
     GatheringPlan,
-    Verdict,
     by_chance,
     cautions,
     delta_interval,
@@ -43,7 +43,7 @@ def found() -> Any:
     return gather(PLAN)
 
 
-def of(verdicts: list[Verdict], claim: str, task: str) -> set[str]:
+def of(verdicts: list[CellVerdict], claim: str, task: str) -> set[str]:
     return {one.outcome for one in verdicts if (one.claim, one.task) == (claim, task)}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.runs.experiment import Experiment, Variant
-from teamsight.analysis.runs.grid import PAPER, QUICK
+from teamsight.analysis.runs.grid import FULL, QUICK
 from teamsight.analysis.runs.run import Run, outcome
 from teamsight.policies import ACmommt
 
@@ -97,5 +97,5 @@ def test_a_run_with_a_long_policy_is_described_in_one_line() -> None:
 
 
 def test_the_papers_grid_and_the_quick_one() -> None:
-    assert len(PAPER.cells) == 270
-    assert set(QUICK.cells) < set(PAPER.cells)
+    assert len(FULL.cells) == 270
+    assert set(QUICK.cells) < set(FULL.cells)

@@ -23,13 +23,13 @@ from teamsight.analysis.papers.touzet2000.claims import (
 )
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, experiments_of
 from teamsight.analysis.papers.touzet2000.ledger import Ledger, options, scenario
-from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
+from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 
 Share = Callable[[int, float], float]
 
 
 def table(
-    share: Share = lambda n, r: 0.5, most: Share = lambda n, r: 0, grid: Grid = PAPER, noise: float = 0.0
+    share: Share = lambda n, r: 0.5, most: Share = lambda n, r: 0, grid: Grid = FULL, noise: float = 0.0
 ) -> pd.DataFrame:
     rows = [
         (
@@ -277,7 +277,7 @@ def test_every_rule_is_tested_both_ways(name: str) -> None:
     assert {holds for case, holds, _ in CASES if case == name} == ways
 
 
-@pytest.mark.parametrize("grid", [PAPER, QUICK])
+@pytest.mark.parametrize("grid", [FULL, QUICK])
 def test_every_rule_can_be_applied_to_either_grid(grid: Grid) -> None:
     tables = {name: made(name, grid) for name in needed()}
     for name, claim in CLAIMS.items():
@@ -368,9 +368,9 @@ def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_learned_gain_rarely_holds_if_signs_are_random(name: str) -> None:
     rule = {"learned-gain": learned_gain, "learned-shape": learned_shape, "learned-hurts": learned_hurts}[name]
     generator = np.random.default_rng(3)
-    hump_of_each = np.array([[low_hump(n, r) for r in PAPER.radius] for n in PAPER.robots])
+    hump_of_each = np.array([[low_hump(n, r) for r in FULL.radius] for n in FULL.robots])
     values = 100 * hump_of_each + generator.normal(0.0, 5.0, (25, 1, 1))
-    gains = Gains(values, np.array(PAPER.robots), np.array(PAPER.radius))
+    gains = Gains(values, np.array(FULL.robots), np.array(FULL.radius))
     # Intervals of 95 % lie on one given side of 0 in 2.5 % of cases; 1,000 draws are uncertain by 1 %.
     assert null_rate(rule, gains) < 0.04
     assert null_rate(rule, gains) == null_rate(rule, gains)
@@ -385,7 +385,7 @@ def test_a_row_on_learning_judges_the_papers_learner_and_has_the_other_beside_it
     assert found.measured.startswith("0.0 pp (+0.0 to +0.0);")
     for part in ("5 explorations of 600 transitions", "R = 3", "reward own", "reward team", "holds, 25.", "not the paper's"):
         assert part in found.beside[0]
-    by_radius = {r: np.mean([100 * low_hump(n, r) for n in PAPER.robots]) for r in PAPER.radius}
+    by_radius = {r: np.mean([100 * low_hump(n, r) for n in FULL.robots]) for r in FULL.radius}
     means = ", ".join(f"{value:+.1f}" for value in by_radius.values())
     assert f"mean over N at R = 1..9: {means} pp" in CLAIMS["learned-shape"].judge(tables, beside=True).beside[0]
 
