@@ -68,10 +68,9 @@ def _learning_curves() -> bytes:
 
 
 def _evolved() -> bytes:
-    from teamsight.analysis.papers.evolution import picture
+    from teamsight.analysis.papers.evolution import draw
 
-    table = pd.read_parquet(ROOT / "docs" / "evolved.parquet")
-    return picture(table, table.attrs)
+    return to_picture(draw(pd.read_parquet(ROOT / "docs" / "evolved.parquet")))
 
 
 #: What draws a picture from the committed tables.

@@ -205,6 +205,8 @@ class Reproduction(Generic[P, F]):
         check_results(folder, self.names(plan, folder, formats), about, checkpoint=checkpoint, force=force)
         found = self.make(plan, pool, watch, checkpoint)
         for contents, further in self.contents(found, plan, formats, pool, watch):
+            for name in contents:
+                (folder / name).parent.mkdir(exist_ok=True)
             write_results(folder, contents, about | further, force=force)
         checkpoint.forget()
         return found

@@ -68,13 +68,14 @@ def test_evolve_test_passes_its_files_on(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: dict[str, Any] = {}
-    monkeypatch.setattr(evolution, "evaluate", lambda folder, pool, watch, **given: asked.update(given, folder=folder))
+    monkeypatch.setattr(
+        Paper, "reproduce", lambda self, plan, folder, pool, watch, force: asked.update(plan=plan, folder=folder, force=force)
+    )
     files = ["--constants", "c.json", "--training", "t", "--further", "f"]
     options = [*files, "--runs", "2", "--out", str(tmp_path), "--workers", "1"]
     assert call(capsys, "evolve", "test", *options)[0] == 0
     assert asked == {
-        "folder": tmp_path, "constants": Path("c.json"), "training": Path("t"), "further": Path("f"), "runs": 2,
-        "force": False,
+        "plan": evolution.Comparison(Path("c.json"), Path("t"), Path("f"), 2), "folder": tmp_path, "force": False,
     }  # fmt: skip
 
 

@@ -81,7 +81,7 @@ def of_calibration(text: str) -> Iterator[str]:
 def of_evolution(text: str) -> Iterator[str]:
     table = shipped("evolved")
     assert table.attrs["made"] == made_with()
-    yield written(evolution.page(table, table.attrs))
+    yield written(evolution.COMPARISON.text(table, evolution.Comparison()))
 
 
 def of_diagnosis(text: str) -> Iterator[str]:

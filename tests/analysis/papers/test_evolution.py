@@ -15,7 +15,7 @@ import pytest
 from teamsight import CMOMMT, Box
 from teamsight.agents.awareness import NoAwareness
 from teamsight.analysis.papers import evolution
-from teamsight.analysis.papers.evolution import VARIATIONS, WORST, Variation, checkpoint_in, evaluate, options_of, train
+from teamsight.analysis.papers.evolution import VARIATIONS, WORST, Variation, checkpoint_in, options_of, train
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.runs import checkpoint
 from teamsight.analysis.runs.grid import Grid
@@ -50,6 +50,10 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     original = evolution.fitness
     monkeypatch.setattr(evolution, "fitness", fitness)
     return numbers
+
+
+def evaluate(folder: Path, watch: Any = lambda phase, done, total: None, **given: Any) -> None:
+    evolution.COMPARISON.reproduce(evolution.Comparison(**given), folder, watch=watch)
 
 
 def run(generations: int, folder: Path, what: Evolution = SMALL) -> list[np.ndarray]:
@@ -193,7 +197,7 @@ def screened(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
         value = table["gain"] + 10 * (table["idle"] == "wander") + 5 * (table["weights"] == "shared")
         return table.assign(observed=value).sort_values("observed", ascending=False, kind="stable")
 
-    monkeypatch.setattr(evolution, "_observed", observed)
+    monkeypatch.setattr(evolution, "_screen_all", observed)
     return found
 
 
