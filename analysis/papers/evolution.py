@@ -737,8 +737,8 @@ def draw(table: pd.DataFrame, plan: Comparison | None = None) -> Canvas:
     head(
         figure,
         title,
-        f"Θ(1), ring of 16, minus the strongest A-CMOMMT, Θ(N), paired on common noise, mean over {table.attrs['runs']} "
-        f"runs of {STEPS} steps, seed {TEST}; in brackets: the 95 % interval includes 0",
+        f"Θ(1), ring of 16, minus the strongest A-CMOMMT, Θ(N), paired on common noise, mean of "
+        f"{table.attrs['runs']} runs of {STEPS} steps, seed {TEST}; in brackets: the 95 % interval includes 0",
     )
     limit = 5.0 * np.ceil(cells["mean"].abs().max() / 5.0)
     look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)

@@ -350,19 +350,29 @@ class _TeamRuns:
     def cost(self) -> float:
         return float(len(self.replicates) * self.plan.steps_of(self.team.task) * self.team.size / 15)
 
-    def make(self, worlds: ReusedWorlds) -> list[Any]:
-        """Let the team learn, if it has to, and return what was measured in each run."""
-        from teamsight.analysis.runs.run import TaskMeasure, task_run
+    def make(self, worlds: ReusedWorlds) -> list[dict[str, Any]]:
+        """Let the team learn, if it has to, and return a row for each run; see `Runs`."""
+        from teamsight.analysis.runs.run import NEIGHBOURS, TaskMeasure, task_run
 
         task, size, treatment, delta = self.team
         awareness = None if delta == OWN else self.plan.awareness(delta)
         scenario, rng = self.plan.scenario_of(task, size), self.plan.seed + self.training
         parameters = task.parameters(treatment, scenario, awareness=awareness, rng=rng)
         # δ of both teams comes from these runs, and so does what a robot meets beyond it.
-        measure = _Exposure(task) if delta == OWN else TaskMeasure(task)
-        runs = [task_run(task, parameters, seed, self.plan.steps_of(task), measure) for seed in self.seeds]
+        measure, steps = _Exposure(task) if delta == OWN else TaskMeasure(task), self.plan.steps_of(task)
+        runs = [task_run(task, parameters, seed, steps, measure) for seed in self.seeds]
         worlds.expect((run.parameters, run.seed) for run in runs)
-        return [run.make(worlds) for run in runs]
+        rows = []
+        for replicate, run in zip(self.replicates, runs, strict=True):
+            found = run.make(worlds)
+            value = found[task.objective.metric]
+            rows.append({
+                "task": task.name, "size": size, "treatment": treatment, "delta": delta, "training": self.training,
+                "replicate": replicate, "seed": run.seed, "steps": steps, "value": value,
+                "counted": task.objective.counted(value, steps), **{name: found[name] for name in NEIGHBOURS},
+                "robot_steps": found.get("robot_steps"),
+            })  # fmt: skip
+        return rows
 
     def describe(self) -> str:
         """Return the job in words."""
@@ -409,23 +419,9 @@ class Runs:
             measured = run_all(
                 jobs, self._pool, progress=lambda done, total: watch(phase, done, total), checkpoint=self._checkpoint
             )
-            rows = [row for job, found in zip(jobs, measured, strict=True) for row in self._rows(job, found)]
-            self.table = pd.concat([self.table, pd.DataFrame(rows)], ignore_index=True)
+            made = pd.DataFrame([row for rows in measured for row in rows])
+            self.table = pd.concat([self.table, made], ignore_index=True)
         return pd.concat([self._has(team) for team in teams], ignore_index=True)
-
-    def _rows(self, job: _TeamRuns, measured: Iterable[Mapping[str, Any]]) -> Iterable[dict[str, Any]]:
-        from teamsight.analysis.runs.run import NEIGHBOURS
-
-        task, size, treatment, delta = job.team
-        steps = self.plan.steps_of(task)
-        for replicate, seed, found in zip(job.replicates, job.seeds, measured, strict=True):
-            value = found[task.objective.metric]
-            yield {
-                "task": task.name, "size": size, "treatment": treatment, "delta": delta, "training": job.training,
-                "replicate": replicate, "seed": seed, "steps": steps, "value": value,
-                "counted": task.objective.counted(value, steps), **{name: found[name] for name in NEIGHBOURS},
-                "robot_steps": found.get("robot_steps"),
-            }  # fmt: skip
 
     def _has(self, team: Team) -> pd.DataFrame:
         if self.table.empty:

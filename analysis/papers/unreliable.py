@@ -228,15 +228,19 @@ class Unreliability(PaperPlan):
         """The objective, with its unit."""
         return "observed [%]" if self.is_cmommt else self.work.objective.metric
 
+    def team(self, policy: str, aware: bool) -> tuple[str, str]:
+        """Return the policy and the degree of awareness of a team; another task's has a degree of its own."""
+        if self.is_cmommt:
+            return TEAMS[policy][not aware]
+        return SKILLED, "pairwise" if aware else "none"
+
     def name(self, policy: str, aware: bool) -> str:
         """Return the name of a team."""
-        if self.is_cmommt:
-            return "{} ({})".format(*TEAMS[policy][not aware])
-        return SKILLED if aware else f"{SKILLED} (none)"
+        return SKILLED if aware and not self.is_cmommt else "{} ({})".format(*self.team(policy, aware))
 
     def colour(self, policy: str, aware: bool) -> str:
-        """Return the colour of the degree of a team; one for the own degree of another task's, whatever it is."""
-        return DEGREE[TEAMS[policy][not aware][1] if self.is_cmommt else "pairwise" if aware else "none"]
+        """Return the colour of the degree of a team."""
+        return DEGREE[self.team(policy, aware)[1]]
 
     def title(self, scenario: Mapping[Any, Any]) -> str:
         """Return the names and values of a scenario."""
@@ -256,17 +260,15 @@ class Unreliability(PaperPlan):
         """Return the parameters of a world."""
         if not self.is_cmommt:
             return self._skilled[aware]
-        return self.work.parameters(dict(zip(("policy", "awareness"), TEAMS[policy][not aware], strict=True)), scenario)
+        named = dict(zip(("policy", "awareness"), self.team(policy, aware), strict=True))
+        return self.work.parameters(named, scenario)
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
         names = ("runs", "steps", "seed", "repair", "policies", "availabilities", "periods")
         named = {name: getattr(self, name) for name in names}
         own = {"task": self.work.name, "scenario": self.work.full_scenario(self.set)}
-        found: dict[str, Any] = json.loads(
-            json.dumps(named | ({"scenarios": self.scenarios} if self.is_cmommt else own))
-        )
-        return found
+        return json.loads(json.dumps(named | ({"scenarios": self.scenarios} if self.is_cmommt else own)))  # type: ignore[no-any-return]
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it.
