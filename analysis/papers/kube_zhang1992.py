@@ -23,7 +23,6 @@ import numpy.typing as npt
 
 from teamsight.analysis.papers import reproduction
 from teamsight.analysis.papers.reproduction import RECALLED, Floats, Paper, column, judged, rows_of, verdict_of
-from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, ROBOTS_LABEL
 from teamsight.analysis.runs import limits
@@ -71,6 +70,8 @@ only what was read can hold or fail.
 
 ## Team sizes
 
+| robots | steps | censored | stagnation | steps without recovery | censored | stagnation | neighbours when exploring | with fixed priority |
+| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 {sizes}
 
 ## Claims
@@ -82,7 +83,7 @@ only what was read can hold or fail.
 {said[0]}
 
 {said[1]}
-"""
+"""  # noqa: E501
 
 
 @dataclass(frozen=True)
@@ -328,25 +329,18 @@ def draw(table: pd.DataFrame, plan: Pushing) -> Canvas:
     return figure
 
 
-def sizes_table(table: pd.DataFrame) -> str:
-    """Return a table with a row for each number of robots."""
+def sizes(table: pd.DataFrame) -> str:
+    """Return the rows of a table, one for each number of robots."""
     rows = []
     for size in sorted(table["robots"].unique()):
-        row = [f"{size}"]
+        row = f"| {size} |"
         for team in (FIXED, SLOW):
             runs = rows_of(table, team=team, robots=size)
-            shares = stagnation(runs)
-            row += [
-                f"{runs['time'].mean():.0f}", f"{100 * runs['censored'].mean():.0f} %",
-                f"{100 * shares.mean():.0f} %" if len(shares) else "–",
-            ]  # fmt: skip
+            stuck = f"{100 * stagnation(runs).mean():.0f} %" if runs["together"].any() else "–"
+            row += f" {runs['time'].mean():.0f} | {100 * runs['censored'].mean():.0f} % | {stuck} |"
         met = (rows_of(table, team=team, robots=size)["max_neighbours"].mean() for team in (EXPLORE, FIXED))
-        rows.append([*row, *(f"{one:.1f}" for one in met)])
-    columns = [
-        "robots", "steps", "censored", "stagnation", "steps without recovery", "censored", "stagnation",
-        "neighbours when exploring", "with fixed priority",
-    ]  # fmt: skip
-    return markdown.table(columns, rows, align="r" * len(columns))
+        rows.append(row + "".join(f" {one:.1f} |" for one in met))
+    return "\n".join(rows)
 
 
 def sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
@@ -363,7 +357,7 @@ def sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
 PAPER = Paper(
     plan=Pushing, name="pushing", page="tasks/pushing", template=_PAGE, figures={"pushing": draw},
     values=lambda table, plan: {
-        "margin": 100 * MARGIN, "sizes": sizes_table(table), "said": sentences(table, plan),
+        "margin": 100 * MARGIN, "sizes": sizes(table), "said": sentences(table, plan),
     },
     verdicts=verdicts, sentences=sentences, quick={"runs": 10, "robots": (1, 2, 5, 10, 20)},
     small={"runs": 1, "steps": 60, "robots": (1, 2, 4), "seed": 7},

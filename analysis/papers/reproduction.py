@@ -219,7 +219,7 @@ class Paper(Reproduction[P, F]):
     Parameters
     ----------
     template : str
-        The page: paragraphs of Markdown with values in braces; see `filled`.
+        The page: paragraphs, lists and tables of Markdown with values in braces, such as the rows of a table.
     values : callable
         ``values(found, plan)`` returns the values of the template by name, beside ``plan``, ``claims`` (the table of
         the verdicts) and ``number``, that of the claims.
@@ -371,8 +371,8 @@ def verdict_counts(found: Sequence[Verdict]) -> str:
 
 
 def filled(template: str, **values: Any) -> str:
-    """Return a page of Markdown from its template: paragraphs and lists, and values in braces."""
-    paragraphs = (re.sub(r"\n(?!- |\d+\. )", " ", one) for one in template.strip().split("\n\n"))
+    """Return a page of Markdown from its template: paragraphs, lists and tables, and values in braces."""
+    paragraphs = (re.sub(r"(?<!\|)\n(?!- |\d+\. |\|)", " ", one) for one in template.strip().split("\n\n"))
     return markdown.page(*(one.format(**values) for one in paragraphs))
 
 

@@ -13,7 +13,7 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -31,7 +31,6 @@ from teamsight.analysis.papers.reproduction import (
     rows_of,
     verdict_of,
 )
-from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, panels
 from teamsight.analysis.plot.style import DEGREE, FAINT, shades
 from teamsight.analysis.runs.seeds import root
@@ -139,6 +138,8 @@ value of what is perceived at a capture counts like any other, as his formula re
 
 {agreement}
 
+| where | prey/hunters | phase | Tan | ours | 95 % | difference | verdict |
+| :--- | :--- | :--- | ---: | ---: | ---: | ---: | :--- |
 {ledger}
 
 ## {number} claims
@@ -490,24 +491,19 @@ def page_values(table: pd.DataFrame, plan: Pursuits) -> Mapping[str, Any]:
     """Return the values of the page."""
     rows = ledger(table)
     return {
-        "settled": SETTLED, "widest": WIDEST, "values": len(rows), "ledger": ledger_table(rows),
+        "settled": SETTLED, "widest": WIDEST, "values": len(rows),
+        "ledger": "\n".join(map(ledger_row, rows.itertuples())),
         **dict(zip(("agreement", "chance"), sentences(table, plan), strict=True)),
     }  # fmt: skip
 
 
-def ledger_table(rows: pd.DataFrame) -> str:
-    """Return a table with a row for each value of Tan."""
-    columns = ["where", "prey/hunters", "phase", "Tan", "ours", "95 %", "difference", "verdict"]
-    cells = [
-        [
-            row.where, row.condition, row.phase, plus_minus(row.steps, row.steps + row.half, ".2f"),
-            plus_minus(row.mean, row.mean + row.half90, ".2f"),
-            f"± {row.half95:.1f}" if math.isfinite(row.half95) else "",
-            interval_text(Interval(row.difference, row.low, row.high)), row.verdict,
-        ]
-        for row in cast("Sequence[Any]", list(rows.itertuples()))
-    ]  # fmt: skip
-    return markdown.table(columns, cells, align="lllrrrrl")
+def ledger_row(row: Any) -> str:
+    """Return the row of a table for a value of Tan."""
+    known = f"± {row.half95:.1f}" if math.isfinite(row.half95) else ""
+    tan, ours = (plus_minus(mean, mean + half, ".2f") for mean, half in ((row.steps, row.half), (row.mean, row.half90)))
+    difference = interval_text(Interval(row.difference, row.low, row.high))
+    where = f"{row.where} | {row.condition} | {row.phase}"
+    return f"| {where} | {tan} | {ours} | {known} | {difference} | {row.verdict} |"
 
 
 def sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
