@@ -25,8 +25,8 @@ def test_a_paper_writes_its_files_and_replaces_no_others(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The network learns from fewer examples than that of the page; in a process it learns once from a seed.
-    monkeypatch.setattr(kube_zhang1992, "_STEPS", 100)
-    monkeypatch.setattr(kube_zhang1992, "_SIZES", (3, 6))
+    monkeypatch.setattr(kube_zhang1992, "_STEPS", 30)
+    monkeypatch.setattr(kube_zhang1992, "_SIZES", (3,))
     paper: Any = PAPERS[name]
     plan = paper.plan(**paper.small)
     seen: list[float] = []
