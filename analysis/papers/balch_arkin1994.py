@@ -188,10 +188,8 @@ def page_values(table: pd.DataFrame, plan: Communication) -> dict[str, Any]:
         mean = interval_text(gain(table, task, level, over), "%", scale=100)
         ours = minus(f"{mean} | {100 * most:+.1f} % at {where}")
         percentages.append(f"| {task} | {level} over {over} | {percent:g} % | {ours} |")
-    return {
-        "robots": ", ".join(map(str, plan.robots)), "attractors": ", ".join(map(str, plan.attractors)),
-        "margin": 100 * MARGIN, "times": "\n".join(times), "percentages": "\n".join(percentages),
-    }  # fmt: skip
+    found = {"times": "\n".join(times), "percentages": "\n".join(percentages), "margin": 100 * MARGIN}
+    return found | {name: ", ".join(map(str, getattr(plan, name))) for name in ("robots", "attractors")}
 
 
 PAPER = Paper(
