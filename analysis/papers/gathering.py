@@ -88,6 +88,8 @@ _PAGE = """
 the team with skill is the better one (by 95 %; ? is undecided). Intervals in brackets hold together, for each task and
 N, with {confidence:.0%}.
 
+| task | gathers | N | skilled is better | δ(explore) | δ(skilled) | gathering index | an exploration shows fewer | shows more | robot-steps with more than δ(explore) | saturates at δ |
+| :--- | :--- | ---: | :--- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 {index}
 
 ## Where the objective saturates
@@ -95,10 +97,14 @@ N, with {confidence:.0%}.
 δ from which on the objective falls short of that with N − 1 teammates by at most the tolerance, whether it is shown to
 be enough with the two δ above, and what all N − 1 teammates are worth.
 
+| task | N | objective with N − 1 | gain of awareness | saturates at δ | enough at δ(explore) | enough at δ(skilled) | censored |
+| :--- | ---: | ---: | ---: | ---: | :--- | :--- | ---: |
 {saturation}
 
 ## Claims
 
+| claim | statement | rule |
+| --- | --- | --- |
 {claims}
 
 ## Verdicts
@@ -109,6 +115,8 @@ For N from small to large; ? is undecided.
 
 ## All verdicts
 
+| claim | task | N | verdict | measured |
+| --- | --- | --- | --- | --- |
 {verdicts}
 
 ## Explore, act, measure again
@@ -116,12 +124,14 @@ For N from small to large; ? is undecided.
 The team with skill gets the δ of the exploration, then the one that it needed with that, until it holds. At last it is
 compared with a team with N − 1.
 
+| task | N | δ of the rounds | more runs | more trainings | enough | falls short by |
+| :--- | ---: | :--- | ---: | ---: | :--- | ---: |
 {rounds}
 
 ## Conditions
 
 {conditions}
-"""
+"""  # noqa: E501
 
 _Share = Annotated[float, Allowed(above=0.0, most=1.0)]
 _Size = Annotated[int, Allowed(least=2)]
@@ -981,63 +991,37 @@ def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None
 
 def page_values(found: Gathering, plan: GatheringPlan) -> Mapping[str, Any]:
     """Return the values of the page."""
-    claims = [[name, claim.statement, claim.rule] for name, claim in CLAIMS.items()]
-    verdicts = [
-        [one.claim, one.task or "all", f"{one.size or 'all'}", _bold(one), one.measured] for one in found.verdicts
-    ]
+    claims = [*((name, claim.statement, claim.rule) for name, claim in CLAIMS.items()), UNRELIABLE]
+    saturation = (
+        f"| {cell.task} | {cell.size} | {cell.objective:.3g} | {interval_text(cell.gain)} | {cell.saturation} | "
+        f"{cell.is_enough(cell.explore.delta)} | {cell.is_enough(cell.skilled.delta)} | {cell.censored:.0%} |"
+        for cell in found.cells
+    )
+    verdicts = (
+        f"| {one.claim} | {one.task or 'all'} | {one.size or 'all'} | {_bold(one)} | {one.measured} |"
+        for one in found.verdicts
+    )
+    rounds = (
+        f"| {task} | {size} | {' → '.join(map(str, one.used))} | {one.runs} | {one.trainings} | {one.enough} | "
+        f"{interval_text(one.shortfall)} |"
+        for (task, size), one in found.iterations.items()
+    )
     return {
-        "confidence": CONFIDENCE, "index": index_table(found.cells), "saturation": saturation_table(found.cells),
-        "claims": markdown.table(["claim", "statement", "rule"], [*claims, list(UNRELIABLE)]),
-        "summary": summary_table(found.verdicts),
-        "verdicts": markdown.table(["claim", "task", "N", "verdict", "measured"], verdicts),
-        "rounds": rounds_table(found.iterations), "conditions": "\n".join(f"- {line}" for line in _conditions(plan)),
+        "confidence": CONFIDENCE, "index": index_rows(found.cells), "saturation": "\n".join(saturation),
+        "claims": "\n".join(f"| {' | '.join(one)} |" for one in claims), "summary": summary_table(found.verdicts),
+        "verdicts": "\n".join(verdicts), "rounds": "\n".join(rounds),
+        "conditions": "\n".join(f"- {line}" for line in _conditions(plan)),
     }  # fmt: skip
 
 
-def index_table(cells: Sequence[Cell]) -> str:
+def index_rows(cells: Sequence[Cell]) -> str:
     """Return a row for each task and team size: δ of both teams, and their ratio."""
-    columns = [
-        "task", "gathers", "N", "skilled is better", "δ(explore)", "δ(skilled)", "gathering index",
-        "an exploration shows fewer", "shows more", "robot-steps with more than δ(explore)", "saturates at δ",
-    ]  # fmt: skip
-    rows = (
-        [
-            cell.task, _GATHERS[cell.gathers], f"{cell.size}", _SIGNS[cell.has_skill], f"{cell.explore}",
-            f"{cell.skilled}", interval_text(cell.ratio), f"{cell.too_few:.0%}", f"{cell.too_many:.0%}",
-            f"{cell.crowded:.2%}", f"{cell.saturation}",
-        ]
+    return "\n".join(
+        f"| {cell.task} | {_GATHERS[cell.gathers]} | {cell.size} | {_SIGNS[cell.has_skill]} | {cell.explore} | "
+        f"{cell.skilled} | {interval_text(cell.ratio)} | {cell.too_few:.0%} | {cell.too_many:.0%} | "
+        f"{cell.crowded:.2%} | {cell.saturation} |"
         for cell in cells
-    )  # fmt: skip
-    return markdown.table(columns, rows, align="llrlrrrrrrr")
-
-
-def saturation_table(cells: Sequence[Cell]) -> str:
-    """Return a row for each task and team size: the objective against δ."""
-    columns = [
-        "task", "N", "objective with N − 1", "gain of awareness", "saturates at δ", "enough at δ(explore)",
-        "enough at δ(skilled)", "censored",
-    ]  # fmt: skip
-    rows = (
-        [
-            cell.task, f"{cell.size}", f"{cell.objective:.3g}", interval_text(cell.gain), f"{cell.saturation}",
-            cell.is_enough(cell.explore.delta), cell.is_enough(cell.skilled.delta), f"{cell.censored:.0%}",
-        ]
-        for cell in cells
-    )  # fmt: skip
-    return markdown.table(columns, rows, align="lrrrrllr")
-
-
-def rounds_table(iterations: Mapping[tuple[str, int], Iteration]) -> str:
-    """Return a row for each task and team size: the δ of the rounds, and their cost."""
-    columns = ["task", "N", "δ of the rounds", "more runs", "more trainings", "enough", "falls short by"]
-    rows = (
-        [
-            task, f"{size}", " → ".join(map(str, one.used)), f"{one.runs}", f"{one.trainings}", one.enough,
-            interval_text(one.shortfall),
-        ]
-        for (task, size), one in iterations.items()
-    )  # fmt: skip
-    return markdown.table(columns, rows, align="lrlrrlr")
+    )
 
 
 def summary_table(verdicts: Sequence[CellVerdict]) -> str:

@@ -97,7 +97,7 @@ def of_diagnosis(text: str) -> Iterator[str]:
 
 def of_gathering(text: str) -> Iterator[str]:
     cells = [_cell(row) for _, row in shipped("tasks/gathering-index").iterrows()]
-    yield gathering.index_table([cell for cell in cells if cell.size in (8, 30)])
+    yield gathering.index_rows([cell for cell in cells if cell.size in (8, 30)])
     yield gathering.summary_table(gathering.judge(cells))
     further = [part["runs"].iloc[1:] for _, part in shipped("tasks/gathering-rounds").groupby(["task", "size"])]
     said = f"one or two rounds in every cell, {min(map(sum, further))} to {max(map(sum, further))} further runs"
