@@ -732,6 +732,7 @@ def draw(table: pd.DataFrame, plan: Comparison | None = None) -> Canvas:
     """Return the gain over team size and radius; for the parameters see `page_values`."""
     cells = _cells_of(table)
     figure = canvas(WIDTH, HEIGHT + HEAD)
+    figure.set_dpi(90)
     title = f"The evolved policy observes {_gain(table[table['part'] == 'overall'].iloc[0])} points more than A-CMOMMT"
     figure.set_label(title)
     head(

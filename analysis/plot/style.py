@@ -69,7 +69,7 @@ def canvas(width: float, height: float) -> Canvas:
     """Return an empty figure of this size [inches] without a window."""
     from matplotlib.figure import Figure as Canvas
 
-    return Canvas(figsize=(width, height), facecolor="white")
+    return Canvas(figsize=(width, height), facecolor="white", dpi=_DPI)
 
 
 def head(figure: Canvas, title: str, subtitle: str) -> None:
@@ -86,12 +86,7 @@ def plain(axes: Axes) -> None:
     axes.set_axisbelow(True)
 
 
-def to_png(figure: Canvas, description: str, dpi: int = _DPI) -> bytes:
-    """Return the figure as PNG with a description in its metadata."""
-    return to_picture(figure, description, "png", dpi)
-
-
-def to_picture(figure: Canvas, description: str = "", kind: str = "png", dpi: int = _DPI) -> bytes:
+def to_picture(figure: Canvas, description: str = "", kind: str = "png") -> bytes:
     """Return the figure in one of `FORMATS`; the same figure gives the same bytes.
 
     Parameters
@@ -102,8 +97,6 @@ def to_picture(figure: Canvas, description: str = "", kind: str = "png", dpi: in
         Written into the metadata, beside the name of this program; by default the label of the figure, its title.
     kind : str
         A name in `FORMATS`.
-    dpi : int
-        Resolution of PNG, and of images within the others.
     """
     import matplotlib
 
@@ -112,7 +105,7 @@ def to_picture(figure: Canvas, description: str = "", kind: str = "png", dpi: in
     metadata = {name: value.format(description) if value else None for name, value in FORMATS[kind].items()}
     # The identifiers in SVG are random without a salt.
     with matplotlib.rc_context({"svg.hashsalt": "teamsight"}):
-        figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata, **_SAVING.get(kind, {}))
+        figure.savefig(buffer, format=kind, dpi=figure.dpi, metadata=metadata, **_SAVING.get(kind, {}))
     return buffer.getvalue()
 
 

@@ -9,10 +9,10 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.papers import PAPERS, kube_zhang1992
-from teamsight.analysis.papers.reproduction import Paper, filled, judged, no_less, within
+from teamsight.analysis.papers.reproduction import Paper, filled, judged
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.stats.paired import Interval
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, no_less, within
 from teamsight.cli import main
 from teamsight.cli.reproduce import command_of, plan_in
 
