@@ -35,13 +35,15 @@ def draw(points: pd.DataFrame, conditions: str) -> Canvas:
         The settings in a line, for the subtitle.
     """
     own = points[points["inputs"] == points["inputs"].min()]
-    of = dict(list(own.groupby("quantity")))
-    moves = of["approach"]
+    # Few transitions may show none of them.
+    effect, matches, by_chance, moves = (
+        own[own["quantity"] == name] for name in ("effect", "matches", "matches by chance", "approach")
+    )
     learners = sorted(moves["learner"].unique(), key=list(LEARNERS).index)
     last = moves[(moves["transitions"] == moves["transitions"].max()) & (moves["distance"] == DISTANCES[-2])]
     far = ", ".join(f"{row['mean']:+.2f} ({row['learner']})" for row in last.to_dict("records")).replace("-", "−")
     figure, shown = panels(
-        f"Steps toward a target near the sensing range: {far}", f"{conditions}; {own['inputs'].min()} inputs",
+        f"Steps toward a target near the sensing range: {far or 'unknown'}", f"{conditions}; {own['inputs'].min()} inputs",
         ["How an action changes the reward", "What eq. 1 matches with a single target",
          *(f"How far {LEARNERS[learner].title or learner} approaches it" for learner in learners)],
         x="distance of the target  [sensing ranges]",
@@ -49,10 +51,9 @@ def draw(points: pd.DataFrame, conditions: str) -> Canvas:
         columns=2, size=(5.3, 3.5), sharex=True,
     )  # fmt: skip
     shown[0].set_xlim(0.0, 1.0)
-    _draw_by_size(shown[0], of["effect"])
-    _draw_by_size(shown[1], of["matches"])
-    chance = of["matches by chance"]["mean"].mean()
-    shown[1].axhline(chance, color=FAINT, linestyle="--", linewidth=1.2, label="drawn at random")
+    _draw_by_size(shown[0], effect)
+    _draw_by_size(shown[1], matches)
+    shown[1].axhline(by_chance["mean"].mean(), color=FAINT, linestyle="--", linewidth=1.2, label="drawn at random")
     shown[1].set_ylim(0.0, 1.04)
     shown[1].legend(frameon=False, loc="center left", bbox_to_anchor=(0.0, 0.52))
     for axes, learner in zip(shown[2:], learners, strict=True):
