@@ -43,7 +43,8 @@ def draw(points: pd.DataFrame, conditions: str) -> Canvas:
     last = moves[(moves["transitions"] == moves["transitions"].max()) & (moves["distance"] == DISTANCES[-2])]
     far = ", ".join(f"{row['mean']:+.2f} ({row['learner']})" for row in last.to_dict("records")).replace("-", "−")
     figure, shown = panels(
-        f"Steps toward a target near the sensing range: {far or 'unknown'}", f"{conditions}; {own['inputs'].min()} inputs",
+        f"Steps toward a target near the sensing range: {far or 'unknown'}",
+        f"{conditions}; {own['inputs'].min()} inputs",
         ["How an action changes the reward", "What eq. 1 matches with a single target",
          *(f"How far {LEARNERS[learner].title or learner} approaches it" for learner in learners)],
         x="distance of the target  [sensing ranges]",
