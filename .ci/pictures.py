@@ -13,10 +13,14 @@ import re
 import sys
 import zlib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import pandas as pd
+
+from teamsight.analysis.plot.style import to_picture
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -27,32 +31,22 @@ _LARGEST = 199_000
 
 def _figure_3() -> bytes:
     from teamsight.analysis.papers import PAPERS
-    from teamsight.analysis.papers.touzet2000.figures import Job, make
+    from teamsight.analysis.papers.touzet2000.figures import FIGURES, pictures
 
-    return make(Job("3", {}, PAPERS["touzet2000"].plan().common))[1]["png"]
-
-
-def _of_paper(paper: str, name: str) -> Callable[[], bytes]:
-    """Return what draws the figure of a paper from its committed table."""
-
-    def drawn() -> bytes:
-        from teamsight.analysis.papers import PAPERS
-
-        found = pd.read_parquet(ROOT / "docs" / "tasks" / f"{name}.parquet")
-        return PAPERS[paper].picture(name, found, PAPERS[paper].plan())
-
-    return drawn
+    plan = PAPERS["touzet2000"].plan()
+    return pictures(("3", FIGURES["3"].tabulate({}, plan), plan, ["png"]))["png"]
 
 
-def _unreliable(sweep: str) -> Callable[[], bytes]:
-    def drawn() -> bytes:
-        from teamsight.analysis.papers.unreliable import PAPER, Unreliable
+def _of_papers() -> dict[str, Callable[[], bytes]]:
+    """Return what draws the figures of the papers that have a page, each from its committed table."""
+    from teamsight.analysis.papers import PAPERS
 
-        points = pd.read_parquet(ROOT / "docs" / "unreliable.parquet")
-        # The figures need no runs.
-        return PAPER.picture(f"unreliable-{sweep}", Unreliable(points, points), PAPER.plan())
+    def drawn(paper: Any, name: str) -> bytes:
+        table = pd.read_parquet(ROOT / "docs" / Path(paper.page).parent / f"{paper.name}.parquet")
+        return paper.picture(name, paper.restore(table), paper.plan())
 
-    return drawn
+    papers = [paper for paper in PAPERS.values() if getattr(paper, "page", "")]
+    return {f"{name}.png": partial(drawn, paper, name) for paper in papers for name in paper.figures}
 
 
 def _lazy_q() -> bytes:
@@ -60,7 +54,8 @@ def _lazy_q() -> bytes:
     from teamsight.analysis.learning.diagnosis_figure import draw
     from teamsight.analysis.learning.plans import Diagnosis
 
-    return draw(diagnosis_points(pd.read_parquet(ROOT / "docs" / "lazy-q.parquet")), Diagnosis().in_words())
+    points = diagnosis_points(pd.read_parquet(ROOT / "docs" / "lazy-q.parquet"))
+    return to_picture(draw(points, Diagnosis().in_words()))
 
 
 def _learning_curves() -> bytes:
@@ -69,29 +64,22 @@ def _learning_curves() -> bytes:
     from teamsight.analysis.learning.plans import Curves
 
     gains = pd.read_parquet(ROOT / "docs" / "learning-curves.parquet")
-    return draw(gains, crossings(gains), Curves())
+    return to_picture(draw(gains, crossings(gains), Curves()))
 
 
 def _evolved() -> bytes:
-    from teamsight.analysis.papers.evolution import picture
+    from teamsight.analysis.papers.evolution import draw
 
-    table = pd.read_parquet(ROOT / "docs" / "evolved.parquet")
-    return picture(table, table.attrs)
+    return to_picture(draw(pd.read_parquet(ROOT / "docs" / "evolved.parquet")))
 
 
 #: What draws a picture from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
-    "collecting.png": _of_paper("mataric", "collecting"),
+    **_of_papers(),
     "evolved.png": _evolved,
     "figure-3.png": _figure_3,
-    "foraging.png": _of_paper("balch_arkin1994", "foraging"),
     "lazy-q.png": _lazy_q,
     "learning-curves.png": _learning_curves,
-    "pursuit-modules.png": _of_paper("ono_fukumoto1996", "pursuit-modules"),
-    "pursuit.png": _of_paper("tan1993", "pursuit"),
-    "pushing.png": _of_paper("kube_zhang1992", "pushing"),
-    "unreliable-failures.png": _unreliable("failures"),
-    "unreliable-periods.png": _unreliable("periods"),
 }
 
 #: What runs for long, and the text that makes it, by picture: a file, and its first part that matches.

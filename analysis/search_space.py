@@ -14,7 +14,7 @@ from teamsight.agents.awareness.interface import OWN_SECTORS
 from teamsight.core import checks
 
 #: The degrees of the paper, in the order of Fig. 1.
-PAPER = ("none", "ring", "pairwise", "shared")
+TOUZET = ("none", "ring", "pairwise", "shared")
 #: n, the inputs that do not describe teammates: one ring of 16 sectors (§8, footnote 2).
 OWN_INPUTS = OWN_SECTORS
 #: δ, the inputs that Θ(1) adds for all teammates together.
@@ -104,7 +104,7 @@ def dimensions_table(
     readings : int
         See `log10_size`.
     degrees : iterable of str
-        Names of degrees; by default all of this package. Those of the paper are `PAPER`.
+        Names of degrees; by default all of this package. Those of the paper are `TOUZET`.
 
     Returns
     -------

@@ -6,9 +6,9 @@ import time
 
 from measure import Row
 
-from teamsight.analysis.papers.touzet2000.experiments import EXPLORATIONS, LEARNED, chosen
-from teamsight.analysis.runs.experiment import Request, make_tables
-from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
+from teamsight.analysis.papers.touzet2000.experiments import EXPLORATIONS, LEARNED, experiments_of
+from teamsight.analysis.runs.experiment import make_tables
+from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 
 RUNS, STEPS, WORKERS = 5, 600, 2
@@ -16,12 +16,12 @@ RUNS, STEPS, WORKERS = 5, 600, 2
 
 def measure_learning(quick: bool) -> list[Row]:
     """Make all four surfaces once, at the defaults; the coarse grid has no goal."""
-    grid: Grid = QUICK if quick else PAPER
-    experiments = chosen(LEARNED, grid, {})
+    grid: Grid = QUICK if quick else FULL
+    experiments = experiments_of(LEARNED)
     decisions = len(experiments) * RUNS * EXPLORATIONS * STEPS * sum(robots for robots, _ in grid.cells)
     with WorkerPool(WORKERS) as pool:
         begin = time.perf_counter()
-        make_tables([Request({}, experiments)], pool, root=2000, runs=RUNS, steps=STEPS)
+        make_tables([({}, experiments)], pool, grid=grid, root=2000, runs=RUNS, steps=STEPS)
         taken = time.perf_counter() - begin
     where = f"{RUNS * EXPLORATIONS} explorations, {'coarse' if quick else 'full'} grid"
     return [

@@ -16,7 +16,7 @@ from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.papers.touzet2000.experiments import gains_of
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.runs.experiment import Experiment, Request, Variant, make_tables
+from teamsight.analysis.runs.experiment import Experiment, Variant, make_tables
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed, root
@@ -149,7 +149,7 @@ def main() -> None:
         for name, (policy, degree) in (BY_HAND | others).items()
     ]
     with WorkerPool(WORKERS) as pool:
-        (tables,) = make_tables([Request({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
+        (tables,) = make_tables([({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
     rows = []
     for name, table in tables.items():
         means = interval_of(100 * table.groupby("replicate")["observed_fraction"].mean().to_numpy())
@@ -165,7 +165,7 @@ def _with_discount(discount: float) -> Callable[[LazyMemory], LazyRegression]:
     return lambda memory: LazyRegression(memory, partial(discounted, discount=discount))
 
 
-def _variant(policies: list[Any], number: int) -> Variant:
+def _variant(policies: list[Any], setting: object, number: int) -> Variant:
     return Variant({"policy": policies[number], "awareness": "ring"}, {"exploration": number})
 
 

@@ -18,8 +18,8 @@ from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.papers.touzet2000.experiments import gains_of
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.runs.experiment import Experiment, Request, Variant, make_tables
-from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
+from teamsight.analysis.runs.experiment import Experiment, Variant, make_tables
+from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.stats.paired import Interval, interval_of
@@ -48,7 +48,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="a coarse grid and a tenth of the explorations")
     parser.add_argument("--out", type=Path, help="Parquet file for one row a run")
     options = parser.parse_args()
-    tables = simulate(QUICK if options.quick else PAPER, 0.1 if options.quick else 1.0)
+    tables = simulate(QUICK if options.quick else FULL, 0.1 if options.quick else 1.0)
     if options.out:
         pd.concat([one.assign(team=name) for name, one in tables.items()], ignore_index=True).to_parquet(options.out)
     print(report(tables))
@@ -67,24 +67,24 @@ def simulate(grid: Grid, share: float) -> dict[str, pd.DataFrame]:
         ),
     ]
     with WorkerPool(WORKERS) as pool:
-        (tables,) = make_tables([Request({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
+        (tables,) = make_tables([({}, experiments)], pool, root=ROOT, runs=1, steps=STEPS)
     return tables
 
 
-def cooperative(memories: list[LazyMemory]) -> Callable[[int], Variant]:
+def cooperative(memories: list[LazyMemory]) -> Callable[[object, int], Variant]:
     """Return the learners with all 32 inputs, by number of the exploration."""
     policies = [LazyRegression(memory) for memory in memories]
     return partial(_variant, policies, "ring")
 
 
-def collective(memories: list[LazyMemory], bandwidth: float | None) -> Callable[[int], Variant]:
+def collective(memories: list[LazyMemory], bandwidth: float | None) -> Callable[[object, int], Variant]:
     """Return the learners with the robot's own 16 inputs, by number of the exploration."""
     given = {} if bandwidth is None else {"bandwidth": bandwidth}
     policies = [LazyRegression(memory, inputs=memory.own, **given) for memory in memories[: round(len(memories) / 5)]]
     return partial(_variant, policies, "none")
 
 
-def _variant(policies: list[LazyRegression], awareness: str, number: int) -> Variant:
+def _variant(policies: list[LazyRegression], awareness: str, setting: object, number: int) -> Variant:
     policy = policies[number]
     columns = {
         "exploration": policy.memory.settings["seed"],

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from teamsight.analysis.plot.kinds import panels
-from teamsight.analysis.plot.style import COLOURS, FAINT, INK, to_png
+from teamsight.analysis.plot.style import COLOURS, FAINT, INK, to_picture
 from teamsight.analysis.stats.survival import kaplan_meier, median
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ def draw(graph: TemporalGraph, percolation: Percolation | None = None, *, subjec
     subject : str
         What was recorded, in a line.
     """
-    return to_png(draw_on_canvas(graph, percolation, subject=subject), f"The neighbour graph over time; {subject}")
+    return to_picture(draw_on_canvas(graph, percolation, subject=subject), f"The neighbour graph over time; {subject}")
 
 
 def draw_on_canvas(graph: TemporalGraph, percolation: Percolation | None = None, *, subject: str = "") -> Canvas:

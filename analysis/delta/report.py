@@ -526,20 +526,19 @@ def _picture(report: DeltaReport) -> bytes:
     """Return a PNG of P(largest degree > δ) against δ, its bounds, the prediction, the risk, and δ."""
     from matplotlib.ticker import MaxNLocator
 
-    from teamsight.analysis.plot.style import COLOURS, FAINT, canvas, plain, to_png
+    from teamsight.analysis.plot.kinds import draw_means, panels
+    from teamsight.analysis.plot.style import COLOURS, FAINT, to_picture
 
-    figure = canvas(7.5, 5.0)
-    figure.set_layout_engine("constrained")
-    axes = figure.add_subplot()
-    plain(axes)
+    figure, (axes,) = panels(
+        _answer(report),
+        [report.subject, f"band: {_bounds(report)}"], [""], x="δ  (number of neighbours)",
+        y=f"probability that in {_one_trial(report)}\nany robot has more than δ neighbours", size=(7.5, 4.4),
+        warning="doubtful record, see the report" * bool(report.cautions),
+    )  # fmt: skip
     found, floor = report.exceedance, min(report.risk, 1.0 / report.trials) / 10.0
     delta, curve = found["delta"].to_numpy(), found["probability"].to_numpy()
-    axes.fill_between(
-        delta, np.maximum(found["low"], floor), found["high"], where=found["high"] > 0, color=COLOURS[1], alpha=0.22,
-        linewidth=0, label=_bounds(report),
-    )  # fmt: skip
-    known = curve > 0
-    axes.plot(delta[known], curve[known], "o-", color=COLOURS[1], markersize=5, label=f"share of {_trials(report)}")
+    bounds = np.column_stack([np.where(curve > 0, curve, np.nan), np.maximum(found["low"], floor), found["high"]])
+    draw_means(axes, delta, bounds, COLOURS[1], f"share of {_trials(report)}", marker="o", markersize=5)
     if report.prediction is not None:
         axes.plot(delta, found["predicted"], "--", color=COLOURS[5], linewidth=1.8, label="closed form")
     axes.axhline(report.risk, color=COLOURS[2], linewidth=1.0, linestyle=":", label=f"risk {report.risk:g}")
@@ -553,9 +552,5 @@ def _picture(report: DeltaReport) -> bytes:
     last = max(report.largest, report.delta_safe if report.supported else 0, report.predicted_delta or 0) + 2
     axes.set_xlim(max(int((curve >= 1).sum()) - 2, 0) - 0.5, min(last, report.robots - 1) + 0.5)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("δ  (number of neighbours)")
-    axes.set_ylabel(f"probability that in {_one_trial(report)}\nany robot has more than δ neighbours")
-    doubt = "doubtful record, see the report: " * bool(report.cautions)
-    axes.set_title(doubt + report.subject, fontsize=10, wrap=True, color=COLOURS[2] if doubt else "black")
     axes.legend(loc="upper right", fontsize=9, framealpha=0.95)
-    return to_png(figure, report.subject)
+    return to_picture(figure, report.subject)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +13,13 @@ import pandas as pd
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness
 from teamsight.analysis.learning.evaluation import BY_HAND, DESIGNED, RANDOM
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.learners import awareness_for, learn
+from teamsight.analysis.learning.learners import LearningJob, awareness_for, learn, made_rows
 from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.learning.registry import LEARNERS
-from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
 from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
-from teamsight.analysis.runs.simulate import Progress, run_all
+from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.search_space import log10_size
 from teamsight.analysis.stats.paired import half_width
 from teamsight.policies.handmade.a_cmommt import ACmommt
@@ -37,8 +35,6 @@ if TYPE_CHECKING:
 BEST = "best"
 _SCENARIO = ["robots", "radius"]
 _POINT = ["learner", "transitions"]
-# Cost of a job of cost 1 for the runner, which puts each job into a chunk of its own.
-_COST = 250_000.0
 
 
 def can_learn(curves: Curves, learner: str, transitions: int) -> bool:
@@ -49,40 +45,16 @@ def can_learn(curves: Curves, learner: str, transitions: int) -> bool:
     return transitions >= (kind.k if curves.k is None else curves.k)
 
 
-@dataclass(frozen=True)
-class CurveJob:
-    """One learner with all numbers of transitions of one memory.
-
-    Parameters
-    ----------
-    curves : Curves
-        The settings.
-    learner : str
-        Name of the learner; empty for the policies that do not learn.
-    memory : int
-        Number of the memory.
-    """
-
-    curves: Curves
-    learner: str
-    memory: int
+class CurveJob(LearningJob):
+    """One learner, or the policies that do not learn, with all numbers of transitions of one memory."""
 
     @property
-    def key(self) -> tuple[str, ...]:
-        """See `Job`."""
-        return ("learning curves", str(self.curves.conditions()), self.learner, str(self.memory), code_digest(__name__))
-
-    @property
-    def cost(self) -> float:
+    def cost(self) -> float:  # type: ignore[override]
         """See `Job`: a lazy learner compares its transitions at each decision."""
         if not self.learner:
-            return _COST
+            return LearningJob.cost
         compares = issubclass(LEARNERS[self.learner], LazyLearner)
-        return _COST * (10.0 + (5.0 if compares else 1.0) * sum(self.curves.samples) / 7_500)
-
-    def describe(self) -> str:
-        """See `Job`."""
-        return f"the learning curves, {self.learner or 'policies that do not learn'}, memory {self.memory}"
+        return LearningJob.cost * (10.0 + (5.0 if compares else 1.0) * float(sum(self.settings.samples)) / 7_500)
 
     def make(self, worlds: ReusedWorlds) -> list[dict[str, Any]]:
         """Return the rows of the job; see `make_curves`."""
@@ -92,16 +64,10 @@ class CurveJob:
 def curve_jobs(curves: Curves) -> list[CurveJob]:
     """Return the jobs of learning curves."""
     learners = ("", *curves.learners)
-    return [CurveJob(curves, learner, memory) for memory in range(curves.memories) for learner in learners]
+    return [CurveJob(curves, memory, learner) for memory in range(curves.memories) for learner in learners]
 
 
-def make_curves(
-    curves: Curves,
-    pool: Executor | None = None,
-    *,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda done, total: None,
-) -> pd.DataFrame:
+def make_curves(curves: Curves, pool: Executor | None = None, **how: Any) -> pd.DataFrame:
     """Explore, learn, and evaluate.
 
     Parameters
@@ -110,10 +76,8 @@ def make_curves(
         The settings.
     pool : Executor, optional
         Processes that do the work; by default this process. The table does not depend on it.
-    checkpoint : Checkpoint, optional
-        File of the rows of finished jobs.
-    progress : callable
-        Called with the work done and the work in all, in arbitrary units.
+    **how
+        checkpoint, the file of the rows of finished jobs, and progress; see `run_all`.
 
     Returns
     -------
@@ -128,8 +92,7 @@ def make_curves(
     JobError
         If a job fails; the message contains its settings.
     """
-    rows = run_all(curve_jobs(curves), pool, progress=progress, checkpoint=checkpoint)
-    return pd.concat([pd.DataFrame(part) for part in rows], ignore_index=True)
+    return made_rows(curve_jobs(curves), pool, **how)
 
 
 def search_space(policy: Any) -> float:
@@ -144,7 +107,7 @@ def search_space(policy: Any) -> float:
 
 
 def _learnt_rows(job: CurveJob) -> list[dict[str, Any]]:
-    curves = job.curves
+    curves = job.settings
     everything = explore(Exploration(**curves.exploration(job.memory)))
     rows = []
     for transitions in curves.samples:
@@ -161,7 +124,7 @@ def _learnt(job: CurveJob, memory: LazyMemory, inputs: int) -> Any:
     with warnings.catch_warnings():
         # Too few transitions are what the curves are about.
         warnings.simplefilter("ignore", UserWarning)
-        return learn(job.learner, memory, job.curves.objective, inputs=inputs)
+        return learn(job.learner, memory, job.settings.objective, inputs=inputs)
 
 
 def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
@@ -174,7 +137,7 @@ def _designed_rows(job: CurveJob) -> list[dict[str, Any]]:
 
 def _evaluated(job: CurveJob, about: dict[str, Any], policy: Any, degree: Awareness) -> list[dict[str, Any]]:
     """Return a row for each world in which a policy is evaluated; all policies of a memory get the same worlds."""
-    curves = job.curves
+    curves = job.settings
     replicates = range(job.memory * curves.worlds, (job.memory + 1) * curves.worlds)
     rows, runs = [], []
     for (robots, radius), replicate in product(curves.scenarios, replicates):

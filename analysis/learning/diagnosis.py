@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,12 +14,10 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.learners import learn
+from teamsight.analysis.learning.learners import LearningJob, learn, made_rows
 from teamsight.analysis.learning.plans import Diagnosis, Objective
 from teamsight.analysis.learning.registry import REWARDS
-from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
 from teamsight.analysis.runs.executor import Executor
-from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.analysis.stats.paired import cell_means
 from teamsight.core.neighbour_list import no_neighbours
 from teamsight.policies.eager import TooManyStatesError
@@ -41,8 +38,6 @@ DISTANCES: Floats = (np.arange(BINS) + 0.5) / BINS
 _NEAR_BEARING, _HALF_STEP = math.cos(math.pi / 4), 0.5
 # Columns of a point, which is a mean over explorations.
 _POINT = ("quantity", "learner", "inputs", "transitions", "distance")
-# Cost of a job for the runner, which puts each into a chunk of its own.
-_COST = 250_000.0
 
 
 def memory_of(diagnosis: Diagnosis, number: int, transitions: int) -> LazyMemory:
@@ -52,41 +47,21 @@ def memory_of(diagnosis: Diagnosis, number: int, transitions: int) -> LazyMemory
     return memory if len(memory) == transitions else memory.sample(transitions, seed=plan.seed)
 
 
-@dataclass(frozen=True)
-class _ExplorationJob:
-    """The diagnosis of one exploration; see `Job`."""
-
-    diagnosis: Diagnosis
-    number: int
-
-    @property
-    def key(self) -> tuple[str, ...]:
-        return ("diagnosis", str(self.diagnosis.conditions()), str(self.number), code_digest(__name__))
-
-    @property
-    def cost(self) -> float:
-        return _COST
-
-    def describe(self) -> str:
-        return f"the diagnosis of exploration {self.number}"
+class DiagnosisJob(LearningJob):
+    """The diagnosis of one exploration."""
 
     def make(self, worlds: ReusedWorlds) -> list[dict[str, Any]]:
-        found = _rows(self.diagnosis, lambda transitions: memory_of(self.diagnosis, self.number, transitions))
-        return [row | {"memory": self.number} for row in found]
+        """Return the rows of the job; see `diagnose_explorations`."""
+        found = _rows(self.settings, lambda transitions: memory_of(self.settings, self.memory, transitions))
+        return [row | {"memory": self.memory} for row in found]
 
 
-def diagnosis_jobs(diagnosis: Diagnosis) -> list[_ExplorationJob]:
+def diagnosis_jobs(diagnosis: Diagnosis) -> list[DiagnosisJob]:
     """Return the jobs of a diagnosis, one for each exploration."""
-    return [_ExplorationJob(diagnosis, number) for number in range(diagnosis.memories)]
+    return [DiagnosisJob(diagnosis, number) for number in range(diagnosis.memories)]
 
 
-def diagnose_explorations(
-    diagnosis: Diagnosis,
-    pool: Executor | None = None,
-    *,
-    checkpoint: Checkpoint | None = None,
-    progress: Progress = lambda done, total: None,
-) -> pd.DataFrame:
+def diagnose_explorations(diagnosis: Diagnosis, pool: Executor | None = None, **how: Any) -> pd.DataFrame:
     """Explore, learn and measure.
 
     Parameters
@@ -95,10 +70,8 @@ def diagnose_explorations(
         The settings.
     pool : Executor, optional
         Processes that do the work; by default this process. The table does not depend on it.
-    checkpoint : Checkpoint, optional
-        File of the rows of finished explorations.
-    progress : callable
-        Called with the work done and the work in all, in arbitrary units.
+    **how
+        checkpoint, the file of the rows of finished explorations, and progress; see `run_all`.
 
     Returns
     -------
@@ -109,8 +82,7 @@ def diagnose_explorations(
         `matched_share`; "matches by chance", see `shown_share`; "approach", see `approach`; and for the learner "lazy"
         "rewarded", see `rewarded_share`.
     """
-    rows = run_all(diagnosis_jobs(diagnosis), pool, progress=progress, checkpoint=checkpoint)
-    return pd.concat([pd.DataFrame(part) for part in rows], ignore_index=True)
+    return made_rows(diagnosis_jobs(diagnosis), pool, **how)
 
 
 def diagnose_memory(diagnosis: Diagnosis, memory: LazyMemory) -> pd.DataFrame:

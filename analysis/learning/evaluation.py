@@ -10,12 +10,12 @@ import pandas as pd
 
 from teamsight.agents.awareness import Awareness, NoAwareness, PairwiseAwareness, RingAwareness
 from teamsight.analysis.learning.explore import BODIES
-from teamsight.analysis.learning.learners import Progress, awareness_for, learn
+from teamsight.analysis.learning.learners import awareness_for, learn
 from teamsight.analysis.learning.plans import Evaluation, Objective
 from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import LabelledRun, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.seeds import canonical
-from teamsight.analysis.runs.simulate import run_rows
+from teamsight.analysis.runs.simulate import Progress, run_rows
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.core import checks
 from teamsight.policies.evolved import Evolved

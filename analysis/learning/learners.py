@@ -2,18 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
+
+import pandas as pd
 
 from teamsight.agents.awareness import AWARENESS, Awareness, NoAwareness
 from teamsight.analysis.learning.plans import Objective
 from teamsight.analysis.learning.registry import LEARNERS, REWARDS
+from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
+from teamsight.analysis.runs.executor import Executor
+from teamsight.analysis.runs.simulate import Job, Progress, run_all
 from teamsight.core import checks
 from teamsight.policies.lazy.learner import MOST_MATCHES, LazyLearner, check_constants, next_matches
 from teamsight.policies.memory import LazyMemory
 
-#: Called with the work done and the work in all.
-Progress = Callable[[float, float], None]
+
+@dataclass(frozen=True)
+class LearningJob:
+    """What is made of one memory, with one learner or all; see `Job`.
+
+    Parameters
+    ----------
+    settings : Curves or Diagnosis
+        The settings.
+    memory : int
+        Number of the memory.
+    learner : str
+        Name of the learner; empty for all, or for the policies that do not learn.
+    """
+
+    settings: Any
+    memory: int
+    learner: str = ""
+    # Of a job for the runner, which puts each into a chunk of its own.
+    cost = 250_000.0
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """See `Job`."""
+        home = type(self)
+        of = str(self.settings.conditions()), self.learner, str(self.memory)
+        return (home.__name__, *of, code_digest(home.__module__))
+
+    def describe(self) -> str:
+        """See `Job`."""
+        return f"{type(self).__name__}, memory {self.memory} {self.learner}".strip()
+
+
+def made_rows(
+    jobs: Sequence[Job],
+    pool: Executor | None = None,
+    *,
+    checkpoint: Checkpoint | None = None,
+    progress: Progress = lambda done, total: None,
+) -> pd.DataFrame:
+    """Make jobs that return rows, and return the table of all; see `run_all`."""
+    rows = run_all(jobs, pool, progress=progress, checkpoint=checkpoint)
+    return pd.DataFrame([row for part in rows for row in part])
 
 
 def default_of(learner: str, constant: str) -> Any:

@@ -6,14 +6,16 @@ import itertools
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
+from teamsight.agents.awareness import AWARENESS
 from teamsight.agents.resolve import awareness_of
 from teamsight.analysis.learning.plans import Training
-from teamsight.analysis.plot.style import COLOURS, canvas, head, plain, to_picture
+from teamsight.analysis.plot.kinds import draw_means, panels
+from teamsight.analysis.plot.style import DEGREE, INK
 from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import LabelledRun, TaskMeasure, is_cmommt, task_seed
 from teamsight.analysis.runs.simulate import Planned, Progress, run_rows
@@ -21,6 +23,9 @@ from teamsight.analysis.stats.paired import interval_of
 from teamsight.core import checks
 from teamsight.tasks.named import task_of
 from teamsight.tasks.task import Task
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
 
 
 def learning_curve(
@@ -153,7 +158,7 @@ def training_points(curve: pd.DataFrame, level: float = 0.95) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def draw(points: pd.DataFrame, task: Task, subtitle: str, kind: str = "png") -> bytes:
+def draw(points: pd.DataFrame, task: Task, about: str) -> Canvas:
     """Return the figure.
 
     Parameters
@@ -162,24 +167,19 @@ def draw(points: pd.DataFrame, task: Task, subtitle: str, kind: str = "png") -> 
         From `training_points`.
     task : Task
         The task.
-    subtitle : str
+    about : str
         What was measured.
-    kind : str
-        A format in `teamsight.analysis.plot.style.FORMATS`.
     """
-    figure = canvas(7.5, 4.8)
-    title = f"{task.title}: what learning with awareness gives"
-    head(figure, title, subtitle)
-    axes = figure.add_axes((0.12, 0.13, 0.84, 0.66))
-    plain(axes)
-    for (awareness, part), colour in zip(points.groupby("awareness", sort=False), itertools.cycle(COLOURS)):
-        part = part.sort_values("learned")
-        axes.plot(part["learned"], part["mean"], color=colour, marker="o", markersize=4, label=str(awareness))
-        known = part[np.isfinite(part["low"])]
-        axes.fill_between(known["learned"], known["low"], known["high"], color=colour, alpha=0.18, linewidth=0)
+    last = points.groupby("awareness", sort=False).last()["mean"]
+    figure, (axes,) = panels(
+        f"{task.title}: {', '.join(f'{mean:.3g} with {name}' for name, mean in last.items())}", about, [""],
+        x="steps of learning", y=f"{task.objective.metric} ({task.objective.better} is better)", size=(7.5, 4.2),
+    )  # fmt: skip
+    degrees = {repr(degree()): name for name, degree in AWARENESS.items()}
+    for name, part in points.sort_values("learned").groupby("awareness", sort=False):
+        colour = DEGREE.get(degrees.get(str(name), ""), INK)
+        draw_means(axes, part["learned"], part, colour, str(name), marker="o", markersize=4)
     if points["learned"].min() > 0 and points["learned"].nunique() > 1:
         axes.set_xscale("log")
-    axes.set_xlabel("steps of learning")
-    axes.set_ylabel(f"{task.objective.metric} ({task.objective.better} is better)")
     axes.legend(frameon=False)
-    return to_picture(figure, title, kind)
+    return figure

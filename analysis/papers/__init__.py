@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
-    from teamsight.analysis.papers.reproduction import Paper
+    from teamsight.analysis.papers.reproduction import Reproduction
 
-#: The papers by name, as ``teamsight reproduce NAME`` takes them; the first, that of CMOMMT, is meant without a name.
-PAPERS: Registry[Paper[Any, Any]] = Registry(
-    {"touzet2000": "teamsight.analysis.papers.touzet2000.reproduce:PAPER"}
-    | {
+#: The paper that is meant where none is named, that of CMOMMT.
+DEFAULT = "touzet2000"
+# Modules of this folder that are no papers: what papers share, and what has a command of its own.
+_OTHERS = frozenset({"reproduction", "calibration", "evolution", "training"})
+#: The papers by name, as ``teamsight reproduce NAME`` takes them: the `PAPER` of each further module of this folder.
+PAPERS: Registry[Reproduction[Any, Any]] = Registry(
+    {
         name: f"teamsight.analysis.papers.{name}:PAPER"
-        for name in (
-            "tan1993", "ono_fukumoto1996", "balch_arkin1994", "kube_zhang1992", "mataric", "gathering", "unreliable",
-        )
+        for name in sorted((one.name for one in iter_modules(__path__)), key=lambda name: (name != DEFAULT, name))
+        if name not in _OTHERS
     }
-)  # fmt: skip
+)

@@ -1,8 +1,8 @@
 """The search over what the paper of Touzet leaves open: speeds, idle behaviour, weights and gain of the force.
 
 All combinations of values are screened on a coarse grid. The best, and the defaults, are judged again on a finer grid
-with other root seeds. The best of these is reported, with each gain, on further root seeds. `page` has the procedure in
-words. The winner is copied to ``agents/presets.py`` by hand, because a default is a decision.
+with other root seeds. The best of these is reported, with each gain, on further root seeds. The page has the
+procedure in words. The winner is copied to ``agents/presets.py`` by hand, because a default is a decision.
 
 All root seeds are below 0, which no command accepts, so that the ledger never judges constants on the worlds with which
 they were chosen. Results are reported on further worlds, because the best of many candidates is partly the luckiest.
@@ -12,20 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, product
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import pandas as pd
 
 from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, Tables, needed
-from teamsight.analysis.papers.touzet2000.experiments import LEARNED, make_chosen
+from teamsight.analysis.papers.reproduction import Paper, PaperPlan
+from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, needed
+from teamsight.analysis.papers.touzet2000.experiments import LEARNED, experiments_of
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.executor import Executor
+from teamsight.analysis.runs.experiment import Tables, make_tables
 from teamsight.analysis.runs.grid import Grid
-from teamsight.analysis.runs.run import OUTCOMES
 from teamsight.analysis.runs.seeds import ROOTS
 from teamsight.analysis.runs.simulate import Watch
 
@@ -58,6 +57,77 @@ _LATER = ("range-gain", "range-neighbours", "delta-sufficient")
 _COARSE = Grid((1, 2, 5, 10, 20, 30), (1.0, 2.0, 3.0, 5.0, 8.0, 9.0))
 _FINER = Grid((1, 2, 5, 10, 20, 30), tuple(float(radius) for radius in range(1, 10)))
 _UNKNOWN = "–"
+
+
+_PAGE = """
+# Calibration
+
+The paper leaves open the speeds, what an idle robot does, how robots share a target, and how the length of a force
+becomes a speed: min(gain · |F|, 1) times the robot's speed. `teamsight calibrate --out docs` searches these constants
+and writes this page; the preset `touzet2000` is its result.
+
+## Procedure
+
+It was fixed before this search. That a gain of 0.5 agrees with several figures of the paper was known, from a trial
+with other root seeds.
+
+1. **Values.** All {combinations} combinations: robot_speed {listed[robot_speed]}; target_speed {listed[target_speed]}
+times that; uniform_target_speed {listed[uniform_target_speed]}; {options}. All else has its default; what was worse or
+made little difference in an earlier search, on other root seeds, is left out.
+2. **Claims.** The {open} claims of the [ledger](claims.md) that simulation of designed policies can check, without
+those about learning and those in closed form.
+3. **Screening.** Every combination on {worlds[screen]}, root seed {roots[screen]}, without {later}, which need a
+surface each.
+4. **Final.** The best {finalists}, and the defaults, on {worlds[final]}, root seeds {roots[final]}, all claims.
+5. **Rank.** The mean number of claims that hold; then the mean distance of the claims from the paper's figures, in
+tolerances of their rules, cut at 5. The first of the final becomes the preset.
+6. **Report.** The preset, the preset with each other gain, and the defaults, once more on the grid of the final, root
+seeds {roots[report]}. This decides nothing. No ledger meets the worlds of any root seed here.
+
+## Result
+
+The best setting: {best}.
+
+{in_final}
+
+{in_report}
+
+{no_longer}
+
+## What the gain decides
+
+The gain of the force was chosen by the claims that it decides. That they hold with the gain of the preset is an
+explanation of the paper's figures, not evidence for them. Claims whose verdict changes with the gain under the best
+setting: {hang}.
+
+Share of root seeds of the report under which a claim holds under the best setting with this gain, and of all screened
+settings with it:
+
+{by_gain}
+
+## The best settings in the final
+
+{ranking}
+
+“Hold” is the number of claims that hold, mean and range over the root seeds; “differ” lists the claims that hold under
+no root seed or, in brackets, not under all. Settings whose ranges overlap are not significantly different.
+
+## Effect of each value
+
+Claims that hold in the screening: the largest number and the mean over the other parameters.
+
+{effects}
+
+## What no setting satisfies
+
+Over the {screened} screened settings and those of the final and the report; other seeds might change this:
+
+Claims that hold under no setting: {never}.
+
+Pairs of claims that each hold under some setting, but never both:
+
+{pairs}
+"""
 
 
 class Phase(NamedTuple):
@@ -111,48 +181,6 @@ def setting_of(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the keyword parameters of CMOMMT for values of `PARAMETERS`."""
     setting = {name: values[name] for name in PARAMETERS if name not in OPTIONS}
     return setting | {"policy_options": {name: values[name] for name in OPTIONS}}
-
-
-def checkpoint_in(folder: Path) -> Checkpoint:
-    """Return the runs that an interrupted search left in a folder."""
-    return Checkpoint(folder / "calibration.checkpoint", OUTCOMES)
-
-
-def calibrate(
-    folder: Path,
-    pool: Executor | None = None,
-    watch: Watch = lambda phase, done, total: None,
-    *,
-    force: bool = False,
-) -> tuple[Path, ...]:
-    """Search, write the table of all trials and the page about them, and return the two files.
-
-    After an interruption, the same call resumes.
-
-    Parameters
-    ----------
-    folder : Path
-        An existing folder.
-    pool : Executor, optional
-        Processes that do the work; by default this process.
-    watch : callable
-        Called with the phase, the work done in it and its work in all.
-    force : bool
-        Replace files that teamsight did not write.
-
-    Raises
-    ------
-    ValueError
-        If a file in `folder` must not be replaced.
-    """
-    names = ("calibration.parquet", "calibration.md")
-    checkpoint = checkpoint_in(folder)
-    files.check_results(folder, names, checkpoint=checkpoint, force=force)
-    table = search(pool, watch, checkpoint)
-    contents: tuple[files.Content, ...] = (table, page(table))
-    files.write_results(folder, dict(zip(names, contents, strict=True)), {}, force=force)
-    checkpoint.forget()
-    return tuple(folder / name for name in names)
 
 
 def search(
@@ -213,7 +241,7 @@ def assess(
         Columns phase, the values, root, holding, distance_from_paper, and one for each claim: whether it holds.
     """
     rows: list[dict[str, Any]] = []
-    names = needed(phase.claims.values(), beside=False)
+    experiments = experiments_of(needed(phase.claims.values(), beside=False))
     for first in range(0, len(tried), _BATCH):
         batch = tried[first : first + _BATCH]
         made: list[list[dict[str, pd.DataFrame]]] = []
@@ -224,24 +252,24 @@ def assess(
                 watch(phase.name, start + share * (before + done / max(total, 1.0)), len(tried))
 
             made.append(
-                make_chosen(
-                    [(setting_of(values), names) for values in batch], phase.grid, pool,
-                    root=root, runs=phase.runs, steps=phase.steps, progress=progress, checkpoint=checkpoint,
+                make_tables(
+                    [(setting_of(values), experiments) for values in batch], pool, grid=phase.grid, root=root,
+                    runs=phase.runs, steps=phase.steps, progress=progress, checkpoint=checkpoint,
                 )
             )  # fmt: skip
         rows += [
-            {"phase": phase.name, **values, "root": root, **judged(tables, phase.claims)}
+            {"phase": phase.name, **values, "root": root, **score(tables, phase.claims)}
             for values, by_root in zip(batch, zip(*made, strict=True), strict=True)
             for root, tables in zip(phase.roots, by_root, strict=True)
         ]
     return rows
 
 
-def judged(tables: Tables, claims: Mapping[str, Claim]) -> dict[str, Any]:
+def score(tables: Tables, claims: Mapping[str, Claim]) -> dict[str, Any]:
     """Return the number of claims that hold, their mean distance from the paper's figures, and whether each holds."""
-    verdicts = {name: claim.judge(tables) for name, claim in claims.items()}
-    distance = sum(min(verdict.distance, _FARTHEST) for verdict in verdicts.values()) / len(verdicts)
-    holds = {name: verdict.holds for name, verdict in verdicts.items()}
+    found = {name: claim.judge(tables) for name, claim in claims.items()}
+    distance = sum(min(one.distance, _FARTHEST) for one in found.values()) / len(found)
+    holds = {name: one.holds for name, one in found.items()}
     return {"holding": sum(map(bool, holds.values())), "distance_from_paper": distance, **holds}
 
 
@@ -282,86 +310,44 @@ def never_together(table: pd.DataFrame) -> list[tuple[str, str]]:
     return [pair for pair, both in pairs.items() if both.any().all() and not both.all(axis=1).any()]
 
 
-def page(table: pd.DataFrame) -> str:
-    """Return the page in Markdown about a table that `search` returned."""
+def page_values(table: pd.DataFrame, plan: PaperPlan) -> dict[str, Any]:
+    """Return the values of the page about a table that `search` returned."""
     screened, final, report = (table[table["phase"] == phase.name] for phase in (SCREEN, FINAL, REPORT))
     best = best_of(final)
     like = report[(report[[*best]].drop(columns="gain") == report[[*best]].drop(columns="gain").iloc[0]).all(axis=1)]
-    gains = sorted(VALUES["gain"])
-    by_gain = {
+    gains, claims = sorted(VALUES["gain"]), _claims_of(report)
+    shares = {
         name: [[_share(of.loc[of["gain"] == gain, name]) for gain in gains] for of in (like, screened)]
-        for name in _claims_of(report)
+        for name in claims
     }
-    hang = [name for name, (reported, _) in by_gain.items() if len({*reported} - {_UNKNOWN}) > 1]
+    hang = [name for name, (reported, _) in shares.items() if len({*reported} - {_UNKNOWN}) > 1]
     never = [name for name in _claims_of(table) if not table[name].eq(True).any()]
-    return markdown.page(
-        "# Calibration",
-        *_procedure(),
-        "## Result",
-        "The best setting: " + ", ".join(f"`{name}={value!r}`" for name, value in best.items()) + ".",
-        _beside_the_defaults(best, final, "In the final"),
-        _beside_the_defaults(best, report, "In the report, on worlds that chose nothing,"),
-        _no_longer_judged(table),
-        "## What the gain decides",
-        "The gain of the force was chosen by the claims that it decides. That they hold with the gain of the preset "
-        "is an explanation of the paper's figures, not evidence for them. Claims whose verdict changes with the gain "
-        f"under the best setting: {', '.join(hang) or 'none'}.",
-        "Share of root seeds of the report under which a claim holds under the best setting with this gain, and of all "
-        "screened settings with it:",
-        markdown.table(
+    effects = (
+        [name, str(value), f"{most}", f"{mean:.1f}"]
+        for name in PARAMETERS
+        for value, most, mean in screened.groupby(name)["holding"].agg(["max", "mean"]).itertuples()
+    )
+    return {
+        "combinations": len(candidates()), "open": len(OPEN_CLAIMS), "later": ", ".join(_LATER), "finalists": FINALISTS,
+        "listed": {name: _listed(values) for name, values in VALUES.items()},
+        "options": "; ".join(f"{name} {_listed(VALUES[name])}" for name in OPTIONS),
+        "worlds": {phase.name: _worlds(phase) for phase in (SCREEN, FINAL)},
+        "roots": {phase.name: _listed(phase.roots) for phase in (SCREEN, FINAL, REPORT)},
+        "best": ", ".join(f"`{name}={value!r}`" for name, value in best.items()),
+        "in_final": _beside_the_defaults(best, final, "In the final"),
+        "in_report": _beside_the_defaults(best, report, "In the report, on worlds that chose nothing,"),
+        "no_longer": _no_longer_judged(table), "hang": ", ".join(hang) or "none",
+        "by_gain": markdown.table(
             ["claim", *(f"{where}gain {gain:g}" for where in ("", "screened, ") for gain in gains)],
-            [[name, *reported, *everywhere] for name, (reported, everywhere) in by_gain.items()],
+            ([name, *reported, *everywhere] for name, (reported, everywhere) in shares.items()),
         ),
-        "## The best settings in the final",
-        markdown.table([*PARAMETERS, "hold", "distance", "differ"], map(_row, ranked(final).to_dict("records"))),
-        "“Hold” is the number of claims that hold, mean and range over the root seeds; “differ” lists the claims that "
-        "hold under no root seed or, in brackets, not under all. Settings whose ranges overlap are not significantly "
-        "different.",
-        "## Effect of each value",
-        "Claims that hold in the screening: the largest number and the mean over the other parameters.",
-        markdown.table(
-            ["parameter", "value", "best", "mean"],
-            (
-                [name, str(value), f"{most}", f"{mean:.1f}"]
-                for name in PARAMETERS
-                for value, most, mean in screened.groupby(name)["holding"].agg(["max", "mean"]).itertuples()
-            ),
+        "ranking": markdown.table(
+            [*PARAMETERS, "hold", "distance", "differ"], map(_row, ranked(final).to_dict("records"))
         ),
-        "## What no setting satisfies",
-        f"Over the {len(screened)} screened settings and those of the final and the report; other seeds might change "
-        "this:",
-        "Claims that hold under no setting: " + (", ".join(never) or "none") + ".",
-        "Pairs of claims that each hold under some setting, but never both:",
-        "\n".join(f"- {' and '.join(pair)}" for pair in never_together(table)) or "- none",
-    )
-
-
-def _procedure() -> tuple[str, ...]:
-    """Return the parts of the page that say how the search is made; they were written before its first run."""
-    speeds, ratios, uniform = (_listed(VALUES[name]) for name in PARAMETERS[:3])
-    options = "; ".join(f"{name} {_listed(VALUES[name])}" for name in OPTIONS)
-    return (
-        "The paper leaves open the speeds, what an idle robot does, how robots share a target, and how the length of a "
-        "force becomes a speed: min(gain · |F|, 1) times the robot's speed. `teamsight calibrate --out docs` searches "
-        "these constants and writes this page; the preset `touzet2000` is its result.",
-        "## Procedure",
-        "It was fixed before this search. That a gain of 0.5 agrees with several figures of the paper was known, from "
-        "a trial with other root seeds.",
-        f"1. **Values.** All {len(candidates())} combinations: robot_speed {speeds}; target_speed {ratios} times that; "
-        f"uniform_target_speed {uniform}; {options}. All else has its default; what was worse or made little "
-        "difference in an earlier search, on other root seeds, is left out.\n"
-        f"2. **Claims.** The {len(OPEN_CLAIMS)} claims of the [ledger](claims.md) that simulation of designed policies "
-        "can check, without those about learning and those in closed form.\n"
-        f"3. **Screening.** Every combination on {_worlds(SCREEN)}, root seed {_listed(SCREEN.roots)}, without "
-        f"{', '.join(_LATER)}, which need a surface each.\n"
-        f"4. **Final.** The best {FINALISTS}, and the defaults, on {_worlds(FINAL)}, root seeds "
-        f"{_listed(FINAL.roots)}, all claims.\n"
-        "5. **Rank.** The mean number of claims that hold; then the mean distance of the claims from the paper's "
-        "figures, in tolerances of their rules, cut at 5. The first of the final becomes the preset.\n"
-        "6. **Report.** The preset, the preset with each other gain, and the defaults, once more on the grid of the "
-        f"final, root seeds {_listed(REPORT.roots)}. This decides nothing. No ledger meets the worlds of any root seed "
-        "here.",
-    )
+        "effects": markdown.table(["parameter", "value", "best", "mean"], effects),
+        "screened": len(screened), "never": ", ".join(never) or "none",
+        "pairs": "\n".join(f"- {' and '.join(pair)}" for pair in never_together(table)) or "- none",
+    }  # fmt: skip
 
 
 def _listed(values: Iterable[Any]) -> str:
@@ -411,3 +397,10 @@ def _row(row: Mapping[Any, Any]) -> list[str]:
 
 def _share(holds: pd.Series[bool]) -> str:
     return f"{100 * holds.eq(True).mean():.0f} %" if holds.notna().any() else _UNKNOWN
+
+
+#: The search, as what it makes: the table of all trials, and the page about them.
+SEARCH = Paper(
+    plan=PaperPlan, name="calibration", template=_PAGE, values=page_values, figures={},
+    make=lambda plan, *how: search(*how), sentences=lambda table, plan: [f"best: {best_of(table)}"],
+)  # fmt: skip

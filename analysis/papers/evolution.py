@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -23,19 +23,21 @@ import pandas as pd
 from teamsight import __version__
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.agents.cmommt import DEFAULTS
-from teamsight.analysis.papers.reproduction import filled
+from teamsight.analysis.papers.reproduction import Paper, PaperPlan, filled
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import canvas, head, signed, to_png
+from teamsight.analysis.plot.style import canvas, head, signed
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
 from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.grid import Grid
+from teamsight.analysis.runs.limits import CellRuns
 from teamsight.analysis.runs.run import Model, Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import Progress, Watch, run_all
-from teamsight.analysis.stats.paired import cell_means, grid_of, includes_zero, interval_of
+from teamsight.analysis.stats.paired import Interval, cell_means, grid_of, includes_zero, interval_of
+from teamsight.analysis.stats.verdicts import interval_text, signed_text
 from teamsight.core.extras import extra
 from teamsight.policies.evolved import SILENCED, Evolved, beginning, made, silenced, spreads, to_json
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS, ACmommt
@@ -44,6 +46,8 @@ from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.interface import Policy
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
     from teamsight.agents.world import World
 
 Floats = npt.NDArray[np.float64]
@@ -76,8 +80,6 @@ _CROWDED = 2.0
 # Constants are saved and validated every so many generations.
 _SAVE_EVERY = 100
 _SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
-# Resolution of the picture, which stands in a page.
-_DPI = 90
 # Columns of a gain: a mean difference with its 95 % confidence interval [percentage points].
 _GAIN = ("mean", "low", "high")
 _PAGE = """
@@ -184,12 +186,17 @@ def fitness(
     root : int
         Root seed of the worlds.
     """
-    worlds = cells_tried()
     teams = [_ring(Evolved(tuple(constants))) for constants in candidates]
-    runs = [_run(team, robots, radius, root, generation) for team in teams for robots, radius in worlds]
-    observed = [outcome.observed_fraction for outcome in run_all(runs, pool)]
-    count = len(worlds)
-    return [sum(observed[first : first + count]) / count for first in range(0, len(observed), count)]
+    runs = [_run(team, robots, radius, root, generation) for team in teams for robots, radius in cells_tried()]
+    return [sum(observed) / len(observed) for observed in _observed(runs, len(teams), pool)]
+
+
+def _observed(
+    runs: Sequence[Run], rows: int, pool: Executor | None, progress: Progress = lambda done, total: None
+) -> list[list[float]]:
+    """Return the observed fractions of runs, in so many rows of equal length."""
+    found = [outcome.observed_fraction for outcome in run_all(runs, pool, progress=progress)]
+    return np.array(found).reshape(rows, -1).tolist()  # type: ignore[no-any-return]
 
 
 def _ring(policy: Evolved) -> dict[str, Any]:
@@ -332,29 +339,12 @@ def train(
     files.write_json(folder / TRAINING, marked | {"options": options, "points": points}, force=force)
 
 
-def evaluate(
-    folder: Path,
-    pool: Executor | None = None,
-    watch: Watch = lambda phase, done, total: None,
-    *,
-    constants: Path | None = None,
-    training: Path | None = None,
-    further: Path | None = None,
-    runs: int = 30,
-    force: bool = False,
-) -> None:
-    """Compare constants with the strongest A-CMOMMT on worlds that shaped neither, and write page, table and picture.
-
-    The folder receives ``evolved.md``, ``evolved.parquet`` and ``images/evolved.png``.
+@dataclass(frozen=True)
+class Comparison(PaperPlan):
+    """Which constants are compared with the strongest A-CMOMMT, on worlds that shaped neither.
 
     Parameters
     ----------
-    folder : Path
-        An existing folder.
-    pool : Executor, optional
-        Processes that do the work; by default this process.
-    watch : callable
-        Called with the phase, the work done and the work in all.
     constants : Path, optional
         A file that `train` wrote; by default the constants that ship with the package.
     training : Path, optional
@@ -363,34 +353,41 @@ def evaluate(
         The folder of an evolution that began with the constants, for the same purpose.
     runs : int
         Runs of each cell.
-    force : bool
-        Replace files that teamsight did not write.
-
-    Raises
-    ------
-    ValueError
-        If a file holds no constants or no validated generations, or a file in `folder` must not be replaced.
     """
-    names = ("evolved.parquet", "evolved.md", "images/evolved.png")
-    files.check_results(folder, names, force=force)
-    policy = Evolved.load(constants) if constants else Evolved()
-    points, trained = _validated(training)
-    more, continued = _validated(further)
-    about = {
-        "runs": runs, "made": made(constants) if constants else made(),
-        "trained": trained, "continued": continued, "further": made(further / CONSTANTS) if further else None,
-    }  # fmt: skip
+
+    constants: Path | None = None
+    training: Path | None = None
+    further: Path | None = None
+    runs: CellRuns = 30
+
+    def conditions(self) -> dict[str, Any]:
+        """Return the number of runs, what made the constants and those of a further evolution, and their rivals.
+
+        Raises
+        ------
+        ValueError
+            If a file holds no constants or no validated generations.
+        """
+        return {
+            "runs": self.runs, "made": made(self.constants) if self.constants else made(),
+            "trained": _validated(self.training)[1], "continued": _validated(self.further)[1],
+            "further": made(self.further / CONSTANTS) if self.further else None,
+        }  # fmt: skip
+
+
+def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Checkpoint | None = None) -> pd.DataFrame:
+    """Return the table of ``evolved.parquet``; the column `part` says what a row is about."""
+    policy = Evolved.load(plan.constants) if plan.constants else Evolved()
     screened = screen(_SCREEN_RUNS, pool, partial(watch, "screening"))
-    options = options_of(screened)[0]
-    on_grid = compare({"evolved": policy}, options, pool, root=TEST, runs=runs, progress=partial(watch, "comparing"))
+    against = partial(compare, options=options_of(screened)[0], pool=pool)
+    on_grid = against({"evolved": policy}, root=TEST, runs=plan.runs, progress=partial(watch, "comparing"))
     ablated = {name: Evolved(tuple(silenced(np.array(policy.constants), name))) for name in SILENCED}
-    ablations = compare(
-        {"none": policy, **ablated}, options, pool,
-        root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "ablating"),
-    )  # fmt: skip
-    elsewhere = compare(
-        {"evolved": policy}, options, pool,
-        root=GENERALISE, runs=runs, variations=VARIATIONS, progress=partial(watch, "generalising"),
+    ablations = against(
+        {"none": policy, **ablated}, root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "ablating")
+    )
+    elsewhere = against(
+        {"evolved": policy}, root=GENERALISE, runs=plan.runs, variations=VARIATIONS,
+        progress=partial(watch, "generalising"),
     )  # fmt: skip
     parts = {
         "screen": screened,
@@ -398,13 +395,12 @@ def evaluate(
         "overall": gains_by(on_grid, "policy")[[*_GAIN]],
         "ablation": gains_by(ablations, "policy")[["name", *_GAIN]],
         "generalisation": gains_by(elsewhere, "variation"),
-        "training": pd.DataFrame(points),
-        "further": pd.DataFrame(more),
+        "training": pd.DataFrame(_validated(plan.training)[0]),
+        "further": pd.DataFrame(_validated(plan.further)[0]),
     }
     table = pd.concat([rows.assign(part=part) for part, rows in parts.items()], ignore_index=True)
-    files.prepare_folder(folder / "images")
-    found: tuple[files.Content, ...] = (table, page(table, about), picture(table, about))
-    files.write_results(folder, dict(zip(names, found, strict=True)), about, force=force)
+    table.attrs.update(plan.conditions())
+    return table
 
 
 def _validated(folder: Path | None) -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -444,7 +440,7 @@ def screen(runs: int, pool: Executor | None = None, progress: Progress = lambda 
         Columns `OPTIONS`, observed [%].
     """
     how = runs, pool, progress
-    first = _observed([one | USUAL for one in _combinations(RULES)], *how)
+    first = _screen_all([one | USUAL for one in _combinations(RULES)], *how)
     tuned = [
         best | one
         for best in options_of(first)[:_FINALISTS]
@@ -452,7 +448,7 @@ def screen(runs: int, pool: Executor | None = None, progress: Progress = lambda 
         # A robot that does not wander has no turn probability.
         if one != USUAL and (best["idle"] == "wander" or one["turn_probability"] == USUAL["turn_probability"])
     ]
-    table = pd.concat([first, _observed(tuned, *how)])
+    table = pd.concat([first, _screen_all(tuned, *how)])
     return table.sort_values("observed", ascending=False, ignore_index=True, kind="stable")
 
 
@@ -462,10 +458,10 @@ def options_of(screened: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _combinations(values: Mapping[str, tuple[Any, ...]]) -> list[dict[str, Any]]:
-    return [dict(zip(values, chosen, strict=True)) for chosen in product(*values.values())]
+    return [dict(zip(values, one, strict=True)) for one in product(*values.values())]
 
 
-def _observed(
+def _screen_all(
     options: Sequence[Mapping[str, Any]], runs: int, pool: Executor | None, progress: Progress
 ) -> pd.DataFrame:
     """Return what A-CMOMMT observes over the grid with each of some options, the best first."""
@@ -475,8 +471,7 @@ def _observed(
         for robots, radius in GRID.cells
         for replicate in range(runs)
     ]
-    outcomes = run_all(planned, pool, progress=progress)
-    fractions = np.array([outcome.observed_fraction for outcome in outcomes]).reshape(len(options), -1)
+    fractions = np.array(_observed(planned, len(options), pool, progress))
     table = pd.DataFrame(options, columns=OPTIONS).assign(observed=100.0 * fractions.mean(axis=1))
     return table.sort_values("observed", ascending=False, ignore_index=True, kind="stable")
 
@@ -596,18 +591,23 @@ def compare(
     """
     rivals = [_ring(policy) for policy in policies.values()]
     rivals.append({"policy": ACmommt(**options), "awareness": PairwiseAwareness()})
-    planned = [
-        ((one.name, robots, radius, replicate),
-         [_run({**one.settings, **rival}, robots, radius, root, replicate, one.targets, one.model) for rival in rivals])
+    worlds = [
+        (one, robots, radius, replicate)
         for one in ([Variation("", cells=GRID.cells)] if variations is None else variations)
         for robots, radius in one.cells
         for replicate in range(runs)
-    ]  # fmt: skip
-    outcomes = iter(run_all([run for _, listed in planned for run in listed], pool, progress=progress))
-    rows = []
-    for columns, _ in planned:
-        *observed, base = (next(outcomes).observed_fraction for _ in rivals)
-        rows += [(name, *columns, base, one - base) for name, one in zip(policies, observed, strict=True)]
+    ]
+    planned = [
+        _run({**one.settings, **rival}, robots, radius, root, replicate, one.targets, one.model)
+        for one, robots, radius, replicate in worlds
+        for rival in rivals
+    ]
+    found = _observed(planned, len(worlds), pool, progress)
+    rows = [
+        (name, world.name, *place, base, one - base)
+        for (world, *place), (*observed, base) in zip(worlds, found, strict=True)
+        for name, one in zip(policies, observed, strict=True)
+    ]
     return pd.DataFrame(rows, columns=["policy", "variation", "robots", "radius", "replicate", "base", "difference"])
 
 
@@ -632,17 +632,17 @@ def by_cell(table: pd.DataFrame) -> pd.DataFrame:
     return cells.assign(**{name: 100.0 * cells[name] for name in ("mean", "se", "low", "high")})
 
 
-def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
-    """Return the page in Markdown.
+def page_values(table: pd.DataFrame, plan: Comparison | None = None) -> dict[str, Any]:
+    """Return the values of the page.
 
     Parameters
     ----------
     table : DataFrame
-        The content of ``evolved.parquet``; the column `part` says what a row is about.
-    about : mapping
-        The number of runs, what made the constants, those of an evolution that began with them (None if there is
-        none), and the options of A-CMOMMT with which the trainings of both were compared.
+        From `find`; its attributes are the conditions of the comparison.
+    plan : Comparison, optional
+        Not read: the page of the documentation is that of a table which was made before.
     """
+    about = table.attrs
     parts = {str(name): rows for name, rows in table.groupby("part")}
     cells, screened, made, further = _cells_of(table), parts["screen"], about["made"], about["further"]
     worst, seeds = cells.sort_values("mean").iloc[0], {"train_further": TRAIN_FURTHER, "validate": VALIDATE}
@@ -656,21 +656,21 @@ def page(table: pd.DataFrame, about: Mapping[str, Any]) -> str:
         )
         if part in parts
     }  # fmt: skip
-    return filled(
-        _PAGE, about=about, made=made, worst=worst, added=added, rules=rules, tuned=tuned, steps=STEPS, limit=WORST,
-        test=TEST, screen=SCREEN, train=TRAIN, generalise=GENERALISE, finalists=_FINALISTS, **seeds,
-        further=" --further further" if further else "", overall=_gain(parts["overall"].iloc[0]),
-        best=_options(screened.iloc[0]), combinations=len(screened), smallest=_gain(worst),
-        below=(cells["high"] < WORST).sum() or "none", surface=_surface(cells), worlds=len(cells_tried()),
-        robot_steps=_billions(made["robot_steps"]), training=validated.get("training", ""),
-        continued=validated.get("further", ""),
-        ablations=_table(["removed"], parts["ablation"], lambda row: [row["name"]]),
-        generalisation=_table(
+    return {
+        "about": about, "made": made, "worst": worst, "added": added, "rules": rules, "tuned": tuned, "steps": STEPS,
+        "limit": WORST, "test": TEST, "screen": SCREEN, "train": TRAIN, "generalise": GENERALISE,
+        "finalists": _FINALISTS, "further": " --further further" if further else "",
+        "overall": _gain(parts["overall"].iloc[0]), "best": _options(screened.iloc[0]), "combinations": len(screened),
+        "smallest": _gain(worst), "below": (cells["high"] < WORST).sum() or "none", "surface": _surface(cells),
+        "worlds": len(cells_tried()), "robot_steps": _billions(made["robot_steps"]),
+        "training": validated.get("training", ""), "continued": validated.get("further", ""),
+        "ablations": _table(["removed"], parts["ablation"], lambda row: [row["name"]]),
+        "generalisation": _table(
             ["what is different", "A-CMOMMT observes [%]"], parts["generalisation"],
             lambda row: [row["name"], f"{row['observed']:.1f}"],
         ),
-        usual=" and ".join(f"`{name}={value:g}`" for name, value in USUAL.items()),
-    )  # fmt: skip
+        "usual": " and ".join(f"`{name}={value:g}`" for name, value in USUAL.items()), **seeds,
+    }  # fmt: skip
 
 
 def _cells_of(table: pd.DataFrame) -> pd.DataFrame:
@@ -678,14 +678,8 @@ def _cells_of(table: pd.DataFrame) -> pd.DataFrame:
     return table[table["part"] == "cell"].astype({"robots": int})
 
 
-def _number(value: float, digits: int) -> str:
-    """Return a number with its sign; one that rounds to 0 is not negative."""
-    return f"{round(value, digits) + 0.0:+.{digits}f}"
-
-
 def _gain(row: Any) -> str:
-    mean, low, high = (_number(row[name], 2) for name in _GAIN)
-    return f"{mean} ({low} to {high})"
+    return interval_text(Interval(*(row[name] for name in _GAIN)), digits=2)
 
 
 def _billions(robot_steps: float) -> str:
@@ -699,7 +693,7 @@ def _options(options: Mapping[str, Any] | pd.Series[Any]) -> str:
 
 def _surface(cells: pd.DataFrame) -> str:
     grid = grid_of(cells)
-    rows = ([str(robots), *(_number(value, 1) for value in row)] for robots, row in grid.iterrows())
+    rows = ([str(robots), *map(signed_text, row)] for robots, row in grid.iterrows())
     return markdown.table(["N", *(f"R = {radius:g}" for radius in grid.columns)], rows)
 
 
@@ -734,18 +728,33 @@ def _screened(screened: pd.DataFrame) -> tuple[str, str, float]:
     return by_rule, by_gain, screened["observed"].iloc[0] - first["observed"].iloc[0]
 
 
-def picture(table: pd.DataFrame, about: Mapping[str, Any]) -> bytes:
-    """Return the gain over team size and radius as PNG; for the parameters see `page`."""
+def draw(table: pd.DataFrame, plan: Comparison | None = None) -> Canvas:
+    """Return the gain over team size and radius; for the parameters see `page_values`."""
     cells = _cells_of(table)
     figure = canvas(WIDTH, HEIGHT + HEAD)
-    title = "Gain by evolution: the evolved policy (Θ(1), ring of 16) − the strongest A-CMOMMT (Θ(N))"
+    figure.set_dpi(90)
+    title = f"The evolved policy observes {_gain(table[table['part'] == 'overall'].iloc[0])} points more than A-CMOMMT"
+    figure.set_label(title)
     head(
         figure,
         title,
-        f"paired on common noise, mean over {about['runs']} runs of {STEPS} steps, seed {TEST}; "
-        "in brackets: the 95 % confidence interval includes 0",
+        f"Θ(1), ring of 16, minus the strongest A-CMOMMT, Θ(N), paired on common noise, mean of "
+        f"{table.attrs['runs']} runs of {STEPS} steps, seed {TEST}; in brackets: the 95 % interval includes 0",
     )
     limit = 5.0 * np.ceil(cells["mean"].abs().max() / 5.0)
     look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
     draw_row(figure, grid_of(cells), look, open_cells=includes_zero(cells))
-    return to_png(figure, title, _DPI)
+    return figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class _ComparisonPaper(Paper[Comparison, pd.DataFrame]):
+    def about(self, plan: Comparison) -> dict[str, Any]:
+        return plan.conditions()
+
+
+#: The comparison, as what it makes.
+COMPARISON = _ComparisonPaper(
+    plan=Comparison, name="evolved", page="evolved", template=_PAGE, values=page_values,
+    figures={"images/evolved": draw}, make=find,
+)  # fmt: skip

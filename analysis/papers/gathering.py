@@ -21,12 +21,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.papers.reproduction import Paper, Plan, chosen
+from teamsight.analysis.papers.reproduction import Paper, PaperPlan, rows_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, INK, ROBOTS_LABEL, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Count, Seed, assignments, value_in
 from teamsight.tasks.registry import TASKS
@@ -47,7 +48,6 @@ if TYPE_CHECKING:
 __all__ = ["Gathering", "GatheringPlan", "Iteration", "gather", "iterate_delta"]
 
 Answer = Literal["yes", "no", "undecided"]
-Outcome = Literal["holds", "does not hold", "undecided"]
 
 #: The δ of a team with a degree of awareness of its own.
 OWN = -1
@@ -74,7 +74,13 @@ _BESIDE = 0.04
 _BEYOND = 2.0
 _TICKS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 _GATHERS = {True: "yes", False: "no", None: "unknown"}
-_SIGNS = {"holds": "holds", "does not hold": "**fails**", "undecided": "?", "yes": "yes", "no": "**no**"}
+# The columns of the table of the index.
+_COLUMNS = """
+task gathers size explore_delta explore_low explore_high skilled_delta skilled_low skilled_high saturation_delta
+saturation_low saturation_high ratio ratio_low ratio_high gain gain_low gain_high skill skill_low skill_high objective
+tolerance censored too_few too_many crowded has_skill enough_at_explore enough_at_skilled
+"""
+_SIGNS = {HOLDS: HOLDS, FAILS: "**fails**", UNDECIDED: "?", "yes": "yes", "no": "**no**"}
 _PAGE = """
 # The gathering index
 
@@ -82,6 +88,8 @@ _PAGE = """
 the team with skill is the better one (by 95 %; ? is undecided). Intervals in brackets hold together, for each task and
 N, with {confidence:.0%}.
 
+| task | gathers | N | skilled is better | δ(explore) | δ(skilled) | gathering index | an exploration shows fewer | shows more | robot-steps with more than δ(explore) | saturates at δ |
+| :--- | :--- | ---: | :--- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 {index}
 
 ## Where the objective saturates
@@ -89,10 +97,14 @@ N, with {confidence:.0%}.
 δ from which on the objective falls short of that with N − 1 teammates by at most the tolerance, whether it is shown to
 be enough with the two δ above, and what all N − 1 teammates are worth.
 
+| task | N | objective with N − 1 | gain of awareness | saturates at δ | enough at δ(explore) | enough at δ(skilled) | censored |
+| :--- | ---: | ---: | ---: | ---: | :--- | :--- | ---: |
 {saturation}
 
 ## Claims
 
+| claim | statement | rule |
+| --- | --- | --- |
 {claims}
 
 ## Verdicts
@@ -103,6 +115,8 @@ For N from small to large; ? is undecided.
 
 ## All verdicts
 
+| claim | task | N | verdict | measured |
+| --- | --- | --- | --- | --- |
 {verdicts}
 
 ## Explore, act, measure again
@@ -110,12 +124,14 @@ For N from small to large; ? is undecided.
 The team with skill gets the δ of the exploration, then the one that it needed with that, until it holds. At last it is
 compared with a team with N − 1.
 
+| task | N | δ of the rounds | more runs | more trainings | enough | falls short by |
+| :--- | ---: | :--- | ---: | ---: | :--- | ---: |
 {rounds}
 
 ## Conditions
 
 {conditions}
-"""
+"""  # noqa: E501
 
 _Share = Annotated[float, Allowed(above=0.0, most=1.0)]
 _Size = Annotated[int, Allowed(least=2)]
@@ -131,7 +147,7 @@ def _values(texts: Iterable[str]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class GatheringPlan(Plan):
+class GatheringPlan(PaperPlan):
     """What is simulated, and what counts as enough.
 
     Parameters
@@ -344,19 +360,29 @@ class _TeamRuns:
     def cost(self) -> float:
         return float(len(self.replicates) * self.plan.steps_of(self.team.task) * self.team.size / 15)
 
-    def make(self, worlds: ReusedWorlds) -> list[Any]:
-        """Let the team learn, if it has to, and return what was measured in each run."""
-        from teamsight.analysis.runs.run import TaskMeasure, task_run
+    def make(self, worlds: ReusedWorlds) -> list[dict[str, Any]]:
+        """Let the team learn, if it has to, and return a row for each run; see `Runs`."""
+        from teamsight.analysis.runs.run import NEIGHBOURS, TaskMeasure, task_run
 
         task, size, treatment, delta = self.team
         awareness = None if delta == OWN else self.plan.awareness(delta)
         scenario, rng = self.plan.scenario_of(task, size), self.plan.seed + self.training
         parameters = task.parameters(treatment, scenario, awareness=awareness, rng=rng)
         # δ of both teams comes from these runs, and so does what a robot meets beyond it.
-        measure = _Exposure(task) if delta == OWN else TaskMeasure(task)
-        runs = [task_run(task, parameters, seed, self.plan.steps_of(task), measure) for seed in self.seeds]
+        measure, steps = _Exposure(task) if delta == OWN else TaskMeasure(task), self.plan.steps_of(task)
+        runs = [task_run(task, parameters, seed, steps, measure) for seed in self.seeds]
         worlds.expect((run.parameters, run.seed) for run in runs)
-        return [run.make(worlds) for run in runs]
+        rows = []
+        for replicate, run in zip(self.replicates, runs, strict=True):
+            found = run.make(worlds)
+            value = found[task.objective.metric]
+            rows.append({
+                "task": task.name, "size": size, "treatment": treatment, "delta": delta, "training": self.training,
+                "replicate": replicate, "seed": run.seed, "steps": steps, "value": value,
+                "counted": task.objective.counted(value, steps), **{name: found[name] for name in NEIGHBOURS},
+                "robot_steps": found.get("robot_steps"),
+            })  # fmt: skip
+        return rows
 
     def describe(self) -> str:
         """Return the job in words."""
@@ -403,29 +429,15 @@ class Runs:
             measured = run_all(
                 jobs, self._pool, progress=lambda done, total: watch(phase, done, total), checkpoint=self._checkpoint
             )
-            rows = [row for job, found in zip(jobs, measured, strict=True) for row in self._rows(job, found)]
-            self.table = pd.concat([self.table, pd.DataFrame(rows)], ignore_index=True)
+            made = pd.DataFrame([row for rows in measured for row in rows])
+            self.table = pd.concat([self.table, made], ignore_index=True)
         return pd.concat([self._has(team) for team in teams], ignore_index=True)
-
-    def _rows(self, job: _TeamRuns, measured: Iterable[Mapping[str, Any]]) -> Iterable[dict[str, Any]]:
-        from teamsight.analysis.runs.run import NEIGHBOURS
-
-        task, size, treatment, delta = job.team
-        steps = self.plan.steps_of(task)
-        for replicate, seed, found in zip(job.replicates, job.seeds, measured, strict=True):
-            value = found[task.objective.metric]
-            yield {
-                "task": task.name, "size": size, "treatment": treatment, "delta": delta, "training": job.training,
-                "replicate": replicate, "seed": seed, "steps": steps, "value": value,
-                "counted": task.objective.counted(value, steps), **{name: found[name] for name in NEIGHBOURS},
-                "robot_steps": found.get("robot_steps"),
-            }  # fmt: skip
 
     def _has(self, team: Team) -> pd.DataFrame:
         if self.table.empty:
             return self.table
         task, size, treatment, delta = team
-        return chosen(self.table, task=task.name, size=size, treatment=treatment, delta=delta)
+        return rows_of(self.table, task=task.name, size=size, treatment=treatment, delta=delta)
 
 
 class DeltaInterval(NamedTuple):
@@ -522,17 +534,14 @@ class Cell(NamedTuple):
     @property
     def row(self) -> dict[str, Any]:
         """The cell as a row of the table of the index."""
-        found: dict[str, Any] = {"task": self.task, "gathers": self.gathers, "size": self.size}
+        found = self._asdict() | {"has_skill": self.has_skill}
         for name in ("explore", "skilled", "saturation"):
-            found |= {f"{name}_{part}": one for part, one in getattr(self, name)._asdict().items()}
+            found |= {f"{name}_{part}": one for part, one in found.pop(name)._asdict().items()}
         for name in ("ratio", "gain", "skill"):
-            mean, low, high = getattr(self, name)
-            found |= {name: mean, f"{name}_low": low, f"{name}_high": high}
-        for name in ("objective", "tolerance", "censored", "too_few", "too_many", "crowded", "has_skill"):
-            found[name] = getattr(self, name)
-        for name, delta in (("explore", self.explore.delta), ("skilled", self.skilled.delta)):
-            found[f"enough_at_{name}"] = self.is_enough(delta)
-        return found
+            found[name], found[f"{name}_low"], found[f"{name}_high"] = found.pop(name)
+        for name in ("explore", "skilled"):
+            found[f"enough_at_{name}"] = self.is_enough(found[f"{name}_delta"])
+        return {name: found[name] for name in _COLUMNS.split()}
 
 
 def is_enough(shortfall: Interval, tolerance: float) -> Answer:
@@ -569,15 +578,15 @@ def values_of(rows: pd.DataFrame) -> NDArray[np.float64]:
 
 def cell_of(plan: GatheringPlan, table: pd.DataFrame, task: Task, size: int) -> Cell:
     """Return a cell from the runs of both teams, and of the team with skill under each δ; `table` is that of `Runs`."""
-    table, sign = chosen(table, task=task.name, size=size), task.objective.sign
-    runs = {name: chosen(table, treatment=name, delta=OWN) for name in ("explore", "skilled")}
+    table, sign = rows_of(table, task=task.name, size=size), task.objective.sign
+    runs = {name: rows_of(table, treatment=name, delta=OWN) for name in ("explore", "skilled")}
     explore, skilled = (delta_interval(one["max_neighbours"].to_numpy(), size, plan.risk) for one in runs.values())
-    curve = chosen(table, treatment="skilled").query(f"delta != {OWN}")
+    curve = rows_of(table, treatment="skilled").query(f"delta != {OWN}")
     by_delta = {int(delta): values_of(rows) for delta, rows in curve.groupby("delta")}  # type: ignore[arg-type]
     full = by_delta[size - 1]
     worse = {delta: sign * (full - values) for delta, values in by_delta.items() if delta < size - 1}
     level = 1 - (1 - CONFIDENCE) / max(len(worse), 1)
-    if np.isinf(chosen(curve, delta=size - 1)["value"]).all():
+    if np.isinf(rows_of(curve, delta=size - 1)["value"]).all():
         # All runs are censored: nothing is known of how much worse or better others are.
         shortfall = {delta: Interval(float(one.mean()), -math.inf, math.inf) for delta, one in worse.items()}
         explored = shortfall.get(explore.delta, _NOTHING)
@@ -622,7 +631,7 @@ def saturation(shortfall: dict[int, Interval], tolerance: float) -> DeltaInterva
     return DeltaInterval(*(next(delta for delta in found if delta > wrong) for wrong in last))
 
 
-class Claim(NamedTuple):
+class CellClaim(NamedTuple):
     """A claim.
 
     Attributes
@@ -640,21 +649,21 @@ class Claim(NamedTuple):
     statement: str
     rule: str
     applies: Callable[[Cell], bool]
-    judge: Callable[[Cell], Outcome]
+    judge: Callable[[Cell], str]
 
 
-class Verdict(NamedTuple):
+class CellVerdict(NamedTuple):
     """A claim judged for one task and team size, or for all (an empty task, size 0)."""
 
     claim: str
     task: str
     size: int
-    outcome: Outcome
+    outcome: str
     measured: str
 
 
-def _outcome(holds: bool, fails: bool) -> Outcome:
-    return "holds" if holds else "does not hold" if fails else "undecided"
+def _outcome(holds: bool, fails: bool) -> str:
+    return HOLDS if holds else FAILS if fails else UNDECIDED
 
 
 def _can_say(cell: Cell) -> bool:
@@ -663,8 +672,8 @@ def _can_say(cell: Cell) -> bool:
 
 
 #: The claims that are judged for each cell, by name.
-CLAIMS: dict[str, Claim] = {
-    "G1": Claim(
+CLAIMS: dict[str, CellClaim] = {
+    "G1": CellClaim(
         "Where success disperses the team, exploration shows at least as many neighbours as skill.",
         "holds if δ(explore) ≥ δ(skilled) for all values within the bounds, does not hold if for none; where "
         "exploration shows all N − 1 it would hold whatever happens, and where the team with skill is not better "
@@ -672,7 +681,7 @@ CLAIMS: dict[str, Claim] = {
         lambda cell: cell.gathers is False and _can_say(cell),
         lambda cell: _outcome(cell.skilled.high <= cell.explore.low, cell.skilled.low > cell.explore.high),
     ),
-    "G2": Claim(
+    "G2": CellClaim(
         "Where success gathers the team, exploration shows fewer neighbours than skill.",
         "holds if δ(explore) < δ(skilled) for all values within the bounds, does not hold if for none; where "
         "exploration shows all N − 1 it would not hold whatever happens, and where the team with skill is not "
@@ -680,20 +689,20 @@ CLAIMS: dict[str, Claim] = {
         lambda cell: cell.gathers is True and _can_say(cell),
         lambda cell: _outcome(cell.explore.high < cell.skilled.low, cell.explore.low >= cell.skilled.high),
     ),
-    "G3": Claim(
+    "G3": CellClaim(
         "The objective saturates at or before δ(skilled).",
         "holds if the objective is within the tolerance at δ(skilled) and beyond, by bounds; does not hold if it "
         "is shown to be outside there; where δ(skilled) is N − 1 it would hold whatever happens: not judged",
         lambda cell: cell.skilled.delta < cell.size - 1,
         lambda cell: _outcome(cell.saturation.high <= cell.skilled.delta, cell.saturation.low > cell.skilled.delta),
     ),
-    "G4 small": Claim(
+    "G4 small": CellClaim(
         "For teams of 2 to 5, δ is N − 1, within one, by exploration: there is nothing to decide.",
         "holds if δ(explore) ≥ N − 2 for all values within the bounds, does not hold if for none",
         lambda cell: cell.size <= _SMALL,
         lambda cell: _outcome(cell.explore.low >= cell.size - 2, cell.explore.high < cell.size - 2),
     ),
-    "G4 large": Claim(
+    "G4 large": CellClaim(
         "From N = 8 on, exploration shows fewer than N − 2 neighbours: there is something to decide.",
         "holds if δ(explore) < N − 2 for all values within the bounds, does not hold if for none",
         lambda cell: cell.size >= _LARGE,
@@ -709,7 +718,7 @@ UNRELIABLE = (
 )
 
 
-def judge(cells: Sequence[Cell]) -> list[Verdict]:
+def judge(cells: Sequence[Cell]) -> list[CellVerdict]:
     """Return the verdict on each claim for each cell that it is about, and that on δ(explore) for all cells.
 
     For all cells a claim holds if it does in each, and fails if more are against it than by chance.
@@ -721,20 +730,20 @@ def judge(cells: Sequence[Cell]) -> list[Verdict]:
             if claim.applies(cell):
                 outcomes.append(claim.judge(cell))
                 measured = f"explore {cell.explore}, skilled {cell.skilled}, saturates {cell.saturation}"
-                found.append(Verdict(name, cell.task, cell.size, outcomes[-1], measured))
+                found.append(CellVerdict(name, cell.task, cell.size, outcomes[-1], measured))
         if outcomes:
             most = by_chance(len(outcomes))
-            counts = {one: outcomes.count(one) for one in ("holds", "does not hold", "undecided")}  # type: ignore[arg-type]
-            outcome = _outcome(counts["holds"] == len(outcomes), counts["does not hold"] > most)
+            counts = {one: outcomes.count(one) for one in (HOLDS, FAILS, UNDECIDED)}
+            outcome = _outcome(counts[HOLDS] == len(outcomes), counts[FAILS] > most)
             shares = ", ".join(f"{number} {one}" for one, number in counts.items())
-            overall.append(Verdict(name, "", 0, outcome, f"{shares}; up to {most} against by chance"))
+            overall.append(CellVerdict(name, "", 0, outcome, f"{shares}; up to {most} against by chance"))
     # With all N − 1 teammates nothing can be missing.
     cells = [cell for cell in cells if cell.explore.delta < cell.size - 1]
     answers = [cell.is_enough(cell.explore.delta) for cell in cells]
     # One of many cells would be outside by chance: here bounds hold together for all.
     outcome = _outcome(any(cell.is_shown_short for cell in cells), bool(answers) and {*answers} == {"yes"})
     shares = ", ".join(f"{answers.count(one)} {one}" for one in ("yes", "no", "undecided"))  # type: ignore[arg-type]
-    return [*found, *overall, Verdict(UNRELIABLE[0], "", 0, outcome, f"enough at δ(explore): {shares}")]
+    return [*found, *overall, CellVerdict(UNRELIABLE[0], "", 0, outcome, f"enough at δ(explore): {shares}")]
 
 
 def by_chance(cells: int) -> int:
@@ -873,7 +882,7 @@ class Gathering(NamedTuple):
         One row for each run; see `Runs`.
     cells : list of Cell
         One for each task and team size.
-    verdicts : list of Verdict
+    verdicts : list of CellVerdict
         On G1 to G4.
     iterations : dict of (str, int) to Iteration
         The rounds of `iterate_delta` for each task and team size.
@@ -881,7 +890,7 @@ class Gathering(NamedTuple):
 
     runs: pd.DataFrame
     cells: list[Cell]
-    verdicts: list[Verdict]
+    verdicts: list[CellVerdict]
     iterations: Mapping[tuple[str, int], Iteration]
 
     @property
@@ -982,66 +991,40 @@ def _draw_index(axes: Axes, cells: Sequence[Cell], tasks: Sequence[str]) -> None
 
 def page_values(found: Gathering, plan: GatheringPlan) -> Mapping[str, Any]:
     """Return the values of the page."""
-    claims = [[name, claim.statement, claim.rule] for name, claim in CLAIMS.items()]
-    verdicts = [
-        [one.claim, one.task or "all", f"{one.size or 'all'}", _bold(one), one.measured] for one in found.verdicts
-    ]
+    claims = [*((name, claim.statement, claim.rule) for name, claim in CLAIMS.items()), UNRELIABLE]
+    saturation = (
+        f"| {cell.task} | {cell.size} | {cell.objective:.3g} | {interval_text(cell.gain)} | {cell.saturation} | "
+        f"{cell.is_enough(cell.explore.delta)} | {cell.is_enough(cell.skilled.delta)} | {cell.censored:.0%} |"
+        for cell in found.cells
+    )
+    verdicts = (
+        f"| {one.claim} | {one.task or 'all'} | {one.size or 'all'} | {_bold(one)} | {one.measured} |"
+        for one in found.verdicts
+    )
+    rounds = (
+        f"| {task} | {size} | {' → '.join(map(str, one.used))} | {one.runs} | {one.trainings} | {one.enough} | "
+        f"{interval_text(one.shortfall)} |"
+        for (task, size), one in found.iterations.items()
+    )
     return {
-        "confidence": CONFIDENCE, "index": index_table(found.cells), "saturation": saturation_table(found.cells),
-        "claims": markdown.table(["claim", "statement", "rule"], [*claims, list(UNRELIABLE)]),
-        "summary": summary_table(found.verdicts),
-        "verdicts": markdown.table(["claim", "task", "N", "verdict", "measured"], verdicts),
-        "rounds": rounds_table(found.iterations), "conditions": "\n".join(f"- {line}" for line in _conditions(plan)),
+        "confidence": CONFIDENCE, "index": index_rows(found.cells), "saturation": "\n".join(saturation),
+        "claims": "\n".join(f"| {' | '.join(one)} |" for one in claims), "summary": summary_table(found.verdicts),
+        "verdicts": "\n".join(verdicts), "rounds": "\n".join(rounds),
+        "conditions": "\n".join(f"- {line}" for line in _conditions(plan)),
     }  # fmt: skip
 
 
-def index_table(cells: Sequence[Cell]) -> str:
+def index_rows(cells: Sequence[Cell]) -> str:
     """Return a row for each task and team size: δ of both teams, and their ratio."""
-    columns = [
-        "task", "gathers", "N", "skilled is better", "δ(explore)", "δ(skilled)", "gathering index",
-        "an exploration shows fewer", "shows more", "robot-steps with more than δ(explore)", "saturates at δ",
-    ]  # fmt: skip
-    rows = (
-        [
-            cell.task, _GATHERS[cell.gathers], f"{cell.size}", _SIGNS[cell.has_skill], f"{cell.explore}",
-            f"{cell.skilled}", interval_text(cell.ratio), f"{cell.too_few:.0%}", f"{cell.too_many:.0%}",
-            f"{cell.crowded:.2%}", f"{cell.saturation}",
-        ]
+    return "\n".join(
+        f"| {cell.task} | {_GATHERS[cell.gathers]} | {cell.size} | {_SIGNS[cell.has_skill]} | {cell.explore} | "
+        f"{cell.skilled} | {interval_text(cell.ratio)} | {cell.too_few:.0%} | {cell.too_many:.0%} | "
+        f"{cell.crowded:.2%} | {cell.saturation} |"
         for cell in cells
-    )  # fmt: skip
-    return markdown.table(columns, rows, align="llrlrrrrrrr")
+    )
 
 
-def saturation_table(cells: Sequence[Cell]) -> str:
-    """Return a row for each task and team size: the objective against δ."""
-    columns = [
-        "task", "N", "objective with N − 1", "gain of awareness", "saturates at δ", "enough at δ(explore)",
-        "enough at δ(skilled)", "censored",
-    ]  # fmt: skip
-    rows = (
-        [
-            cell.task, f"{cell.size}", f"{cell.objective:.3g}", interval_text(cell.gain), f"{cell.saturation}",
-            cell.is_enough(cell.explore.delta), cell.is_enough(cell.skilled.delta), f"{cell.censored:.0%}",
-        ]
-        for cell in cells
-    )  # fmt: skip
-    return markdown.table(columns, rows, align="lrrrrllr")
-
-
-def rounds_table(iterations: Mapping[tuple[str, int], Iteration]) -> str:
-    """Return a row for each task and team size: the δ of the rounds, and their cost."""
-    columns = ["task", "N", "δ of the rounds", "more runs", "more trainings", "enough", "falls short by"]
-    rows = (
-        [
-            task, f"{size}", " → ".join(map(str, one.used)), f"{one.runs}", f"{one.trainings}", one.enough,
-            interval_text(one.shortfall),
-        ]
-        for (task, size), one in iterations.items()
-    )  # fmt: skip
-    return markdown.table(columns, rows, align="lrlrrlr")
-
-
-def summary_table(verdicts: Sequence[Verdict]) -> str:
+def summary_table(verdicts: Sequence[CellVerdict]) -> str:
     """Return a row for each claim and a column for each task, with a verdict for each N."""
     tasks = list(dict.fromkeys(one.task for one in verdicts if one.task))
     rows = []
@@ -1081,8 +1064,8 @@ def interval_text(interval: Interval) -> str:
     return minus(f"{mean} ({low} to {high})")
 
 
-def _bold(verdict: Verdict) -> str:
-    return f"**{verdict.outcome}**" if verdict.outcome == "does not hold" else verdict.outcome
+def _bold(verdict: CellVerdict) -> str:
+    return f"**{verdict.outcome}**" if verdict.outcome == FAILS else verdict.outcome
 
 
 def _conditions(plan: GatheringPlan) -> Iterable[str]:
@@ -1104,10 +1087,12 @@ def _conditions(plan: GatheringPlan) -> Iterable[str]:
 
 
 PAPER = Paper(
-    GatheringPlan, "gathering", _PAGE, page_values, {"gathering": draw}, sentences=summary,
+    plan=GatheringPlan, name="gathering", template=_PAGE, values=page_values, figures={"gathering": draw},
+    sentences=summary, make=gather, runs=lambda found: found.runs,
     tables={
         "gathering-index.parquet": lambda found, plan: found.frame,
         "gathering-rounds.parquet": lambda found, plan: found.rounds,
     },
-    make=gather, runs=lambda found: found.runs, quick={"sizes": (4, 8), "runs": 20, "deltas": (1, 3)},
+    quick={"sizes": (4, 8), "runs": 20, "deltas": (1, 3)},
+    small={"sizes": (3,), "runs": 6, "steps": 10, "set": {"radius": 2.0}},
 )  # fmt: skip

@@ -15,32 +15,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.analysis.papers.reproduction import (
-    RECALLED,
-    Floats,
-    Paper,
-    Plan,
-    chosen,
-    column,
-    intervals,
-    judged,
-    run_until,
-    saving,
-    within,
-)
-from teamsight.analysis.plot import markdown
+from teamsight.analysis.papers import reproduction
+from teamsight.analysis.papers.reproduction import RECALLED, Floats, Paper, column, judged, rows_of, verdict_of
 from teamsight.analysis.plot.kinds import draw_means, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, ROBOTS_LABEL
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import Interval, half_width
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text, percent_text
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, within
 from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
@@ -82,6 +70,8 @@ only what was read can hold or fail.
 
 ## Team sizes
 
+| robots | steps | censored | stagnation | steps without recovery | censored | stagnation | neighbours when exploring | with fixed priority |
+| ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 {sizes}
 
 ## Claims
@@ -93,11 +83,11 @@ only what was read can hold or fail.
 {said[0]}
 
 {said[1]}
-"""
+"""  # noqa: E501
 
 
 @dataclass(frozen=True)
-class Pushing(Plan):
+class Pushing(reproduction.PaperPlan):
     """What to simulate.
 
     Parameters
@@ -134,17 +124,13 @@ class Pushing(Plan):
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it: team, robots, replicate and seed."""
-        from teamsight.analysis.runs.run import task_run, task_seed
         from teamsight.tasks.pushing import PUSH
 
         teams = self.teams()
         for robots in self.robots:
-            cell = {"robots": robots}
-            for replicate in range(self.runs):
-                seed = task_seed(PUSH, self.seed, replicate, cell)
-                for name, team in teams.items():
-                    run = task_run(PUSH, PUSH.parameters(team, cell), seed, self.steps, until_moved)
-                    yield {"team": name, "robots": robots, "replicate": replicate, "seed": seed}, run
+            how = PUSH, self.seed, self.runs, {"robots": robots}, teams, self.steps, until_moved
+            for name, replicate, seed, run in reproduction.paired_runs(*how):
+                yield {"team": name, "robots": robots, "replicate": replicate, "seed": seed}, run
 
 
 def until_moved(world: World, steps: int) -> dict[str, Any]:
@@ -159,7 +145,7 @@ def until_moved(world: World, steps: int) -> dict[str, Any]:
     """
     from teamsight.tasks.pushing import completion_time
 
-    run_until(lambda world: completion_time(world) < math.inf, world, steps, _PART)
+    reproduction.run_until(lambda world: completion_time(world) < math.inf, world, steps, _PART)
     time = completion_time(world)
     is_censored = time == math.inf
     end = steps if is_censored else int(time)
@@ -223,7 +209,7 @@ def slower(table: pd.DataFrame, robots: int, than: int, team: str = FIXED) -> In
 
     The variances may differ; without two runs of both, or one that is not censored, nothing is known.
     """
-    table = chosen(table[table["robots"].isin((robots, than))], team=team)
+    table = rows_of(table[table["robots"].isin((robots, than))], team=team)
     one, other = (column(table, "time", robots=size) for size in (robots, than))
     if min(len(one), len(other)) < 2 or table["censored"].all():
         return _UNKNOWN
@@ -237,7 +223,9 @@ def saved(table: pd.DataFrame, team: str, over: str) -> Interval:
     If all runs are censored, nothing is known.
     """
     table = table[(table["robots"] >= FEW) & table["team"].isin((team, over))]
-    return _UNKNOWN if table["censored"].all() else saving(*(column(table, "time", team=one) for one in (team, over)))
+    if table["censored"].all():
+        return _UNKNOWN
+    return reproduction.saving(*(column(table, "time", team=one) for one in (team, over)))
 
 
 def stagnation(runs: pd.DataFrame) -> Floats:
@@ -254,7 +242,7 @@ def stagnation_slope(table: pd.DataFrame) -> Interval:
 
     The variance of each mean is that of its runs, so that sizes may differ in it.
     """
-    runs = chosen(table[table["robots"] >= FEW], team=SLOW)
+    runs = rows_of(table[table["robots"] >= FEW], team=SLOW)
     shares = {size: stagnation(part.sort_values("replicate")) for size, part in runs.groupby("robots")}
     shares = {size: share for size, share in shares.items() if len(share) > 1}
     if len(shares) < 2:
@@ -272,17 +260,14 @@ def _around(mean: float, variance: float, fewest: int) -> Interval:
     return Interval(mean, mean - wide, mean + wide)
 
 
-def verdicts(table: pd.DataFrame) -> list[Verdict]:
+def verdicts(table: pd.DataFrame, plan: Pushing | None = None) -> list[Verdict]:
     """Return the verdicts on all claims; `table` has a row for each run."""
     from teamsight.analysis.stats.exceedance import bounds
 
-    alone, pair = chosen(table, robots=1), chosen(table, team=FIXED, robots=FEW)
+    alone, pair = rows_of(table, robots=1), rows_of(table, team=FIXED, robots=FEW)
     moved, done = int((alone["box_moved"] > 0).sum()), int((~pair["censored"]).sum())
     # That two robots move the box in more than half of the runs, by the interval of Clopper and Pearson.
     low, high = (float(one) for one in bounds(done, max(len(pair), 1), 0.975))
-    less, more, grows = slower(table, FEW, SOME), slower(table, MANY, SOME), stagnation_slope(table)
-    network, aware = saved(table, NETWORK, FIXED), saved(table, FIXED, BLIND)
-    same = f"K4 Network and fixed priority take the same time (up to {100 * MARGIN:g} %)"
     return [
         judged(
             "K1 One robot never moves the box (by construction)", READ, f"{moved} of {len(alone)} runs",
@@ -293,14 +278,17 @@ def verdicts(table: pd.DataFrame) -> list[Verdict]:
             f"{done} of {len(pair)} runs ({100 * low:.0f} to {100 * high:.0f} %)",
             above(Interval(0.5, low, high), 0.5),
         ),
-        judged(f"K2 {SOME} robots are faster than {FEW}", RECALLED, interval_text(less, "steps"), above(less)),
-        judged(f"K2 {MANY} robots are slower than {SOME}", RECALLED, interval_text(more, "steps"), above(more)),
-        judged(
-            "K3 Without recovery, stagnation grows with N", RECALLED, f"{percent_text(grows)} for each robot",
-            above(grows),
+        verdict_of(f"K2 {SOME} robots are faster than {FEW}", RECALLED, slower(table, FEW, SOME), "steps"),
+        verdict_of(f"K2 {MANY} robots are slower than {SOME}", RECALLED, slower(table, MANY, SOME), "steps"),
+        verdict_of(
+            "K3 Without recovery, stagnation grows with N", RECALLED, stagnation_slope(table), "%",
+            said="{} for each robot",
         ),
-        judged(same, RECALLED, percent_text(network), within(network, MARGIN)),
-        judged("Perceiving the nearest teammate saves time", OURS, percent_text(aware), above(aware)),
+        verdict_of(
+            f"K4 Network and fixed priority take the same time (up to {100 * MARGIN:g} %)", RECALLED,
+            saved(table, NETWORK, FIXED), "%", partial(within, margin=MARGIN),
+        ),
+        verdict_of("Perceiving the nearest teammate saves time", OURS, saved(table, FIXED, BLIND), "%"),
     ]  # fmt: skip
 
 
@@ -308,7 +296,7 @@ def same_runs(table: pd.DataFrame) -> tuple[int, int]:
     """Return in how many runs of teams of two or more δ = 1 changes nothing that is measured, and their number."""
     measured = ["time", "box_moved", "together", "stagnating", "max_neighbours"]
     one, two = (
-        chosen(table[table["robots"] >= FEW], team=team).sort_values(["robots", "replicate"])[measured].to_numpy()
+        rows_of(table[table["robots"] >= FEW], team=team).sort_values(["robots", "replicate"])[measured].to_numpy()
         for team in (FIXED, NEAREST)
     )
     return int((one == two).all(axis=1).sum()), len(one)
@@ -331,38 +319,31 @@ def draw(table: pd.DataFrame, plan: Pushing) -> Canvas:
     shown[-1].plot(sizes, [size - 1 for size in sizes], color=FAINT, linewidth=0.8, linestyle=":", label="N − 1")
     for axes, (teams, measured) in zip(shown, quantities.values(), strict=True):
         for team in teams:
-            runs = {size: chosen(table, team=team, robots=size).sort_values("replicate") for size in sizes}
+            runs = {size: rows_of(table, team=team, robots=size).sort_values("replicate") for size in sizes}
             samples = {size: found for size, one in runs.items() if len(found := measured(one))}
             wide = 2.4 if team == FIXED else 1.2
-            found = intervals(samples.values())
+            found = reproduction.intervals(samples.values())
             draw_means(axes, list(samples), found, _COLOUR[team], team, as_bars=True, linewidth=wide)
         axes.set_ylim(0, 1 if measured is stagnation else None)
         axes.legend(frameon=False, fontsize=8)
     return figure
 
 
-def sizes_table(table: pd.DataFrame) -> str:
-    """Return a table with a row for each number of robots."""
+def sizes(table: pd.DataFrame) -> str:
+    """Return the rows of a table, one for each number of robots."""
     rows = []
     for size in sorted(table["robots"].unique()):
-        row = [f"{size}"]
+        row = f"| {size} |"
         for team in (FIXED, SLOW):
-            runs = chosen(table, team=team, robots=size)
-            shares = stagnation(runs)
-            row += [
-                f"{runs['time'].mean():.0f}", f"{100 * runs['censored'].mean():.0f} %",
-                f"{100 * shares.mean():.0f} %" if len(shares) else "–",
-            ]  # fmt: skip
-        met = (chosen(table, team=team, robots=size)["max_neighbours"].mean() for team in (EXPLORE, FIXED))
-        rows.append([*row, *(f"{one:.1f}" for one in met)])
-    columns = [
-        "robots", "steps", "censored", "stagnation", "steps without recovery", "censored", "stagnation",
-        "neighbours when exploring", "with fixed priority",
-    ]  # fmt: skip
-    return markdown.table(columns, rows, align="r" * len(columns))
+            runs = rows_of(table, team=team, robots=size)
+            stuck = f"{100 * stagnation(runs).mean():.0f} %" if runs["together"].any() else "–"
+            row += f" {runs['time'].mean():.0f} | {100 * runs['censored'].mean():.0f} % | {stuck} |"
+        met = (rows_of(table, team=team, robots=size)["max_neighbours"].mean() for team in (EXPLORE, FIXED))
+        rows.append(row + "".join(f" {one:.1f} |" for one in met))
+    return "\n".join(rows)
 
 
-def _sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
+def sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
     learned, tested = agreement_of(plan.seed)
     same, runs = same_runs(table)
     return (
@@ -374,8 +355,10 @@ def _sentences(table: pd.DataFrame, plan: Pushing) -> tuple[str, str]:
 
 
 PAPER = Paper(
-    Pushing, "pushing", _PAGE,
-    lambda table, plan: {"margin": 100 * MARGIN, "sizes": sizes_table(table), "said": _sentences(table, plan)},
-    {"pushing": draw}, lambda table, plan: verdicts(table), sentences=_sentences,
-    quick={"runs": 10, "robots": (1, 2, 5, 10, 20)},
+    plan=Pushing, name="pushing", page="tasks/pushing", template=_PAGE, figures={"pushing": draw},
+    values=lambda table, plan: {
+        "margin": 100 * MARGIN, "sizes": sizes(table), "said": sentences(table, plan),
+    },
+    verdicts=verdicts, sentences=sentences, quick={"runs": 10, "robots": (1, 2, 5, 10, 20)},
+    small={"runs": 1, "steps": 60, "robots": (1, 2, 4), "seed": 7},
 )  # fmt: skip

@@ -14,29 +14,27 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from teamsight.analysis.papers.reproduction import (
-    AGREES,
-    DIFFERS,
     RECALLED,
     Floats,
     Paper,
-    Plan,
-    chosen,
+    PaperPlan,
     column,
     intervals,
-    judged,
+    rows_of,
+    verdict_of,
 )
-from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import COLOURS, FAINT, colours_of
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import root
 from teamsight.analysis.stats.paired import Interval, interval_of
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, Verdict, above, interval_text
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, plus_minus
 from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
@@ -84,20 +82,24 @@ known to us, and ours were not fitted to her results. Claims that are recalled a
 
 ## Rows and pucks
 
+| N | condition | clear rows right after {plan.judged:,} steps [%] | of those with an intruder [%] | pucks delivered then | after {last:,} steps | woken at home |
+| ---: | :--- | ---: | ---: | ---: | ---: | ---: |
 {conditions}
 
 ## Each row
 
+| conditions | behaviour | clear | delayed | events | events + H | events + I | progress |
+| :--- | :--- | :--- | ---: | ---: | ---: | ---: | ---: |
 {rows}
 
 ## Claims
 
 {claims}
-"""
+"""  # noqa: E501
 
 
 @dataclass(frozen=True)
-class Collecting(Plan):
+class Collecting(PaperPlan):
     """What to simulate.
 
     Parameters
@@ -225,32 +227,34 @@ def verdicts(table: pd.DataFrame, plan: Collecting) -> list[Verdict]:
 
     Each names the steps after which it is judged: the sign can change later.
     """
-    size, found = plan.sizes[0], []
-
-    def points(interval: Interval) -> str:
-        return interval_text(Interval(*(100.0 * one for one in interval)), "points")
-
-    def judge(claim: str, source: str, measured: str, verdict: str, steps: int) -> None:
-        found.append(judged(f"{claim}, after {steps:,} steps", source, measured, verdict))
-
-    for claim, one, other, name in ORDERS:
-        interval = interval_of(differences(table, one, other, name, size))
-        judge(claim, RECALLED, f"{one} − {other}: {points(interval)}", above(interval), plan.judged)
+    size = plan.sizes[0]
+    early, late = f", after {plan.judged:,} steps", f", after {plan.times[-1]:,} steps"
+    found = [
+        verdict_of(
+            claim + early, RECALLED, interval_of(differences(table, one, other, name, size)), "points",
+            said=f"{one} − {other}: {{}}",
+        )
+        for claim, one, other, name in ORDERS
+    ]  # fmt: skip
     for condition in ("delayed", "events", "events + H"):
         interval = interval_of(column(table, "correct_intruder", condition=condition, robots=size) - CHANCE)
-        # The claim is that the share is not above chance.
-        verdict = {HOLDS: DIFFERS, FAILS: AGREES}.get(above(interval), above(interval))
         claim = f"M2 Without it ({condition}) they are right no more often than by chance"
-        judge(claim, RECALLED, f"{condition} − 25 %: {points(interval)}", verdict, plan.judged)
+        said = f"{condition} − 25 %: {{}}"
+        found.append(verdict_of(claim + early, RECALLED, interval, "points", not_above, said=said))
     interval = interval_of(differences(table, "progress", "delayed", "delivered_early", size))
-    measured = f"progress − delayed: {interval_text(interval, 'pucks')}"
-    judge("Teams that learn more rows right deliver more", OURS, measured, above(interval), plan.judged)
+    claim = "Teams that learn more rows right deliver more"
+    found.append(verdict_of(claim + early, OURS, interval, "pucks", said="progress − delayed: {}"))
     for size in plan.sizes:
         for coding, what in _PAYS.items():
             interval = interval_of(differences(table, coding, "progress", "delivered", size))
-            measured = f"{coding} − bit: {interval_text(interval, 'pucks')}"
-            judge(f"{what} pays more than one bit, N = {size}", TOUZET, measured, above(interval), plan.times[-1])
+            claim = f"{what} pays more than one bit, N = {size}{late}"
+            found.append(verdict_of(claim, TOUZET, interval, "pucks", said=f"{coding} − bit: {{}}"))
     return found
+
+
+def not_above(interval: Interval) -> str:
+    """Return whether a quantity is not above 0, by its interval."""
+    return {HOLDS: FAILS, FAILS: HOLDS}.get(above(interval), UNDECIDED)
 
 
 def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
@@ -267,7 +271,7 @@ def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
         x=("steps of learning", ""), y=("share of rows [%]", "pucks delivered"), size=(5.4, 3.6),
     )  # fmt: skip
     for name, colour in zip(SCHEMES, colours_of(list(SCHEMES)), strict=True):
-        curves = 100.0 * np.array(chosen(table, robots=size, condition=name)["curve"].tolist())
+        curves = 100.0 * np.array(rows_of(table, robots=size, condition=name)["curve"].tolist())
         dashes = "--" if "+" in name else "-"
         draw_means(left, plan.times, intervals(curves.T), colour, name, as_bars=True, linestyle=dashes)
     left.set_ylim(0, 100)
@@ -284,44 +288,32 @@ def draw(table: pd.DataFrame, plan: Collecting) -> Canvas:
     return figure
 
 
-def conditions_table(table: pd.DataFrame, plan: Collecting) -> str:
-    """Return a table with a row for each condition: rows learned right, and pucks delivered."""
-    scales = {"correct": 100.0, "correct_intruder": 100.0, "delivered_early": 1.0, "delivered": 1.0}
-    rows = []
-    for size in plan.sizes:
-        for name in plan.policies(size):
-            row = [str(size), name]
-            for measured, scale in scales.items():
-                mean, _, high = interval_of(scale * column(table, measured, condition=name, robots=size))
-                row.append(f"{mean:.1f} ± {high - mean:.1f}" if np.isfinite(high) else f"{mean:.1f}")
-            slept = column(table, "slept_at_home", condition=name, robots=size).mean()
-            rows.append([*row, f"{100.0 * slept:.0f} %"])
-    columns = [
-        "N", "condition", f"clear rows right after {plan.judged:,} steps [%]", "of those with an intruder [%]",
-        "pucks delivered then", f"after {plan.times[-1]:,} steps", "woken at home",
-    ]  # fmt: skip
-    return markdown.table(columns, rows, align="rlrrrrr")
-
-
-def rows_table(table: pd.DataFrame, plan: Collecting) -> str:
-    """Return a table with a row for each row of the conditions, and the share of robots that have learned it."""
+def page_values(table: pd.DataFrame, plan: Collecting) -> dict[str, Any]:
+    """Return the rows of the tables of the page: of conditions, and of the rows that robots have learned."""
     from teamsight.policies.basis import BEHAVIOURS, CLEAR_ROWS, CORRECT
 
-    part = chosen(table, robots=plan.sizes[0])
-    shares = [np.mean(chosen(part, condition=name)["rows"].tolist(), axis=0) for name in SCHEMES]
-    rows = [
-        [
-            ", ".join(name for bit, name in _CONDITIONS.items() if row & bit) or "none", BEHAVIOURS[answer],
-            "yes" if row in CLEAR_ROWS else "no", *(f"{100.0 * share[row]:.0f} %" for share in shares),
-        ]
-        for row, answer in enumerate(CORRECT)
-        if row & 12 != 12  # the puck is dropped at home
-    ]  # fmt: skip
-    return markdown.table(["conditions", "behaviour", "clear", *SCHEMES], rows, align="lll" + "r" * len(SCHEMES))
+    conditions, rows = [], []
+    for size in plan.sizes:
+        for name in plan.policies(size):
+            of = partial(column, table, condition=name, robots=size)
+            found = [interval_of(100.0 * of(one)) for one in ("correct", "correct_intruder")]
+            found += [interval_of(of(one)) for one in ("delivered_early", "delivered")]
+            means = " | ".join(plus_minus(one.mean, one.high) for one in found)
+            conditions.append(f"| {size} | {name} | {means} | {100.0 * of('slept_at_home').mean():.0f} % |")
+    part = rows_of(table, robots=plan.sizes[0])
+    shares = [np.mean(rows_of(part, condition=name)["rows"].tolist(), axis=0) for name in SCHEMES]
+    for row, answer in enumerate(CORRECT):
+        if row & 12 != 12:  # the puck is dropped at home
+            named = ", ".join(name for bit, name in _CONDITIONS.items() if row & bit) or "none"
+            learned = " | ".join(f"{100.0 * share[row]:.0f} %" for share in shares)
+            rows.append(f"| {named} | {BEHAVIOURS[answer]} | {'yes' if row in CLEAR_ROWS else 'no'} | {learned} |")
+    return {"conditions": "\n".join(conditions), "rows": "\n".join(rows), "last": plan.times[-1]}
 
 
 PAPER = Paper(
-    Collecting, "collecting", _PAGE,
-    lambda table, plan: {"conditions": conditions_table(table, plan), "rows": rows_table(table, plan)},
-    {"collecting": draw}, verdicts, "measured (95 %)", quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
+    plan=Collecting, name="collecting", page="tasks/collecting", template=_PAGE, figures={"collecting": draw},
+    values=page_values,
+    verdicts=verdicts, measured="measured (95 %)",
+    quick={"runs": 6, "times": (1250, 5000, 20_000), "tests": 4},
+    small={"runs": 2, "times": (300, 600), "judged": 300, "tests": 1, "steps": 60, "sizes": (3,)},
 )  # fmt: skip

@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.analysis.papers.reproduction import NAMES, Floats, NamedConditions, Paper, chosen, column
-from teamsight.analysis.plot import markdown
+from teamsight.analysis.papers.reproduction import NAMES, Floats, NamedConditions, Paper, column, rows_of
 from teamsight.analysis.plot.kinds import panels
 from teamsight.analysis.plot.style import COLOURS, FAINT
 from teamsight.analysis.runs import limits
@@ -79,20 +78,26 @@ hunters that would enter the prey's. They were chosen on other seeds.
 
 ## Tables of a hunter
 
+| depth | p | rows of 3 modules, 3·p² | rows of one table, p⁴ | values, modules | values, one table |
+| ---: | ---: | ---: | ---: | ---: | ---: |
 {sizes}
 
 ## Steps to a capture
 
+| hunters | steps | captures | runs with a capture at the end | steps to a capture at the end (95 %) | mutual information, by chance [bit] |
+| :--- | ---: | ---: | ---: | ---: | ---: |
 {learners}
 
 ## Random hunters
 
+| torus | steps | captures | steps to a capture (95 %) | (side² − 1)⁴ / 4! | ratio |
+| :--- | ---: | ---: | ---: | ---: | ---: |
 {random}
 
 ## {number} claims
 
 {claims}
-"""
+"""  # noqa: E501
 
 
 @dataclass(frozen=True)
@@ -261,7 +266,7 @@ def late_rates(table: pd.DataFrame, condition: str) -> Floats:
 
 def early_rates(table: pd.DataFrame, condition: str) -> Floats:
     """Return log10 of the captures per step in the first tenth of each run, without any as half a capture."""
-    found = chosen(table, condition=condition).sort_values("replicate")
+    found = rows_of(table, condition=condition).sort_values("replicate")
     early = np.array(found["parts"].tolist())[:, : PARTS // 10].sum(axis=1)
     return np.asarray(np.log10(np.maximum(early, 0.5) / (found["steps"] / 10)), float)
 
@@ -286,7 +291,7 @@ def random_steps(table: pd.DataFrame, condition: str, level: float = 0.95) -> In
     """
     from scipy.special import gammaincinv
 
-    found = chosen(table, condition=condition)
+    found = rows_of(table, condition=condition)
     captures, steps = int(found["captures"].sum()), float(found["steps"].sum())
     least = float(gammaincinv(captures, (1 - level) / 2)) if captures else 0.0
     mean = steps / captures if captures else math.inf
@@ -313,7 +318,7 @@ def _power(exponent: float) -> float:
     return 10**exponent if exponent < 300 else math.inf
 
 
-def verdicts(table: pd.DataFrame) -> list[Verdict]:
+def verdicts(table: pd.DataFrame, plan: Surroundings | None = None) -> list[Verdict]:
     """Return the verdicts on all claims whose conditions are in the table; it has a row for each run."""
     have, found = set(table["condition"]), []
 
@@ -343,7 +348,7 @@ def verdicts(table: pd.DataFrame) -> list[Verdict]:
     )  # fmt: skip
     for depth in (2, 3):
         if (name := f"modular, depth {depth}") in have:
-            runs = chosen(table, condition=name)
+            runs = rows_of(table, condition=name)
             runs, said, verdict = runs[runs["watched"] > 0], "no captures at the end", UNDECIDED
             if len(runs):
                 bits, chance_bits = (runs[one].to_numpy(float) for one in ("information", "chance"))
@@ -387,7 +392,7 @@ def draw(table: pd.DataFrame, plan: Surroundings) -> Canvas:
     for axes, (side, curves) in zip(shown, _PANELS.items(), strict=True):
         axes.set(xscale="log", yscale="log")
         for name, (label, colour) in curves.items():
-            runs = chosen(table, condition=name)
+            runs = rows_of(table, condition=name)
             if runs.empty:
                 continue
             part = int(runs["steps"].iloc[0]) / PARTS
@@ -402,59 +407,37 @@ def draw(table: pd.DataFrame, plan: Surroundings) -> Canvas:
     return figure
 
 
-def sizes_table() -> str:
-    """Return p^d, the rows of modules and of one table over all, and their values, for some depths of view."""
+def page_values(table: pd.DataFrame, plan: Surroundings) -> dict[str, str]:
+    """Return the rows of the tables of the page: sizes of tables, hunters that learn, and random ones."""
     from teamsight.policies.online.modular_q import ModularQ
 
-    rows = []
+    sizes, learners, random = [], [], []
     for depth in (2, 3, 4):
-        modular = ModularQ(depth)
-        places = (2 * depth + 1) ** 2 + 1
+        modular, places = ModularQ(depth), (2 * depth + 1) ** 2 + 1
         whole = places**HUNTERS
-        numbers = (modular.tables * modular.rows, whole, modular.entries, whole * modular.moves)
-        rows.append([f"{depth}", f"{places}", *(f"{one:,}" for one in numbers)])
-    titles = ["depth", "p", "rows of 3 modules, 3·p²", "rows of one table, p⁴", "values, modules", "values, one table"]
-    return markdown.table(titles, rows, align="rrrrrr")
-
-
-def learners_table(table: pd.DataFrame) -> str:
-    """Return the steps to a capture at the end of learning, for each condition with learners."""
-    rows = []
+        values = f"{modular.entries:,} | {whole * modular.moves:,}"
+        sizes.append(f"| {depth} | {places} | {modular.tables * modular.rows:,} | {whole:,} | {values} |")
     for name, condition in CONDITIONS.items():
-        runs = chosen(table, condition=name)
-        if len(runs) and condition.learner is not None:
+        runs = rows_of(table, condition=name)
+        if runs.empty:
+            continue
+        if condition.learner is not None:
             bits, chance = runs["information"].mean(), runs["chance"].mean()
-            rows.append([
-                name, f"{int(runs['steps'].iloc[0]):,}", f"{runs['captures'].mean():,.0f}",
-                f"{(runs['late'] > 0).sum()} of {len(runs)}", shown(late_steps(table, name)),
-                f"{bits:.2f} ({chance:.2f})" if bits == bits else "",
-            ])  # fmt: skip
-    titles = [
-        "hunters", "steps", "captures", "runs with a capture at the end", "steps to a capture at the end (95 %)",
-        "mutual information, by chance [bit]",
-    ]  # fmt: skip
-    return markdown.table(titles, rows, align="lrrrrr")
-
-
-def random_table(table: pd.DataFrame) -> str:
-    """Return the steps to a capture of random hunters on tori of several sizes, beside the formula."""
-    rows = []
-    for side in (*SMALLER, SIDE):
-        name = f"random, side {side}"
-        runs = chosen(table, condition=name)
-        if len(runs):
-            found, formula = random_steps(table, name), expected_steps(side)
+            met = f"{(runs['late'] > 0).sum()} of {len(runs)}"
+            row = f"| {name} | {int(runs['steps'].iloc[0]):,} | {runs['captures'].mean():,.0f} | {met} | "
+            known = f"{bits:.2f} ({chance:.2f})" if bits == bits else ""
+            learners.append(f"{row}{shown(late_steps(table, name))} | {known} |")
+        else:
+            found, formula = random_steps(table, name), expected_steps(condition.side)
+            torus, steps = f"{condition.side} × {condition.side}", int(runs["steps"].sum())
+            row = f"| {torus} | {steps:,} | {runs['captures'].sum():,} | "
             ratio = f"{found.mean / formula:.2f}" if found.mean < math.inf else ""
-            rows.append([
-                f"{side} × {side}", f"{int(runs['steps'].sum()):,}", f"{runs['captures'].sum():,}", shown(found),
-                f"{formula:,.0f}", ratio,
-            ])  # fmt: skip
-    titles = ["torus", "steps", "captures", "steps to a capture (95 %)", "(side² − 1)⁴ / 4!", "ratio"]
-    return markdown.table(titles, rows, align="lrrrrr")
+            random.append(f"{row}{shown(found)} | {formula:,.0f} | {ratio} |")
+    return {"sizes": "\n".join(sizes), "learners": "\n".join(learners), "random": "\n".join(random)}
 
 
 PAPER = Paper(
-    Surroundings, "pursuit-modules", _PAGE,
-    lambda table, plan: {"sizes": sizes_table(), "learners": learners_table(table), "random": random_table(table)},
-    {"pursuit-modules": draw}, lambda table, plan: verdicts(table), quick={"runs": 3, "share": 0.05},
+    plan=Surroundings, name="pursuit-modules", page="tasks/surround", template=_PAGE, figures={"pursuit-modules": draw},
+    values=page_values, verdicts=verdicts, quick={"runs": 3, "share": 0.05},
+    small={"runs": 2, "share": 0.0005, "names": ("random, side 4", "modular, side 4")},
 )  # fmt: skip

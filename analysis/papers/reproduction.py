@@ -5,9 +5,11 @@ Nothing slow is imported here, so that the help of a command answers at once.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
@@ -20,7 +22,7 @@ from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.files import as_json
 from teamsight.analysis.runs.seeds import run_seed
 from teamsight.analysis.stats.paired import Interval, interval_of
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text
 from teamsight.core.component import Allowed, Component, Positive, Seed
 
 if TYPE_CHECKING:
@@ -31,8 +33,9 @@ if TYPE_CHECKING:
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.executor import Executor
     from teamsight.analysis.runs.files import Content
-    from teamsight.analysis.runs.run import Run
+    from teamsight.analysis.runs.run import Measure, Run
     from teamsight.analysis.runs.simulate import Planned, Watch
+    from teamsight.tasks.task import Task
 
 Floats = npt.NDArray[np.float64]
 
@@ -45,7 +48,7 @@ _ORDER = ("robots", "attractors", "replicate")
 
 
 @dataclass(frozen=True)
-class Plan(Component):
+class PaperPlan(Component):
     """What to simulate; its fields that can be given as texts are the options of the paper's command."""
 
     def conditions(self) -> dict[str, Any]:
@@ -62,7 +65,7 @@ NAMES = Allowed(is_repeated=True, shown="all", metavar="NAME")
 
 
 @dataclass(frozen=True)
-class NamedConditions(Plan):
+class NamedConditions(PaperPlan):
     """What to simulate of a paper whose conditions have names.
 
     Parameters
@@ -101,21 +104,22 @@ class NamedConditions(Plan):
                 yield {"condition": name, "replicate": replicate, "seed": seed, **columns}, run(seed)
 
 
-P = TypeVar("P", bound=Plan)
+P = TypeVar("P", bound=PaperPlan)
 F = TypeVar("F")
+#: Files that are written together, by name, and what their tables hold beside what all results are about.
+Contents = tuple[dict[str, "Content"], dict[str, Any]]
 
 
-def runs_of(plan: Plan, pool: Executor | None, watch: Watch, checkpoint: Checkpoint | None) -> pd.DataFrame:
+def runs_of(plan: PaperPlan, pool: Executor | None, watch: Watch, checkpoint: Checkpoint | None) -> pd.DataFrame:
     """Make the runs of a plan, and return a table with one row for each."""
     from teamsight.analysis.runs.simulate import run_rows
 
-    progress = lambda done, total: watch("simulating", done, total)  # noqa: E731
-    return run_rows(plan.planned(), pool, progress=progress, checkpoint=checkpoint)
+    return run_rows(plan.planned(), pool, progress=partial(watch, "simulating"), checkpoint=checkpoint)
 
 
-@dataclass(frozen=True)
-class Paper(Generic[P, F]):
-    """A reproduction: all that is made of a plan.
+@dataclass(frozen=True, kw_only=True)
+class Reproduction(Generic[P, F]):
+    """The way from a plan to files: what is made, which files result, and what is said of it.
 
     Parameters
     ----------
@@ -123,41 +127,17 @@ class Paper(Generic[P, F]):
         The class of the plan.
     name : str
         The name of the files.
-    template : str
-        The page: paragraphs of Markdown with values in braces; see `filled`.
-    values : callable
-        ``values(found, plan)`` returns the values of the template by name, beside ``plan``, ``claims`` (the table of
-        the verdicts) and ``number``, that of the claims.
-    figures : mapping of str to callable
-        By the name of each picture, ``draw(found, plan)``, which returns the figure; its label is its title.
-    verdicts : callable
-        ``verdicts(found, plan)`` returns the verdicts on all claims.
-    measured : str
-        The title of what was measured, in the table of the verdicts.
-    sentences : callable
-        ``sentences(found, plan)`` returns what is said of the result beside the verdicts.
-    tables : mapping of str to callable
-        By the name of each further table, ``of(found, plan)``, which returns it.
     make : callable
         ``make(plan, pool, watch, checkpoint)`` returns what was found; by default the table of all runs.
-    runs : callable
-        ``runs(found)`` returns the table of all runs.
-    quick : mapping of str to object
-        The values of the plan's fields with which a coarse result is made.
+    quick, small : mapping of str to object
+        The values of the plan's fields with which a coarse result is made, and those of a test, in a second.
     """
 
     plan: type[P]
     name: str
-    template: str
-    values: Callable[[F, P], Mapping[str, Any]]
-    figures: Mapping[str, Callable[[F, P], Canvas]]
-    verdicts: Callable[[F, P], Sequence[Verdict]] = lambda found, plan: ()
-    measured: str = "measured"
-    sentences: Callable[[F, P], Sequence[str]] = lambda found, plan: ()
-    tables: Mapping[str, Callable[[F, P], pd.DataFrame]] = field(default_factory=dict)
     make: Callable[[P, Executor | None, Watch, Checkpoint | None], F] = runs_of  # type: ignore[assignment]
-    runs: Callable[[F], pd.DataFrame] = lambda found: found  # type: ignore[assignment, return-value]
     quick: Mapping[str, Any] = field(default_factory=dict)
+    small: Mapping[str, Any] = field(default_factory=dict)
 
     def checkpoint(self, folder: Path) -> Checkpoint:
         """Return the runs that an interrupted command left in a folder."""
@@ -167,25 +147,25 @@ class Paper(Generic[P, F]):
 
     def names(self, plan: P, folder: Path, formats: Sequence[str]) -> list[str]:
         """Return the names of all files that `reproduce` writes to a folder."""
-        pictures = [f"{name}.{kind}" for name in self.figures for kind in formats]
-        return [f"{self.name}.parquet", *self.tables, *pictures, f"{self.name}.md"]
+        raise NotImplementedError
+
+    def contents(
+        self, found: F, plan: P, formats: Sequence[str], pool: Executor | None, watch: Watch
+    ) -> Iterator[Contents]:
+        """Yield the files."""
+        raise NotImplementedError
+
+    def summary(self, found: F, plan: P) -> Sequence[str]:
+        """Return the result in sentences."""
+        raise NotImplementedError
 
     def about(self, plan: P) -> dict[str, Any]:
         """Return the settings that tables hold; those with others are not replaced."""
-        return {self.name: plan.conditions()}
+        return {self.name: found} if (found := plan.conditions()) else {}
 
-    def check(self, plan: P, folder: Path, formats: Sequence[str] = ("png",), *, force: bool = False) -> None:
-        """Raise an error if a file in a folder must not be replaced by a result or by the checkpoint.
-
-        Raises
-        ------
-        ValueError
-            If there is such a file.
-        """
-        from teamsight.analysis.runs.files import check_results
-
-        names, checkpoint = self.names(plan, folder, formats), self.checkpoint(folder)
-        check_results(folder, names, self.about(plan), checkpoint=checkpoint, force=force)
+    def title(self, plan: P) -> str:
+        """Return what is made, in words."""
+        return self.plan.__module__.rpartition(".")[2]
 
     def reproduce(
         self,
@@ -201,7 +181,7 @@ class Paper(Generic[P, F]):
 
         Parameters
         ----------
-        plan : Plan
+        plan : PaperPlan
             What to simulate.
         folder : Path
             An existing folder.
@@ -217,60 +197,92 @@ class Paper(Generic[P, F]):
         Raises
         ------
         ValueError
-            If a file must not be replaced.
+            If a file must not be replaced by a result or by the checkpoint; before anything is simulated.
         """
-        from teamsight.analysis.runs.files import write_results
+        from teamsight.analysis.runs.files import check_results, write_results
 
-        self.check(plan, folder, formats, force=force)
-        checkpoint = self.checkpoint(folder)
+        checkpoint, about = self.checkpoint(folder), self.about(plan)
+        check_results(folder, self.names(plan, folder, formats), about, checkpoint=checkpoint, force=force)
         found = self.make(plan, pool, watch, checkpoint)
-        for contents, about in self.contents(found, plan, formats, pool, watch):
-            write_results(folder, contents, self.about(plan) | about, force=force)
+        for contents, further in self.contents(found, plan, formats, pool, watch):
+            for name in contents:
+                (folder / name).parent.mkdir(exist_ok=True)
+            write_results(folder, contents, about | further, force=force)
         checkpoint.forget()
         return found
 
+
+@dataclass(frozen=True, kw_only=True)
+class Paper(Reproduction[P, F]):
+    """A reproduction with one table of runs, one page and some figures.
+
+    Parameters
+    ----------
+    template : str
+        The page: paragraphs, lists and tables of Markdown with values in braces, such as the rows of a table.
+    values : callable
+        ``values(found, plan)`` returns the values of the template by name, beside ``plan``, ``claims`` (the table of
+        the verdicts) and ``number``, that of the claims.
+    figures : mapping of str to callable
+        By the name of each picture, ``draw(found, plan)``, which returns the figure; its label is its title.
+    verdicts : callable
+        ``verdicts(found, plan)`` returns the verdicts on all claims.
+    measured : str
+        The title of what was measured, in the table of the verdicts.
+    sentences : callable
+        ``sentences(found, plan)`` returns what is said of the result beside the verdicts.
+    tables : mapping of str to callable
+        By the name of each further table, ``of(found, plan)``, which returns it.
+    runs : callable
+        ``runs(found)`` returns the table of all runs.
+    page : str
+        The page of the documentation about the result, without ``.md``. Beside it stands the table from which its
+        tables and its pictures are made, NAME.parquet.
+    restore : callable
+        Returns what was found from that table; by default, this is the table.
+    """
+
+    template: str
+    values: Callable[[F, P], Mapping[str, Any]]
+    figures: Mapping[str, Callable[[F, P], Canvas]]
+    verdicts: Callable[[F, P], Sequence[Verdict]] = lambda found, plan: ()
+    measured: str = "measured"
+    sentences: Callable[[F, P], Sequence[str]] = lambda found, plan: ()
+    tables: Mapping[str, Callable[[F, P], pd.DataFrame]] = field(default_factory=dict)
+    runs: Callable[[F], pd.DataFrame] = lambda found: found  # type: ignore[assignment, return-value]
+    page: str = ""
+    restore: Callable[[pd.DataFrame], F] = lambda table: table  # type: ignore[assignment, return-value]
+
+    def names(self, plan: P, folder: Path, formats: Sequence[str]) -> list[str]:
+        pictures = [f"{name}.{kind}" for name in self.figures for kind in formats]
+        return [f"{self.name}.parquet", *self.tables, *pictures, f"{self.name}.md"]
+
     def contents(
         self, found: F, plan: P, formats: Sequence[str], pool: Executor | None, watch: Watch
-    ) -> Iterator[tuple[dict[str, Content], dict[str, Any]]]:
-        """Yield files that are written together, by name, and what their tables hold beside what all are about."""
+    ) -> Iterator[Contents]:
         contents: dict[str, Content] = {f"{self.name}.parquet": self.runs(found)}
         contents |= {name: of(found, plan) for name, of in self.tables.items()}
         for name in self.figures:
             contents |= {f"{name}.{kind}": self.picture(name, found, plan, kind) for kind in formats}
-        contents[f"{self.name}.md"] = self.page(found, plan)
-        yield contents, {}
+        yield contents | {f"{self.name}.md": self.text(found, plan)}, {}
 
     def picture(self, name: str, found: F, plan: P, kind: str = "png") -> bytes:
         """Return one of the pictures in a format of `teamsight.analysis.plot.style.FORMATS`."""
-        figure = self.figures[name](found, plan)
-        return to_picture(figure, str(figure.get_label()), kind)
+        return to_picture(self.figures[name](found, plan), kind=kind)
 
-    def page(self, found: F, plan: P) -> str:
+    def text(self, found: F, plan: P) -> str:
         """Return the page, as Markdown."""
         verdicts = self.verdicts(found, plan)
         claims = {"claims": verdict_table(verdicts, self.measured), "number": len(verdicts)}
         return filled(self.template, **{"plan": plan, **claims, **self.values(found, plan)})
 
-    def title(self, plan: P) -> str:
-        """Return what is made, in words."""
-        return self.plan.__module__.rpartition(".")[2]
-
     def summary(self, found: F, plan: P) -> Sequence[str]:
-        """Return the result in sentences."""
         verdicts, said = self.verdicts(found, plan), self.sentences(found, plan)
         claims = [verdict_counts(verdicts), *(f"{one.claim}: {one.measured}, {one.verdict}." for one in verdicts)]
         return [*(claims if verdicts or not said else ()), *said]
 
 
-def run_until(is_done: Callable[[World], bool], world: World, steps: int, part: int) -> None:
-    """Run a world for so many steps at most, or up to the first multiple of `part` steps at which it is done."""
-    left = steps
-    while left > 0 and not (left < steps and is_done(world)):
-        world.run(min(part, left))
-        left -= part
-
-
-def chosen(table: pd.DataFrame, **values: Any) -> pd.DataFrame:
+def rows_of(table: pd.DataFrame, **values: Any) -> pd.DataFrame:
     """Return the rows whose columns have these values."""
     for name, value in values.items():
         table = table[table[name] == value]
@@ -278,9 +290,9 @@ def chosen(table: pd.DataFrame, **values: Any) -> pd.DataFrame:
 
 
 def column(table: pd.DataFrame, name: str, **values: Any) -> Floats:
-    """Return a column of the rows that are `chosen`, in the order of robots, attractors and replicates."""
+    """Return a column of the rows with these values, in the order of robots, attractors and replicates."""
     order = [one for one in _ORDER if one in table]
-    return np.asarray(chosen(table, **values).sort_values(order)[name], float)
+    return np.asarray(rows_of(table, **values).sort_values(order)[name], float)
 
 
 def saving(with_: Floats, without: Floats) -> Interval:
@@ -292,23 +304,56 @@ def saving(with_: Floats, without: Floats) -> Interval:
     return interval_of(1.0 - ratio + (ratio * without - with_) / without.mean())
 
 
-def no_less(interval: Interval, margin: float) -> str:
-    """Return whether a quantity is at least 0, or short of it by the margin at most, by its interval."""
-    return HOLDS if interval.low >= -margin else FAILS if interval.high < -margin else UNDECIDED
-
-
-def within(interval: Interval, margin: float) -> str:
-    """Return whether a quantity differs from 0 by the margin at most, by its interval."""
-    if interval.low >= -margin and interval.high <= margin:
-        return HOLDS
-    return FAILS if interval.high < -margin or interval.low > margin else UNDECIDED
-
-
 def judged(claim: str, source: str, measured: str, verdict: str) -> Verdict:
     """Return the verdict on a claim; one that is recalled agrees or differs."""
     if source == RECALLED:
         verdict = {HOLDS: AGREES, FAILS: DIFFERS}.get(verdict, verdict)
     return Verdict(claim, source, measured, verdict)
+
+
+def verdict_of(
+    claim: str, source: str, interval: Interval, unit: str, rule: Callable[[Interval], str] = above, *,
+    said: str = "{}", digits: int = 1,
+) -> Verdict:  # fmt: skip
+    """Return the verdict on a claim by an interval.
+
+    Parameters
+    ----------
+    claim, source : str
+        The claim, and where it stands.
+    interval : Interval
+        What was measured.
+    unit : str
+        Its unit; "%" and "points" of a share.
+    rule : callable
+        Returns the verdict on an interval; by default whether it is above 0.
+    said : str
+        What is said of the interval, which stands in the place of the braces.
+    digits : int
+        Digits after the point.
+    """
+    scale = 100.0 if unit in ("%", "points") else 1.0
+    return judged(claim, source, said.format(interval_text(interval, unit, digits, scale)), rule(interval))
+
+
+def run_until(is_done: Callable[[World], bool], world: World, steps: int, part: int) -> None:
+    """Run a world for so many steps at most, or up to the first multiple of `part` steps at which it is done."""
+    left = steps
+    while left > 0 and not (left < steps and is_done(world)):
+        world.run(min(part, left))
+        left -= part
+
+
+def paired_runs(
+    task: Task, root: int, runs: int, cell: Mapping[str, Any], teams: Mapping[str, Any], steps: int, measure: Measure
+) -> Iterator[tuple[str, int, int, Run]]:
+    """Yield name, replicate, seed and run of each team in a cell of a scenario; they meet the same worlds."""
+    from teamsight.analysis.runs.run import task_run, task_seed
+
+    for replicate in range(runs):
+        seed = task_seed(task, root, replicate, cell)
+        for name, team in teams.items():
+            yield name, replicate, seed, task_run(task, task.parameters(team, cell), seed, steps, measure)
 
 
 def verdict_table(found: Iterable[Verdict], measured: str = "measured") -> str:
@@ -326,8 +371,8 @@ def verdict_counts(found: Sequence[Verdict]) -> str:
 
 
 def filled(template: str, **values: Any) -> str:
-    """Return a page of Markdown from its template: paragraphs with empty lines between, and values in braces."""
-    paragraphs = (" ".join(one.split("\n")) for one in template.strip().split("\n\n"))
+    """Return a page of Markdown from its template: paragraphs, lists and tables, and values in braces."""
+    paragraphs = (re.sub(r"(?<!\|)\n(?!- |\d+\. |\|)", " ", one) for one in template.strip().split("\n\n"))
     return markdown.page(*(one.format(**values) for one in paragraphs))
 
 

@@ -13,7 +13,7 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -26,16 +26,16 @@ from teamsight.analysis.papers.reproduction import (
     Floats,
     NamedConditions,
     Paper,
-    chosen,
     column,
     intervals,
+    rows_of,
+    verdict_of,
 )
-from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, panels
-from teamsight.analysis.plot.style import DEGREE, FAINT
+from teamsight.analysis.plot.style import DEGREE, FAINT, shades
 from teamsight.analysis.runs.seeds import root
-from teamsight.analysis.stats.paired import interval_of
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above
+from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text, plus_minus
 from teamsight.core.component import Allowed, Count, Seed
 
 if TYPE_CHECKING:
@@ -117,7 +117,6 @@ _CURVES = {
     "2/2 joint passive": ("sees the partner", DEGREE["pairwise"]),
     "2/2 joint mutual": ("mutual scouting", DEGREE["shared"]),
 }
-_COLOURS = ("#9ecae1", "#4292c6", "#084594")
 # Blocks that one point of the figure averages.
 _POINT = 4
 _PAGE = """
@@ -139,6 +138,8 @@ value of what is perceived at a capture counts like any other, as his formula re
 
 {agreement}
 
+| where | prey/hunters | phase | Tan | ours | 95 % | difference | verdict |
+| :--- | :--- | :--- | ---: | ---: | ---: | ---: | :--- |
 {ledger}
 
 ## {number} claims
@@ -371,7 +372,7 @@ def _half_width(found: Floats, condition: str, steps: float, half: float) -> flo
 
 def curves_of(table: pd.DataFrame, name: str) -> Floats:
     """Return the learning curves of a condition, shape (runs, blocks)."""
-    curves = chosen(table, condition=name).sort_values("replicate")["curve"].tolist()
+    curves = rows_of(table, condition=name).sort_values("replicate")["curve"].tolist()
     return np.array([np.asarray(curve, float) for curve in curves])
 
 
@@ -403,38 +404,36 @@ def crossings(table: pd.DataFrame) -> dict[int, Floats]:
     return {depth: np.array([crossing(one) for one in gain[:, :blocks]]) for depth, gain in found.items()}
 
 
-def verdicts(table: pd.DataFrame) -> list[Verdict]:
+def verdicts(table: pd.DataFrame, plan: Pursuits | None = None) -> list[Verdict]:
     """Return the verdicts on all claims whose conditions are in the table; it has a row for each run."""
     have, found = set(table["condition"]), []
     for claim, source, worse, better, phase in ORDERS:
         if have >= {worse, better}:
-            said = f"in the first {EARLY} trials" if phase == "early" else f"{worse} − {better}:"
             if phase == "early":
-                saved = gains(table, worse, better)[:, : EARLY // BLOCK].mean(axis=1)
+                said, saved = f"in the first {EARLY} trials {{}}", _means(gains(table, worse, better), 0, EARLY)
             else:
+                said = f"{worse} − {better}: {{}}"
                 saved = column(table, phase, condition=worse) - column(table, phase, condition=better)
-            found.append(Verdict(claim, source, f"{said} {_shown(saved)}", above(interval_of(saved))))
+            found.append(verdict_of(claim, source, interval_of(saved), "steps", said=said))
     for depth in DEPTHS:
         if have >= {*joint_names(depth)}:
             gain = gains(table, *joint_names(depth))
-            early, late = -gain[:, : EARLY // BLOCK].mean(axis=1), gain[:, -LATE // BLOCK :].mean(axis=1)
+            early, late = (interval_of(one) for one in (-_means(gain, 0, EARLY), _means(gain, -LATE)))
             claim = f"Depth {depth}: the gain from seeing the partner is negative early and positive late"
-            said = f"loss in the first {EARLY} trials {_shown(early)}; gain in the last {LATE} {_shown(late)}"
-            found.append(Verdict(claim, "ours", said, _both(early, late)))
+            said = f"loss in the first {EARLY} trials {interval_text(early, 'steps')}; gain in the last {LATE} "
+            found.append(Verdict(claim, "ours", said + interval_text(late, "steps"), _both(early, late)))
     if have.issuperset(name for depth in DEPTHS for name in joint_names(depth)):
         at = crossings(table)
         medians = {depth: float(np.median(one)) for depth, one in at.items()}
         said = "; ".join(
             f"d = {depth}: trial {f'{one:,.0f}' if math.isfinite(one) else 'none'}" for depth, one in medians.items()
         )
-        verdict = UNDECIDED
+        verdict, more = UNDECIDED, "some runs do not cross"
         if all(np.isfinite(one).all() for one in at.values()):
-            shifts = [at[one] - at[other] for one, other in ((3, 2), (4, 3))]
-            said += "; shifts " + " and ".join(_shown(one, "trials") for one in shifts)
-            verdict = _both(*shifts)
-        else:
-            said += "; some runs do not cross"
-        found.append(Verdict("The crossing moves right with d: a larger table pays later", "ours", said, verdict))
+            shifts = [interval_of(at[one] - at[other]) for one, other in ((3, 2), (4, 3))]
+            verdict, more = _both(*shifts), "shifts " + " and ".join(interval_text(one, "trials") for one in shifts)
+        claim = "The crossing moves right with d: a larger table pays later"
+        found.append(Verdict(claim, "ours", f"{said}; {more}", verdict))
     if "2/2 joint" in have:
         most = column(table, "neighbours", condition="2/2 joint")
         claim = "Both hunters meet while they learn, so that the largest number of neighbours is N − 1 = 1"
@@ -443,15 +442,15 @@ def verdicts(table: pd.DataFrame) -> list[Verdict]:
     return found
 
 
-def _both(*samples: Floats) -> str:
-    """Return whether all means are above 0, by their intervals."""
-    each = {above(interval_of(one)) for one in samples}
+def _means(gain: Floats, first: int, last: int | None = None) -> Floats:
+    """Return the mean gain of each run in some of its trials."""
+    return np.asarray(gain[:, first // BLOCK : None if last is None else last // BLOCK].mean(axis=1))
+
+
+def _both(*intervals: Interval) -> str:
+    """Return whether all quantities are above 0, by their intervals."""
+    each = set(map(above, intervals))
     return FAILS if FAILS in each else UNDECIDED if UNDECIDED in each else HOLDS
-
-
-def _shown(sample: Floats, unit: str = "steps") -> str:
-    mean, low, high = interval_of(sample)
-    return f"{mean:+.1f} ({low:+.1f} to {high:+.1f}) {unit}".replace("-", "−")
 
 
 def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
@@ -468,11 +467,11 @@ def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
     )  # fmt: skip
     for name, (label, colour) in curves.items():
         _draw_band(left, curves_of(table, name), colour, label)
-        for value in chosen(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
+        for value in rows_of(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
             left.axhline(value, color=colour, linestyle="--", linewidth=1.0)
     left.set_ylim(bottom=0)
     right.axhline(0.0, color=FAINT, linewidth=1.0)
-    for depth, colour in zip(DEPTHS, _COLOURS, strict=True):
+    for depth, colour in zip(DEPTHS, shades(3), strict=True):
         if have >= {*joint_names(depth)}:
             _draw_band(right, gains(table, *joint_names(depth))[:, : SHORT // BLOCK], colour, f"d = {depth}")
     for axes, where, columns in ((left, "upper right", 3), (right, "lower right", 1)):
@@ -492,30 +491,22 @@ def page_values(table: pd.DataFrame, plan: Pursuits) -> Mapping[str, Any]:
     """Return the values of the page."""
     rows = ledger(table)
     return {
-        "settled": SETTLED, "widest": WIDEST, "values": len(rows), "ledger": ledger_table(rows),
-        **dict(zip(("agreement", "chance"), _sentences(table, plan), strict=True)),
+        "settled": SETTLED, "widest": WIDEST, "values": len(rows),
+        "ledger": "\n".join(map(ledger_row, rows.itertuples())),
+        **dict(zip(("agreement", "chance"), sentences(table, plan), strict=True)),
     }  # fmt: skip
 
 
-def ledger_table(rows: pd.DataFrame) -> str:
-    """Return a table with a row for each value of Tan."""
-    columns = ["where", "prey/hunters", "phase", "Tan", "ours", "95 %", "difference", "verdict"]
-    cells = [
-        [
-            row.where, row.condition, row.phase, _plus_minus(row.steps, row.half), _plus_minus(row.mean, row.half90),
-            f"± {row.half95:.1f}" if math.isfinite(row.half95) else "",
-            f"{row.difference:+.1f} ({row.low:+.1f} to {row.high:+.1f})".replace("-", "−"), row.verdict,
-        ]
-        for row in cast("Sequence[Any]", list(rows.itertuples()))
-    ]  # fmt: skip
-    return markdown.table(columns, cells, align="lllrrrrl")
+def ledger_row(row: Any) -> str:
+    """Return the row of a table for a value of Tan."""
+    known = f"± {row.half95:.1f}" if math.isfinite(row.half95) else ""
+    tan, ours = (plus_minus(mean, mean + half, ".2f") for mean, half in ((row.steps, row.half), (row.mean, row.half90)))
+    difference = interval_text(Interval(row.difference, row.low, row.high))
+    where = f"{row.where} | {row.condition} | {row.phase}"
+    return f"| {where} | {tan} | {ours} | {known} | {difference} | {row.verdict} |"
 
 
-def _plus_minus(mean: float, half: float) -> str:
-    return f"{mean:.2f} ± {half:.2f}" if math.isfinite(half) else f"{mean:.2f}"
-
-
-def _sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
+def sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
     """Return how many values agree, and how many claims would hold by chance."""
     rows, claims = ledger(table), len(verdicts(table))
     agree, differ, left = ((rows["verdict"] == name).sum() for name in (AGREES, DIFFERS, UNDECIDED))
@@ -527,7 +518,8 @@ def _sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
 
 
 PAPER = Paper(
-    Pursuits, "pursuit", _PAGE, page_values, {"pursuit": draw}, lambda table, plan: verdicts(table),
-    sentences=_sentences, tables={"pursuit-ledger.parquet": lambda table, plan: ledger(table)},
+    plan=Pursuits, name="pursuit", page="tasks/pursuit", template=_PAGE, figures={"pursuit": draw}, values=page_values,
+    verdicts=verdicts, sentences=sentences, tables={"pursuit-ledger.parquet": lambda table, plan: ledger(table)},
     quick={"runs": 3, "share": 0.05},
+    small={"runs": 2, "share": 0.005, "tests": 20, "names": ("1/1 random", "2/2 joint", "2/2 joint passive")},
 )  # fmt: skip

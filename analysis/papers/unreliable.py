@@ -23,13 +23,14 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from teamsight.analysis.papers.reproduction import Paper, Plan, chosen, runs_of
+from teamsight.analysis.papers.reproduction import Paper, PaperPlan, rows_of, runs_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
-from teamsight.analysis.plot.style import DEGREE, FAINT
+from teamsight.analysis.plot.style import DEGREE, FAINT, minus
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.seeds import canonical, root
-from teamsight.analysis.stats.paired import interval_of
+from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.verdicts import interval_text, plus_minus, signed_text
 from teamsight.core.component import Allowed, Count, Positive, Seed
 from teamsight.tasks.registry import TASKS
 
@@ -127,7 +128,7 @@ class UnreliableMeasure:
 
 
 @dataclass(frozen=True)
-class Unreliability(Plan):
+class Unreliability(PaperPlan):
     """What to simulate.
 
     Parameters
@@ -227,15 +228,19 @@ class Unreliability(Plan):
         """The objective, with its unit."""
         return "observed [%]" if self.is_cmommt else self.work.objective.metric
 
+    def team(self, policy: str, aware: bool) -> tuple[str, str]:
+        """Return the policy and the degree of awareness of a team; another task's has a degree of its own."""
+        if self.is_cmommt:
+            return TEAMS[policy][not aware]
+        return SKILLED, "pairwise" if aware else "none"
+
     def name(self, policy: str, aware: bool) -> str:
         """Return the name of a team."""
-        if self.is_cmommt:
-            return "{} ({})".format(*TEAMS[policy][not aware])
-        return SKILLED if aware else f"{SKILLED} (none)"
+        return SKILLED if aware and not self.is_cmommt else "{} ({})".format(*self.team(policy, aware))
 
     def colour(self, policy: str, aware: bool) -> str:
-        """Return the colour of the degree of a team; one for the own degree of another task's, whatever it is."""
-        return DEGREE[TEAMS[policy][not aware][1] if self.is_cmommt else "pairwise" if aware else "none"]
+        """Return the colour of the degree of a team."""
+        return DEGREE[self.team(policy, aware)[1]]
 
     def title(self, scenario: Mapping[Any, Any]) -> str:
         """Return the names and values of a scenario."""
@@ -255,17 +260,15 @@ class Unreliability(Plan):
         """Return the parameters of a world."""
         if not self.is_cmommt:
             return self._skilled[aware]
-        return self.work.parameters(dict(zip(("policy", "awareness"), TEAMS[policy][not aware], strict=True)), scenario)
+        named = dict(zip(("policy", "awareness"), self.team(policy, aware), strict=True))
+        return self.work.parameters(named, scenario)
 
     def conditions(self) -> dict[str, Any]:
         """Return the settings, fit for JSON."""
         names = ("runs", "steps", "seed", "repair", "policies", "availabilities", "periods")
         named = {name: getattr(self, name) for name in names}
         own = {"task": self.work.name, "scenario": self.work.full_scenario(self.set)}
-        found: dict[str, Any] = json.loads(
-            json.dumps(named | ({"scenarios": self.scenarios} if self.is_cmommt else own))
-        )
-        return found
+        return json.loads(json.dumps(named | ({"scenarios": self.scenarios} if self.is_cmommt else own)))  # type: ignore[no-any-return]
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it.
@@ -355,7 +358,7 @@ def points(table: pd.DataFrame, plan: Unreliability) -> pd.DataFrame:
 
     condition, found = ["sweep", "value", "policy", *plan.columns], []
     for key, rows in table.groupby(condition, sort=False):
-        aware, unaware = (chosen(rows, aware=which).set_index("replicate").sort_index() for which in (True, False))
+        aware, unaware = (rows_of(rows, aware=which).set_index("replicate").sort_index() for which in (True, False))
         with_, without = (np.asarray(_objective(part, plan), np.float64) for part in (aware, unaware))
         point = dict(zip(condition, key, strict=True)) | {"count": len(aware)}
         for name, values in (
@@ -400,7 +403,7 @@ def changes(table: pd.DataFrame, sweep: str, plan: Unreliability) -> pd.DataFram
     """
     import pandas as pd
 
-    of = chosen(table, sweep=sweep)
+    of = rows_of(table, sweep=sweep)
     first, found = of["value"].iloc[0], []
     by, sign = ["policy", *plan.columns], plan.work.objective.sign
     for key, rows in of.assign(counted=_objective(of, plan)).groupby(by, sort=False):
@@ -415,14 +418,15 @@ def changes(table: pd.DataFrame, sweep: str, plan: Unreliability) -> pd.DataFram
 def draw(found: Unreliable, plan: Unreliability, sweep: str) -> Canvas:
     """Return the figure of a sweep: what is observed, the gain from awareness, and δ."""
     _, named, title, label, fixed = SWEEPS[sweep]
-    of = chosen(found.points, sweep=sweep)
+    of = rows_of(found.points, sweep=sweep)
     of = of.assign(x=of["value"] if sweep == "periods" else of["value"].map(partial(_failures, plan=plan)))
     unit, kinds = " points" * plan.is_cmommt, len(plan.cells)
-    gains = of.groupby("value", sort=False)["gain"].agg(["min", "max"])
-    adds = [
-        f"{_signed(low)} to {_signed(high)}{unit} at {named} {value:g}"
-        for value, low, high in gains.iloc[[0, -1]].itertuples()
-    ]
+    ends = of.groupby("policy", sort=False)["gain"].agg(["idxmin", "idxmax"])
+    least, most = of.loc[ends["idxmin"]], of.loc[ends["idxmax"]]
+    adds = (
+        f"{signed_text(low)} to {signed_text(high)}{unit} ({policy}; least at {named} {value:g})"
+        for policy, value, low, high in zip(least["policy"], least["value"], least["gain"], most["gain"], strict=True)
+    )
     gained = "gain from awareness  [points]" if plan.is_cmommt else "gain from awareness"
     rows: dict[str, Callable[..., None]] = {
         "observed targets  [%]" if plan.is_cmommt else plan.observed: _draw_observed,
@@ -439,7 +443,7 @@ def draw(found: Unreliable, plan: Unreliability, sweep: str) -> Canvas:
     )  # fmt: skip
     for number, axes in enumerate(shown):
         draw_row, scenario = [*rows.values()][number // kinds], plan.cells[number % kinds]
-        draw_row(axes, chosen(of, **{name: scenario[name] for name in plan.columns}), plan)
+        draw_row(axes, rows_of(of, **{name: scenario[name] for name in plan.columns}), plan)
         _scale(axes, of, sweep)
     # One axis for all panels of a row: teams are compared across them.
     shown[-1].set_ylim(0.0, max(1, of["delta_safe"].where(of["supported"], of["delta"]).max()) + 0.6)
@@ -516,22 +520,25 @@ def sweep_table(found: pd.DataFrame, sweep: str, plan: Unreliability) -> str:
     plan : Unreliability
         What was simulated.
     """
-    of, rows = chosen(found, sweep=sweep), []
+    of, rows = rows_of(found, sweep=sweep), []
     values = of["value"].unique().tolist()
     quantities: tuple[tuple[str, bool, Callable[[Any], str]], ...] = (
-        ("gain [points]" if plan.is_cmommt else "gain", True, lambda point: _plus_minus(point, "gain", _signed)),
-        (plan.observed, True, lambda point: _plus_minus(point, "aware", "{:.1f}".format)),
-        (plan.observed, False, lambda point: _plus_minus(point, "unaware", "{:.1f}".format)),
+        (
+            "gain [points]" if plan.is_cmommt else "gain", True,
+            lambda point: minus(plus_minus(point["gain"], point["gain_high"], "+.1f", ".1f")),
+        ),
+        (plan.observed, True, lambda point: plus_minus(point["aware"], point["aware_high"])),
+        (plan.observed, False, lambda point: plus_minus(point["unaware"], point["unaware_high"])),
         ("δ (its bounds)", True, _range),
         ("neighbours", True, lambda point: f"{point['neighbours']:.2f}"),
         ("neighbours", False, lambda point: f"{point['unaware_neighbours']:.2f}"),
-    )
+    )  # fmt: skip
     for quantity, aware, write in quantities:
         teams: dict[str, str] = {}
         for policy in of["policy"].unique():
             teams.setdefault(plan.name(policy, aware), policy)
         for team, policy in teams.items():
-            for scenario, part in chosen(of, policy=policy).groupby([*plan.columns], sort=False):
+            for scenario, part in rows_of(of, policy=policy).groupby([*plan.columns], sort=False):
                 cells = {point["value"]: write(point) for point in part.to_dict("records")}
                 shown = [f"{one:g}" if isinstance(one, float) else f"{one}" for one in scenario]
                 rows.append([f"{quantity}, {team}", *shown, *(cells[value] for value in values)])
@@ -544,15 +551,15 @@ def sentences(found: Unreliable, sweep: str, plan: Unreliability) -> list[str]:
     """Return what the sweep shows, a sentence for each policy and scenario."""
     by = ["policy", *plan.columns]
     change, said = dict(list(changes(found.runs, sweep, plan).groupby(by, sort=False))), []
-    for key, rows in chosen(found.points, sweep=sweep).groupby(by, sort=False):
+    for key, rows in rows_of(found.points, sweep=sweep).groupby(by, sort=False):
         first, last = rows.iloc[0], rows.iloc[-1]
         who = f"{first['policy']}, {plan.title(first.to_dict())}"
-        text = f"{who}: gain {_interval(first, 'gain')} at {first['value']:g}"
+        gain = "gain", "gain_low", "gain_high"
+        text = f"{who}: gain {_interval(first, *gain)} at {first['value']:g}"
         if len(rows) > 1:
-            text += (
-                f", {_interval(last, 'gain')} at {last['value']:g}; change "
-                f"{_interval(change[key].iloc[-1], 'change', '')}. δ {_range(first)} and {_range(last)}"
-            )
+            changed = _interval(change[key].iloc[-1], "change", "low", "high")
+            text += f", {_interval(last, *gain)} at {last['value']:g}; change {changed}. "
+            text += f"δ {_range(first)} and {_range(last)}"
         said.append(f"{text}.")
     return said
 
@@ -562,28 +569,23 @@ def summary(found: Unreliable, plan: Unreliability) -> Sequence[str]:
     return [f"{sweep}: {line}" for sweep in SWEEPS for line in sentences(found, sweep, plan)]
 
 
-def _plus_minus(point: Any, name: str, write: Callable[[float], str]) -> str:
-    wide = point[f"{name}_high"] - point[name]
-    return write(point[name]) + (f" ± {wide:.1f}" if np.isfinite(wide) else "")
-
-
 def _range(point: Any) -> str:
     high = f" to {point['delta_safe']}" if point["supported"] else ""
     return f"{point['delta']} ({point['delta_low']}{high})"
 
 
-def _interval(point: Any, name: str, bounds: str | None = None) -> str:
-    low, high = (point[f"{name}_{end}" if bounds is None else end] for end in ("low", "high"))
-    return _signed(point[name]) + (f" ({_signed(low)} to {_signed(high)})" if np.isfinite(low) else "")
-
-
-def _signed(value: float) -> str:
-    # 0 is added, since a number that rounds to 0 is not negative.
-    return f"{round(value, 1) + 0.0:+.1f}".replace("-", "−")
+def _interval(point: Any, *names: str) -> str:
+    return interval_text(Interval(*(float(point[name]) for name in names)))
 
 
 PAPER = Paper(
-    Unreliability, "unreliable", _PAGE, page_values,
-    {f"unreliable-{sweep}": partial(draw, sweep=sweep) for sweep in SWEEPS}, sentences=summary,
+    plan=Unreliability, name="unreliable", page="unreliable", template=_PAGE, values=page_values,
+    figures={f"unreliable-{sweep}": partial(draw, sweep=sweep) for sweep in SWEEPS}, sentences=summary,
     tables={"unreliable-points.parquet": lambda found, plan: found.points}, make=find, runs=lambda found: found.runs,
+    # The documentation has the points alone, of which figures and tables are made.
+    restore=lambda table: Unreliable(table, table),
+    small={
+        "runs": 2, "steps": 12, "repair": 5.0, "availabilities": (1.0, 0.5), "periods": (1, 4),
+        "scenarios": ((4, 1.5),),
+    },
 )  # fmt: skip

@@ -57,11 +57,19 @@ def colours_of(names: Sequence[str]) -> list[str]:
     return list(itertools.islice(itertools.cycle(COLOURS[1:] + COLOURS[:1]), len(names)))
 
 
+def shades(count: int) -> list[str]:
+    """Return colours of ordered levels, from light to dark, none of which is that of a degree or a policy."""
+    from matplotlib.colors import LinearSegmentedColormap, to_hex
+
+    found = LinearSegmentedColormap.from_list("levels", ("#dadaeb", "#3f007d"))
+    return [to_hex(found((number + 1) / count)) for number in range(count)]
+
+
 def canvas(width: float, height: float) -> Canvas:
     """Return an empty figure of this size [inches] without a window."""
     from matplotlib.figure import Figure as Canvas
 
-    return Canvas(figsize=(width, height), facecolor="white")
+    return Canvas(figsize=(width, height), facecolor="white", dpi=_DPI)
 
 
 def head(figure: Canvas, title: str, subtitle: str) -> None:
@@ -78,12 +86,7 @@ def plain(axes: Axes) -> None:
     axes.set_axisbelow(True)
 
 
-def to_png(figure: Canvas, description: str, dpi: int = _DPI) -> bytes:
-    """Return the figure as PNG with a description in its metadata."""
-    return to_picture(figure, description, "png", dpi)
-
-
-def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> bytes:
+def to_picture(figure: Canvas, description: str = "", kind: str = "png") -> bytes:
     """Return the figure in one of `FORMATS`; the same figure gives the same bytes.
 
     Parameters
@@ -91,19 +94,18 @@ def to_picture(figure: Canvas, description: str, kind: str, dpi: int = _DPI) -> 
     figure : matplotlib Figure
         The figure.
     description : str
-        Written into the metadata, beside the name of this program.
+        Written into the metadata, beside the name of this program; by default the label of the figure, its title.
     kind : str
         A name in `FORMATS`.
-    dpi : int
-        Resolution of PNG, and of images within the others.
     """
     import matplotlib
 
     buffer = io.BytesIO()
+    description = description or str(figure.get_label())
     metadata = {name: value.format(description) if value else None for name, value in FORMATS[kind].items()}
     # The identifiers in SVG are random without a salt.
     with matplotlib.rc_context({"svg.hashsalt": "teamsight"}):
-        figure.savefig(buffer, format=kind, dpi=dpi, metadata=metadata, **_SAVING.get(kind, {}))
+        figure.savefig(buffer, format=kind, dpi=figure.dpi, metadata=metadata, **_SAVING.get(kind, {}))
     return buffer.getvalue()
 
 

@@ -18,6 +18,6 @@ class Grid(NamedTuple):
 
 
 #: The grid of the paper's Figs. 4 to 10.
-PAPER = Grid(tuple(range(1, 31)), tuple(float(radius) for radius in range(1, 10)))
+FULL = Grid(tuple(range(1, 31)), tuple(float(radius) for radius in range(1, 10)))
 #: A coarse grid on which every claim can still be computed.
 QUICK = Grid((1, 2, 5, 8, 10, 20, 30), (1.0, 2.0, 3.0, 5.0, 7.0, 8.0, 9.0))

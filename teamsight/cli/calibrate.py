@@ -32,13 +32,11 @@ def calibrate(settings: CalibrateSettings) -> None:
     Example:
       teamsight calibrate --out calibration --workers 2
     """
-    from teamsight.analysis.papers.calibration import calibrate as search
-    from teamsight.analysis.papers.calibration import checkpoint_in
+    from teamsight.analysis.papers.calibration import SEARCH
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import kept_in, say, working
 
-    folder = prepare_folder(settings.out)
-    kept = checkpoint_in(folder)
-    with working(settings, lambda: kept_in(folder, kept.count())) as (watch, pool):
-        written = search(folder, pool, watch, force=settings.force)
-    say(", ".join(map(str, written)))
+    folder, plan = prepare_folder(settings.out), SEARCH.plan()
+    with working(settings, lambda: kept_in(folder, SEARCH.checkpoint(folder).count())) as (watch, pool):
+        SEARCH.reproduce(plan, folder, pool, watch, force=settings.force)
+    say(", ".join(str(folder / name) for name in SEARCH.names(plan, folder, ())))

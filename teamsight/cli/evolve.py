@@ -102,7 +102,7 @@ def test(settings: TestSettings) -> None:
     from teamsight.cli.show import say, working
 
     folder = prepare_folder(settings.out)
-    given = settings.values(("constants", "training", "further", "runs", "force"))
+    plan = evolution.Comparison(**settings.values(("constants", "training", "further", "runs")))
     with working(settings) as (watch, pool):
-        evolution.evaluate(folder, pool, watch, **given)
+        evolution.COMPARISON.reproduce(plan, folder, pool, watch, force=settings.force)
     say(f"page, table and figure in {folder}")

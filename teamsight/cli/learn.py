@@ -380,6 +380,7 @@ def figure(settings: FigureSettings) -> None:
     from teamsight.analysis.learning import curves as learning
     from teamsight.analysis.learning.curve_figure import draw
     from teamsight.analysis.learning.learners import check_objective
+    from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
     from teamsight.cli.show import interval, kept_in, plural, say, working
@@ -402,7 +403,7 @@ def figure(settings: FigureSettings) -> None:
         table = learning.make_curves(curves, pool, checkpoint=checkpoint, progress=partial(watch, "learning"))
         gains = learning.awareness_gains(table)
         crossings = learning.crossings(gains)
-        made = table, gains, crossings, draw(gains, crossings, curves)
+        made = table, gains, crossings, to_picture(draw(gains, crossings, curves))
         write_results(folder, dict(zip(files, made, strict=True)), about, force=settings.force)
     checkpoint.forget(keys)
     means = learning.mean_gains(gains).set_index(["learner", "transitions"])
@@ -460,6 +461,7 @@ def diagnose(settings: DiagnoseSettings) -> None:
     from teamsight.analysis.learning import diagnosis as learning
     from teamsight.analysis.learning.diagnosis_figure import draw, page
     from teamsight.analysis.learning.learners import check_objective
+    from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
     from teamsight.cli.show import interval, kept_in, say, working
@@ -488,7 +490,7 @@ def diagnose(settings: DiagnoseSettings) -> None:
             progress = partial(watch, "learning")
             table = learning.diagnose_explorations(diagnosis, pool, checkpoint=checkpoint, progress=progress)
     points, conditions = learning.diagnosis_points(table), diagnosis.in_words(memory)
-    made = table, page(points, conditions), draw(points, conditions)
+    made = table, page(points, conditions), to_picture(draw(points, conditions))
     write_results(folder, dict(zip(files, made, strict=True)), about, force=settings.force)
     checkpoint.forget(keys)
     rim = points[(points["distance"] == learning.DISTANCES[-2]) & (points["quantity"] == "approach")]
@@ -561,6 +563,7 @@ def curve(settings: CurveSettings) -> None:
           --trainings 10 --out four
     """
     from teamsight.analysis.learning import training as learning
+    from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.files import Content, as_json, check_results, prepare_folder, write_results
     from teamsight.cli.show import interval, say, working
 
@@ -581,7 +584,8 @@ def curve(settings: CurveSettings) -> None:
         f"{settings.runs} test runs of each; 95 % intervals over trainings; seed {settings.seed}"
     )
     contents: dict[str, Content] = dict(zip(tables, (table, points, gains), strict=True))
-    contents |= {file: learning.draw(points, task, subtitle, kind) for file, kind in pictures.items()}
+    figure = learning.draw(points, task, subtitle)
+    contents |= {file: to_picture(figure, kind=kind) for file, kind in pictures.items()}
     write_results(folder, contents, about, force=settings.force)
     for row in points.to_dict("records"):
         censored = f", {row['censored']:.0%} censored" if row["censored"] else ""

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from teamsight.analysis.papers import PAPERS
+from teamsight.analysis.papers import DEFAULT, PAPERS
 from teamsight.cli.options import Command, Divides, Folder, Format, Group, Writes
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Flag
 
 if TYPE_CHECKING:
-    from teamsight.analysis.papers.reproduction import Paper
+    from teamsight.analysis.papers.reproduction import Reproduction
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class Papers(Group):
         The command that is meant.
     """
 
-    default = next(iter(PAPERS))
+    default = DEFAULT
 
     def __init__(self, **given: Any) -> None:
         super().__init__(**given)
@@ -73,7 +73,7 @@ class Papers(Group):
         is_command = named in (*self.commands, "-h", "--help")
         # An option is no misspelt command, however close: --out stands in "touzet2000".
         if not is_command and not named.startswith("-") and checks.suggestion(named, self.commands):
-            from teamsight.analysis.papers.touzet2000.reproduce import names
+            from teamsight.analysis.papers.touzet2000 import names
 
             # Nor is what is closer to a figure.
             figures = names()
@@ -103,7 +103,6 @@ def _reproduce(name: str, settings: Any) -> None:
     paper = PAPERS[name]
     plan = plan_in(settings, paper)
     folder = prepare_folder(settings.out)
-    paper.check(plan, folder, settings.format, force=settings.force)
     began = time.perf_counter()
     with working(settings, lambda: kept_in(folder, paper.checkpoint(folder).count())) as (watch, pool):
         found = paper.reproduce(plan, folder, pool, watch, settings.format, force=settings.force)
@@ -112,7 +111,7 @@ def _reproduce(name: str, settings: Any) -> None:
     say(f"{paper.title(plan)} in {folder} after {time.perf_counter() - began:.0f} s")
 
 
-def plan_in(settings: Any, paper: Paper[Any, Any]) -> Any:
+def plan_in(settings: Any, paper: Reproduction[Any, Any]) -> Any:
     """Return the plan of a paper in the settings of its command."""
     values = {one.name: getattr(settings, one.name) for one in fields(paper.plan)}
     coarse = paper.quick if settings.quick else {}

@@ -46,7 +46,7 @@ def in_python() -> dict[type[Options], Mapping[str, Any]]:
     from teamsight.agents.cmommt import DEFAULTS
     from teamsight.analysis.delta.choose import choose_delta
     from teamsight.analysis.delta.from_trajectories import delta_from_trajectories
-    from teamsight.analysis.papers.evolution import evaluate
+    from teamsight.analysis.papers.evolution import Comparison
 
     chosen = defaults_of(choose_delta)
     recorded = defaults_of(delta_from_trajectories)
@@ -55,7 +55,7 @@ def in_python() -> dict[type[Options], Mapping[str, Any]]:
         delta.DeltaSettings: {"steps": chosen["steps"], "runs": chosen["runs"], "risk": chosen["risk"],
                               "window": recorded["window"], "targets": DEFAULTS["targets"],
                               "awareness_range": DEFAULTS["awareness_range"]},
-        evolve.TestSettings: defaults_of(evaluate),
+        evolve.TestSettings: defaults_of(Comparison),
     }  # fmt: skip
 
 

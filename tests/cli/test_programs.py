@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from teamsight.analysis.papers import calibration, evolution
+from teamsight.analysis.papers.reproduction import Paper
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.runs.run import Outcome
 from teamsight.cli import main
@@ -26,25 +27,24 @@ def test_calibrate_passes_its_options_on(
 ) -> None:
     asked: list[Any] = []
 
-    def calibrate(folder: Path, pool: object, watch: Any, *, force: bool) -> tuple[Path, Path]:
+    def reproduce(paper: Any, plan: object, folder: Path, pool: object, watch: Any, *, force: bool) -> None:
         watch("searching", 1, 2)
-        asked.extend((folder, force))
-        return folder / "a.parquet", folder / "a.md"
+        asked.extend((paper, folder, force))
 
-    monkeypatch.setattr(calibration, "calibrate", calibrate)
+    monkeypatch.setattr(Paper, "reproduce", reproduce)
     status, out, err = call(capsys, "calibrate", "--out", str(tmp_path), "--workers", "1", "--force")
-    assert (status, out.strip(), err) == (0, f"{tmp_path / 'a.parquet'}, {tmp_path / 'a.md'}", "")
-    assert asked == [tmp_path, True]
+    assert (status, out.strip(), err) == (0, f"{tmp_path / 'calibration.parquet'}, {tmp_path / 'calibration.md'}", "")
+    assert asked == [calibration.SEARCH, tmp_path, True]
 
 
 def test_calibrate_says_what_it_keeps_when_it_is_interrupted(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def calibrate(folder: Path, *given: object, force: bool) -> None:
-        calibration.checkpoint_in(folder).add({("a run",): Outcome(0.5, 3)})
+    def reproduce(paper: Any, plan: object, folder: Path, *given: object, force: bool) -> None:
+        paper.checkpoint(folder).add({("a run",): Outcome(0.5, 3)})
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(calibration, "calibrate", calibrate)
+    monkeypatch.setattr(Paper, "reproduce", reproduce)
     status, out, err = call(capsys, "calibrate", "--out", str(tmp_path), "--workers", "1")
     kept = f"1 runs are kept in {tmp_path}; the same command continues from there"
     assert (status, out, err.strip()) == (130, "", f"teamsight: interrupted; {kept}")
@@ -68,13 +68,14 @@ def test_evolve_test_passes_its_files_on(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: dict[str, Any] = {}
-    monkeypatch.setattr(evolution, "evaluate", lambda folder, pool, watch, **given: asked.update(given, folder=folder))
+    monkeypatch.setattr(
+        Paper, "reproduce", lambda self, plan, folder, pool, watch, force: asked.update(plan=plan, folder=folder, force=force)
+    )
     files = ["--constants", "c.json", "--training", "t", "--further", "f"]
     options = [*files, "--runs", "2", "--out", str(tmp_path), "--workers", "1"]
     assert call(capsys, "evolve", "test", *options)[0] == 0
     assert asked == {
-        "folder": tmp_path, "constants": Path("c.json"), "training": Path("t"), "further": Path("f"), "runs": 2,
-        "force": False,
+        "plan": evolution.Comparison(Path("c.json"), Path("t"), Path("f"), 2), "folder": tmp_path, "force": False,
     }  # fmt: skip
 
 

@@ -8,6 +8,7 @@ import runpy
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,22 +45,16 @@ def of_program(name: str) -> Callable[[str], Iterator[str]]:
     return lambda text: iter([runpy.run_path(str(ROOT / ".ci" / name))["page"]()])
 
 
-def of_paper(*names: str) -> Callable[[str], Iterator[str]]:
-    """Return what makes the tables of papers, each given with its table of runs."""
-
-    def parts(text: str) -> Iterator[str]:
-        for given in names:
-            name, runs = given.split(":")
-            paper, table = PAPERS[name], shipped(f"tasks/{runs}")
-            plan = paper.plan()
-            assert table.attrs[paper.name] == plan.conditions()
-            *tables, claims = tables_in(paper.page(table, plan))
-            # A page may leave a table out, but not the claims, and shows none otherwise.
-            yield from (one for one in tables if one.splitlines()[0] in text)
-            yield claims
-            yield f"teamsight reproduce {name}"
-
-    return parts
+def of_paper(name: str, text: str) -> Iterator[str]:
+    """Yield the tables of a paper, made from its table of runs."""
+    paper: Any = PAPERS[name]
+    table, plan = shipped(f"{Path(paper.page).parent}/{paper.name}"), paper.plan()
+    assert table.attrs[paper.name] == plan.conditions()
+    *tables, claims = tables_in(paper.text(paper.restore(table), plan))
+    # A page may leave a table out, but not the claims, and shows none otherwise.
+    yield from (one for one in tables if one.splitlines()[0] in text)
+    yield claims
+    yield f"teamsight reproduce {name}"
 
 
 def of_unreliable(text: str) -> Iterator[str]:
@@ -80,13 +75,13 @@ def written(page: str) -> str:
 
 
 def of_calibration(text: str) -> Iterator[str]:
-    yield written(calibration.page(shipped("calibration")))
+    yield written(calibration.SEARCH.text(shipped("calibration"), calibration.SEARCH.plan()))
 
 
 def of_evolution(text: str) -> Iterator[str]:
     table = shipped("evolved")
     assert table.attrs["made"] == made_with()
-    yield written(evolution.page(table, table.attrs))
+    yield written(evolution.COMPARISON.text(table, evolution.Comparison()))
 
 
 def of_diagnosis(text: str) -> Iterator[str]:
@@ -102,7 +97,7 @@ def of_diagnosis(text: str) -> Iterator[str]:
 
 def of_gathering(text: str) -> Iterator[str]:
     cells = [_cell(row) for _, row in shipped("tasks/gathering-index").iterrows()]
-    yield gathering.index_table([cell for cell in cells if cell.size in (8, 30)])
+    yield gathering.index_rows([cell for cell in cells if cell.size in (8, 30)])
     yield gathering.summary_table(gathering.judge(cells))
     further = [part["runs"].iloc[1:] for _, part in shipped("tasks/gathering-rounds").groupby(["task", "size"])]
     said = f"one or two rounds in every cell, {min(map(sum, further))} to {max(map(sum, further))} further runs"
@@ -134,13 +129,9 @@ WHOLE: dict[str, Callable[[str], Iterator[str]]] = {
     "evolved": of_evolution,
 }
 TABLES: dict[str, Callable[[str], Iterator[str]]] = {
+    **{page: partial(of_paper, name) for name, paper in PAPERS.items() if (page := getattr(paper, "page", ""))},
     "lazy-q": of_diagnosis,
     "unreliable": of_unreliable,
-    "tasks/pursuit": of_paper("tan1993:pursuit"),
-    "tasks/surround": of_paper("ono_fukumoto1996:pursuit-modules"),
-    "tasks/foraging": of_paper("balch_arkin1994:foraging"),
-    "tasks/pushing": of_paper("kube_zhang1992:pushing"),
-    "tasks/collecting": of_paper("mataric:collecting"),
     "tasks/gathering": of_gathering,
 }
 

@@ -7,7 +7,7 @@ printed. What another learner gives under the same rule stands beside it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -17,11 +17,10 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.papers.touzet2000.experiments import LITERAL, SLOPES, Gains, Reading, gains_of
+from teamsight.analysis.runs.experiment import Tables
 from teamsight.analysis.stats.exceedance import bounds
 from teamsight.analysis.stats.paired import Interval, cell_means, gain, grid_of, interval_of, maxima, paired, percent
 
-#: One row a run, by name of the experiment.
-Tables: TypeAlias = Mapping[str, pd.DataFrame]
 #: What was measured, in words, and its distance from each part of a rule, in tolerances.
 Finding: TypeAlias = tuple[str, *tuple[float, ...]]
 #: Takes gains and returns what it finds there.
@@ -44,7 +43,7 @@ _UNLIKELY = 0.01
 _DRAWS, _SEED = 1_000, 11
 
 
-class Verdict(NamedTuple):
+class Judgement(NamedTuple):
     """The result of applying a claim's rule.
 
     Attributes
@@ -119,7 +118,7 @@ class Claim:
         found = CLAIMS[decide.__name__.replace("_", "-")] = replace(self, decide=decide)
         return found
 
-    def judge(self, tables: Tables, *, beside: bool = False) -> Verdict:
+    def judge(self, tables: Tables, *, beside: bool = False) -> Judgement:
         """Return the verdict on tables by name of the experiment. All parts of the rule must hold.
 
         Parameters
@@ -129,7 +128,7 @@ class Claim:
         beside : bool
             Also report what a random walk gives under the same rule, and the remark.
         """
-        verdict, found = self._apply(tables, self.needs), []
+        judgement, found = self._apply(tables, self.needs), []
         if beside and self.remark:
             names, say = self.remark
             found.append(say(*(tables[name] for name in names)))
@@ -138,7 +137,7 @@ class Claim:
             walk = self._apply(tables, self.trivial)
             is_trivial = bool(walk.holds)
             found.append(f"a random walk {'holds' if is_trivial else 'differs'}: {walk.measured}")
-        return verdict._replace(beside=tuple(found), is_trivial=is_trivial)
+        return judgement._replace(beside=tuple(found), is_trivial=is_trivial)
 
     def is_near(self, tables: Tables, runs: int) -> bool:
         """Return whether the claim is near its limit: the verdict is another if one run of each cell is left out.
@@ -160,10 +159,10 @@ class Claim:
         holds = self._apply(tables, self.needs).holds
         return any(self._apply(one, self.needs).holds != holds for one in fewer)
 
-    def _apply(self, tables: Tables, names: tuple[str, ...]) -> Verdict:
+    def _apply(self, tables: Tables, names: tuple[str, ...]) -> Judgement:
         measured, *distances = self.decide(*(tables[name] for name in names))
         worst = float(max(distances, default=0.0))
-        return Verdict(worst <= 1.0 if self.rule else None, measured, min(worst, _LARGE))
+        return Judgement(worst <= 1.0 if self.rule else None, measured, min(worst, _LARGE))
 
 
 #: Every claim by name, in the order of the paper.
@@ -188,7 +187,7 @@ def needed(claims: Iterable[Claim] | None = None, *, beside: bool = True) -> set
     return found
 
 
-def within(value: float, target: float, tolerance: float) -> float:
+def deviation(value: float, target: float, tolerance: float) -> float:
     """Return the distance of `value` from `target`, in tolerances."""
     return abs(value - target) / tolerance
 
@@ -200,10 +199,10 @@ def at_most(value: float, limit: float) -> float:
 
 def at_least(value: float, limit: float) -> float:
     """Return 0 when `value` is at least `limit`, else 1 plus the relative shortfall."""
-    return 0.0 if value >= limit else above(value, limit)
+    return 0.0 if value >= limit else excess(value, limit)
 
 
-def above(value: float, limit: float) -> float:
+def excess(value: float, limit: float) -> float:
     """Return 0 when `value` is above `limit`, else 1 plus the relative shortfall."""
     return 0.0 if value > limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
 
@@ -302,7 +301,7 @@ def _exceeded(walk: pd.DataFrame) -> str:
 )
 def neighbours_random(walk: pd.DataFrame) -> Finding:
     largest = int(_part(maxima(walk), radius=(2, 9)).to_numpy().max())
-    return f"{largest}", within(largest, 16, 2)
+    return f"{largest}", deviation(largest, 16, 2)
 
 
 @Claim(
@@ -331,7 +330,7 @@ def neighbours_small_arena(walk: pd.DataFrame) -> Finding:
 def neighbours_acmommt(acmommt: pd.DataFrame) -> Finding:
     cells = _part(maxima(acmommt), (5, 30), (3, 9)).to_numpy()
     middle = float(np.median(cells))
-    return f"median {middle:g}, range {cells.min():.0f}..{cells.max():.0f}", within(middle, 7, 2)
+    return f"median {middle:g}, range {cells.min():.0f}..{cells.max():.0f}", deviation(middle, 7, 2)
 
 
 @Claim(
@@ -344,7 +343,7 @@ def neighbours_acmommt(acmommt: pd.DataFrame) -> Finding:
 )
 def neighbours_same_peak(*tables: pd.DataFrame) -> Finding:
     one, other = (int(table["max_neighbours"].max()) for table in tables)
-    return f"{one} and {other}", within(one, other, 2)
+    return f"{one} and {other}", deviation(one, other, 2)
 
 
 @Claim(
@@ -404,7 +403,7 @@ def collective_large(centroid: pd.DataFrame) -> Finding:
     large, small = (_mean(_part(mean, (10, 30), radii)) for radii in ((8, 9), (2, 3)))
     errors = (_part(se, (10, 30), radii).to_numpy() for radii in ((8, 9), (2, 3)))
     spread = math.hypot(*(math.sqrt((one**2).sum()) / one.size for one in errors))
-    return f"{large - small:+.1f} pp, se {spread:.1f}", above(large - small, 2 * spread)
+    return f"{large - small:+.1f} pp, se {spread:.1f}", excess(large - small, 2 * spread)
 
 
 @Claim(
@@ -479,7 +478,7 @@ def acmommt_full(acmommt: pd.DataFrame) -> Finding:
 def acmommt_saturates(acmommt: pd.DataFrame) -> Finding:
     few, ten, many = (_mean(_part(percent(acmommt), (robots, robots))) for robots in (1, 10, 30))
     first, later = ten - few, many - ten
-    return f"{first:+.0f} pp to N = 10, {later:+.0f} pp to 30", above(first / 2, later)
+    return f"{first:+.0f} pp to N = 10, {later:+.0f} pp to 30", excess(first / 2, later)
 
 
 @Claim(
@@ -493,7 +492,7 @@ def acmommt_saturates(acmommt: pd.DataFrame) -> Finding:
 )
 def acmommt_r10(acmommt: pd.DataFrame) -> Finding:
     share = float(acmommt["observed_fraction"].mean() * 100)
-    return f"{share:.1f} %, {0.15 * share:.1f} of 15", within(share, 50, 8)
+    return f"{share:.1f} %, {0.15 * share:.1f} of 15", deviation(share, 50, 8)
 
 
 @Claim(
@@ -506,7 +505,7 @@ def acmommt_r10(acmommt: pd.DataFrame) -> Finding:
 )
 def stationary_r10(*tables: pd.DataFrame) -> Finding:
     still, mobile = (float(table["observed_fraction"].mean() * 100) for table in tables)
-    return f"{still:.1f} %, mobile {mobile:.1f} %", within(still, 30, 3), above(mobile, still)
+    return f"{still:.1f} %, mobile {mobile:.1f} %", deviation(still, 30, 3), excess(mobile, still)
 
 
 @Claim(
@@ -524,7 +523,7 @@ def awareness_gain(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     cells = cell_means(paired(acmommt, centroid), "difference")
     most, _, cell = _peak(grid_of(cells) * 100)
     width = 100 * float((cells["high"] - cells["mean"]).iloc[0])
-    return f"{most:.1f} ± {width:.1f} pp at {cell}", within(most, 60, 10)
+    return f"{most:.1f} ± {width:.1f} pp at {cell}", deviation(most, 60, 10)
 
 
 @Claim(
@@ -542,7 +541,7 @@ def awareness_where(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     large = _part(grid, radius=(8, 9)).mean()
     measured = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
     inside = is_so(_PREFERRED[0] <= top <= _PREFERRED[1])
-    return f"peak at R = {top:g}; {measured}", inside, within(float(large.abs().max()), 0, 5)
+    return f"peak at R = {top:g}; {measured}", inside, deviation(float(large.abs().max()), 0, 5)
 
 
 @Claim(
@@ -558,7 +557,7 @@ def awareness_robots(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     few, many = (float(profile.loc[_PREFERRED[0] : _PREFERRED[1]].mean()) for profile in profiles)
     first, last = (_fades(profile.to_numpy(), profile.index, 10.0) for profile in profiles)
     measured = f"{many:.1f} against {few:.1f} pp; under 10 pp from R = {_against(last, first)}"
-    return measured, above(many, few), is_so(last > first)
+    return measured, excess(many, few), is_so(last > first)
 
 
 @Claim(
@@ -594,7 +593,7 @@ def _never_less(cells: pd.DataFrame) -> tuple[str, float]:
 def range_gain(whole: pd.DataFrame, half: pd.DataFrame) -> Finding:
     cells = cell_means(paired(whole, half), "difference")
     overall, (words, worst) = _mean(grid_of(cells)) * 100, _never_less(cells)
-    return f"{overall:+.2f} pp on average; {words}", worst, above(overall, 0)
+    return f"{overall:+.2f} pp on average; {words}", worst, excess(overall, 0)
 
 
 @Claim(
@@ -612,7 +611,7 @@ def range_neighbours(whole: pd.DataFrame, half: pd.DataFrame) -> Finding:
     return (
         f"{overall:+.1f} on average; {words}; maxima of all runs lower in {fewer.sum()} of {fewer.size} cells",
         worst,
-        above(overall, 0),
+        excess(overall, 0),
     )
 
 
@@ -642,7 +641,7 @@ def _smallest_delta(ring: pd.DataFrame, pairwise: pd.DataFrame) -> str:
 )
 def delta_sufficient(ring: pd.DataFrame, pairwise: pd.DataFrame) -> Finding:
     difference = _mean(gain(ring, pairwise))
-    return f"{difference:+.2f} pp", within(difference, 0, 1)
+    return f"{difference:+.2f} pp", deviation(difference, 0, 1)
 
 
 def _explored(table: pd.DataFrame) -> str:
@@ -741,7 +740,7 @@ def learned_gain(gains: Gains) -> Finding:
     row, column = np.unravel_index(gains.values.mean(axis=0).argmax(), gains.values.shape[1:])
     most = interval_of(gains.values[:, row, column])
     cell = f"N = {gains.robots[row]}, R = {gains.radius[column]:g}"
-    return f"{most.mean:.1f} pp {_ends(most)}; at {cell}", within(most.mean, 25, 8)
+    return f"{most.mean:.1f} pp {_ends(most)}; at {cell}", deviation(most.mean, 25, 8)
 
 
 @_learned(
@@ -765,8 +764,8 @@ def learned_shape(gains: Gains) -> Finding:
         f"peak at R = {top:g}; mean over N {places}; many less few robots {growth.mean:+.1f} pp {_ends(growth)}; under "
         f"{faded:.2g} pp from R = {_against(last, first)}",
         is_so(_PREFERRED[0] <= top <= _PREFERRED[1]),
-        within(np.abs(by_radius[np.isin(radius, (8, 9))]).max(initial=0.0), 0, 5),
-        above(growth.low, 0),
+        deviation(np.abs(by_radius[np.isin(radius, (8, 9))]).max(initial=0.0), 0, 5),
+        excess(growth.low, 0),
         is_so(last > first),
     )
 
@@ -778,7 +777,7 @@ def learned_shape(gains: Gains) -> Finding:
 )
 def learned_hurts(gains: Gains) -> Finding:
     loss = interval_of(gains.values[:, gains.robots <= 8][:, :, gains.radius >= 7].mean(axis=(1, 2)))
-    return f"{loss.mean:+.2f} pp {_ends(loss, 2)}", above(0, loss.high)
+    return f"{loss.mean:+.2f} pp {_ends(loss, 2)}", excess(0, loss.high)
 
 
 @Claim(
@@ -799,6 +798,6 @@ def learned_below_designed(cooperative: pd.DataFrame, walk: pd.DataFrame, acmomm
     return (
         f"{more.mean:+.1f} pp over a random walk; {_ends(more)}; {less.mean:+.1f} pp over A-CMOMMT {_ends(less)}; "
         f"random walk {walked:.1f} %, A-CMOMMT {designed:.1f} %",
-        above(more.low, 0),
-        above(0, less.high),
+        excess(more.low, 0),
+        excess(0, less.high),
     )

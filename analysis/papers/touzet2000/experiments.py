@@ -5,29 +5,22 @@ An experiment is built, explorations are made, and their modules are imported, o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from functools import cache, partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.runs.executor import Executor
-from teamsight.analysis.runs.experiment import Experiment, Request, Variant, make_tables
-from teamsight.analysis.runs.grid import Grid
+from teamsight.analysis.runs.experiment import Cells, Experiment, Parameters, Tables, Variant
 from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.runs.simulate import Progress
 from teamsight.analysis.stats.paired import Interval, gain, interval_of, paired
 
 if TYPE_CHECKING:
     from teamsight.policies.learner import Learner
     from teamsight.policies.memory import LazyMemory
-
-#: Keyword parameters of CMOMMT.
-Parameters: TypeAlias = Mapping[str, Any]
-Cells: TypeAlias = tuple[tuple[int, float], ...]
 
 #: Numbers of sectors δ of the figure "delta".
 DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
@@ -123,18 +116,14 @@ def _learner(reading: Reading, is_cooperative: bool, world: tuple[tuple[str, Any
     return LEARNERS[reading.learner](memory, REWARDS[reading.reward], inputs, **dict(constants))
 
 
-def _learned(reading: Reading, is_cooperative: bool, setting: Parameters) -> Callable[[int], Variant]:
-    """Return the treatment by number of the exploration, which is made in the world of the setting."""
+def _learned(reading: Reading, is_cooperative: bool, setting: Parameters, number: int) -> Variant:
+    """Return the treatment of a learned team by number of the exploration, made in the world of the setting."""
     from teamsight.agents.cmommt import DEFAULTS
 
     world = tuple((name, setting[name]) for name in _WORLD if setting.get(name, DEFAULTS[name]) != DEFAULTS[name])
-
-    def variant(number: int) -> Variant:
-        policy = _learner(reading, is_cooperative, world, number)
-        treatment = {"policy": policy, "awareness": "ring" if is_cooperative else "none"}
-        return Variant(treatment, described(policy.memory))
-
-    return variant
+    policy = _learner(reading, is_cooperative, world, number)
+    treatment = {"policy": policy, "awareness": "ring" if is_cooperative else "none"}
+    return Variant(treatment, described(policy.memory))
 
 
 def described(memory: LazyMemory) -> dict[str, Any]:
@@ -164,42 +153,13 @@ def described(memory: LazyMemory) -> dict[str, Any]:
     }
 
 
-def _scaled(setting: Parameters) -> Parameters:
+def _scaled(setting: Parameters, number: int) -> Variant:
     """Return A-CMOMMT with half the awareness range and a repulsion that scales with it."""
     from teamsight.agents.resolve import shared_options
     from teamsight.policies import ACmommt
 
     options = shared_options("a-cmommt", setting.get("policy_options", {}))
-    return {**_A_CMOMMT, **_HALF, "policy": ACmommt(repulsion_scale="awareness", **options)}
-
-
-class Design(NamedTuple):
-    """An `Experiment` before its grid and its setting are known; see there for what is not explained here.
-
-    Attributes
-    ----------
-    treatment : mapping or callable
-        Keyword parameters of CMOMMT, or a function that returns for a setting these, or the treatment of a replicate.
-    cells : tuple or callable
-        The cells (robots, radius), or a function of both that says which cells of the grid they are.
-    is_again : bool
-        Whether it measures again, on fresh worlds, the cell in which A-CMOMMT gained most over the policy centroid.
-    """
-
-    treatment: Parameters | Callable[[Parameters], Parameters | Callable[[int], Variant]]
-    cells: Cells | Callable[[int, float], bool] = lambda robots, radius: True
-    targets: int = 15
-    sweep: Mapping[str, tuple[Any, ...]] = MappingProxyType({})
-    replicates: int = 1
-    is_again: bool = False
-
-    def treatment_under(self, setting: Parameters) -> Parameters | Callable[[int], Variant]:
-        """Return the treatment under a setting."""
-        return self.treatment(setting) if callable(self.treatment) else self.treatment
-
-    def cells_of(self, grid: Grid) -> Cells:
-        """Return the cells (robots, radius)."""
-        return tuple(one for one in grid.cells if self.cells(*one)) if callable(self.cells) else self.cells
+    return Variant({**_A_CMOMMT, **_HALF, "policy": ACmommt(repulsion_scale="awareness", **options)})
 
 
 def _are_small(robots: int, radius: float) -> bool:
@@ -210,110 +170,62 @@ def _have_larger_teams(robots: int, radius: float) -> bool:
     return robots >= 10 and 3 <= radius <= 9
 
 
-#: Every experiment by name.
-EXPERIMENTS: Mapping[str, Design] = {
-    "random-walk": Design(_WALK),
-    "centroid": Design(_CENTROID),
-    "a-cmommt": Design(_A_CMOMMT),
-    "a-cmommt-small-arenas": Design(_A_CMOMMT, _are_small),
-    "random-walk-small-arenas": Design(_WALK, _are_small),
-    "random-walk-crowded": Design(_WALK, ((30, 2.0),), replicates=_RARE),
-    "random-walk-half-range": Design({**_WALK, **_HALF}),
-    "centroid-larger-teams": Design(_CENTROID, _have_larger_teams, replicates=_MANY),
-    "random-walk-larger-teams": Design(_WALK, _have_larger_teams, replicates=_MANY),
-    "a-cmommt-largest-gain": Design(_A_CMOMMT, replicates=_MANY, is_again=True),
-    "centroid-largest-gain": Design(_CENTROID, replicates=_MANY, is_again=True),
-    "half-range": Design({**_A_CMOMMT, **_HALF}),
-    "half-range-scaled": Design(_scaled),
-    "ring-16": Design({**_A_CMOMMT, "awareness": "ring", "delta": 16}),
-    "evasive": Design({**_A_CMOMMT, "target_policy": "evasive"}, lambda robots, radius: radius >= 2),
-    **{f"targets-{targets}": Design(_A_CMOMMT, _CROWDED, targets) for targets in (5, 15, 30)},
-    **{f"random-walk-targets-{targets}": Design(_WALK, _CROWDED, targets) for targets in (5, 15, 30)},
-    "a-cmommt-r10": Design(_A_CMOMMT, _LARGEST, replicates=_MORE),
-    "random-walk-r10": Design(_WALK, _LARGEST, replicates=_MORE),
-    "stationary-r10": Design({"policy": "stationary", **_ALONE}, _LARGEST, replicates=_MORE),
-    "delta-ring": Design({**_A_CMOMMT, "awareness": "ring"}, DELTA_CELLS, sweep={"delta": DELTAS}, replicates=4),
-    "delta-none": Design({**_A_CMOMMT, **_ALONE}, DELTA_CELLS, replicates=4),
-    "delta-pairwise": Design(_A_CMOMMT, DELTA_CELLS, replicates=4),
-    **{
-        f"{reading.name}-{team}": Design(partial(_learned, reading, team == "cooperative"), replicates=EXPLORATIONS)
-        for reading in READINGS
-        for team in ("cooperative", "collective")
-    },
-    # On the same worlds as the learned teams.
-    "a-cmommt-more": Design(_A_CMOMMT, replicates=EXPLORATIONS),
-    "random-walk-more": Design(_WALK, replicates=EXPLORATIONS),
-}
-#: Experiments whose policy was learned from transitions.
-LEARNED = frozenset(name for name, design in EXPERIMENTS.items() if getattr(design.treatment, "func", None) is _learned)
-
-
-def chosen(
-    names: Iterable[str], grid: Grid, setting: Parameters, made: Mapping[str, pd.DataFrame] | None = None
-) -> list[Experiment]:
-    """Return the named experiments and those whose results they need, each once.
-
-    Parameters
-    ----------
-    names : iterable of str
-        Names of experiments.
-    grid : Grid
-        Team sizes and radii of the surfaces.
-    setting : mapping
-        Keyword parameters of CMOMMT that hold in all experiments.
-    made : mapping of str to DataFrame, optional
-        The tables of these experiments: those that measure a cell again are returned. Without it, all others are.
-    """
-    wanted = set(names)
-    if any(EXPERIMENTS[name].is_again for name in wanted):
-        wanted |= {"a-cmommt", "centroid"}
-    return [
-        Experiment(
-            name, design.treatment_under(setting),
-            design.cells_of(grid) if made is None else _largest_gain(made["a-cmommt"], made["centroid"]),
-            design.targets, design.sweep, design.replicates, design.is_again,
-        )
-        for name, design in EXPERIMENTS.items()
-        if name in wanted and design.is_again == (made is not None)
-    ]  # fmt: skip
-
-
-def _largest_gain(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Cells:
-    cells = gain(acmommt, centroid).T.unstack()
+def _largest_gain(tables: Tables) -> Cells:
+    """Return the cell in which A-CMOMMT gained most over the policy centroid."""
+    cells = gain(tables["a-cmommt"], tables["centroid"]).T.unstack()
     robots, radius = cells.index[int(cells.to_numpy().argmax())]
     return ((int(robots), float(radius)),)
 
 
-def make_chosen(
-    asked: Sequence[tuple[Parameters, Iterable[str]]],
-    grid: Grid,
-    pool: Executor | None = None,
-    *,
-    progress: Progress = lambda done, total: None,
-    later: Progress = lambda done, total: None,
-    **how: Any,
-) -> list[dict[str, pd.DataFrame]]:
-    """Run experiments, then those that measure a cell again, and return all tables by name of the experiment.
+#: Every experiment by name.
+EXPERIMENTS: Mapping[str, Experiment] = {
+    one.name: one
+    for one in (
+        Experiment("random-walk", _WALK),
+        Experiment("centroid", _CENTROID),
+        Experiment("a-cmommt", _A_CMOMMT),
+        Experiment("a-cmommt-small-arenas", _A_CMOMMT, _are_small),
+        Experiment("random-walk-small-arenas", _WALK, _are_small),
+        Experiment("random-walk-crowded", _WALK, ((30, 2.0),), replicates=_RARE),
+        Experiment("random-walk-half-range", {**_WALK, **_HALF}),
+        Experiment("centroid-larger-teams", _CENTROID, _have_larger_teams, replicates=_MANY),
+        Experiment("random-walk-larger-teams", _WALK, _have_larger_teams, replicates=_MANY),
+        Experiment("a-cmommt-largest-gain", _A_CMOMMT, replicates=_MANY, choose=_largest_gain),
+        Experiment("centroid-largest-gain", _CENTROID, replicates=_MANY, choose=_largest_gain),
+        Experiment("half-range", {**_A_CMOMMT, **_HALF}),
+        Experiment("half-range-scaled", _scaled),
+        Experiment("ring-16", {**_A_CMOMMT, "awareness": "ring", "delta": 16}),
+        Experiment("evasive", {**_A_CMOMMT, "target_policy": "evasive"}, lambda robots, radius: radius >= 2),
+        *(Experiment(f"targets-{targets}", _A_CMOMMT, _CROWDED, targets) for targets in (5, 15, 30)),
+        *(Experiment(f"random-walk-targets-{targets}", _WALK, _CROWDED, targets) for targets in (5, 15, 30)),
+        Experiment("a-cmommt-r10", _A_CMOMMT, _LARGEST, replicates=_MORE),
+        Experiment("random-walk-r10", _WALK, _LARGEST, replicates=_MORE),
+        Experiment("stationary-r10", {"policy": "stationary", **_ALONE}, _LARGEST, replicates=_MORE),
+        Experiment(
+            "delta-ring", {**_A_CMOMMT, "awareness": "ring"}, DELTA_CELLS, sweep={"delta": DELTAS}, replicates=4
+        ),
+        Experiment("delta-none", {**_A_CMOMMT, **_ALONE}, DELTA_CELLS, replicates=4),
+        Experiment("delta-pairwise", _A_CMOMMT, DELTA_CELLS, replicates=4),
+        *(
+            Experiment(f"{one.name}-{team}", partial(_learned, one, team == "cooperative"), replicates=EXPLORATIONS)
+            for one in READINGS
+            for team in ("cooperative", "collective")
+        ),
+        # On the same worlds as the learned teams.
+        Experiment("a-cmommt-more", _A_CMOMMT, replicates=EXPLORATIONS),
+        Experiment("random-walk-more", _WALK, replicates=EXPLORATIONS),
+    )
+}
+#: Experiments whose policy was learned from transitions.
+LEARNED = frozenset(name for name, one in EXPERIMENTS.items() if getattr(one.treatment, "func", None) is _learned)
 
-    Parameters
-    ----------
-    asked : sequence of (mapping, iterable of str)
-        A setting, and the names of the experiments that are made under it.
-    grid : Grid
-        Team sizes and radii of the surfaces.
-    pool, progress, **how
-        See `make_tables`.
-    later : callable
-        As `progress`, for the experiments that measure again.
-    """
-    first = [Request(setting, chosen(names, grid, setting)) for setting, names in asked]
-    made = make_tables(first, pool, progress=progress, **how)
-    again = [
-        Request(setting, chosen(names, grid, setting, tables))
-        for (setting, names), tables in zip(asked, made, strict=True)
-    ]
-    more = make_tables(again, pool, progress=later, **how)
-    return [tables | others for tables, others in zip(made, more, strict=True)]
+
+def experiments_of(names: Iterable[str]) -> list[Experiment]:
+    """Return the named experiments and those whose results they need, each once, in the order of `EXPERIMENTS`."""
+    wanted = set(names)
+    if any(EXPERIMENTS[name].choose for name in wanted):
+        wanted |= {"a-cmommt", "centroid"}
+    return [one for name, one in EXPERIMENTS.items() if name in wanted]
 
 
 class Gains(NamedTuple):

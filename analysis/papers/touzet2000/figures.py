@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.papers.touzet2000.claims import shortfall
-from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, READINGS
 from teamsight.analysis.plot.kinds import draw_curves, draw_means, mark_values, panels
 from teamsight.analysis.plot.style import (
     DEGREE,
@@ -29,40 +29,14 @@ from teamsight.analysis.plot.style import (
     to_picture,
 )
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
+from teamsight.analysis.runs.experiment import Tables
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, interval_of, maxima, paired
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
-Tables: TypeAlias = Mapping[str, pd.DataFrame]
-
-
-class Conditions(NamedTuple):
-    """What all runs of a figure have in common.
-
-    Attributes
-    ----------
-    name : str
-        Name of the setting: "defaults" or a preset.
-    setting : mapping
-        Keyword parameters of CMOMMT.
-    root : int
-        Root seed.
-    runs, steps : int
-        Runs of each cell, and steps of each run.
-    """
-
-    name: str
-    setting: Mapping[str, Any]
-    root: int
-    runs: int
-    steps: int
-
-    def line(self) -> str:
-        """Return the conditions on one line, for the subtitle."""
-        return f"{self.runs} runs of {self.steps} steps, setting {self.name}, seed {self.root}"
-
+    from teamsight.analysis.papers.touzet2000 import Touzet
 
 @dataclass(frozen=True)
 class Figure:
@@ -75,37 +49,27 @@ class Figure:
     needs : tuple of str
         Names of the experiments whose tables it reads.
     tabulate : callable
-        Takes the tables of the experiments and the conditions, and returns the figure's tidy tables by the suffix of
+        Takes the tables of the experiments and the plan, and returns the figure's tidy tables by the suffix of
         their file names. The table "" holds what was measured; the others are computed from it, where they are.
     draw : callable
-        Takes the figure's tables and the conditions, and returns the drawing.
+        Takes the figure's tables and the plan, and returns the drawing.
     summarise : callable, optional
         Takes the figure's tables by suffix and returns the result in one line, for the terminal.
     """
 
     title: str
     needs: tuple[str, ...]
-    tabulate: Callable[[Tables, Conditions], dict[str, pd.DataFrame]]
-    draw: Callable[[Tables, Conditions], Canvas]
+    tabulate: Callable[[Tables, Touzet], dict[str, pd.DataFrame]]
+    draw: Callable[[Tables, Touzet], Canvas]
     summarise: Callable[[Tables], str] | None = None
 
 
-class Job(NamedTuple):
-    """A figure to draw, with the tables of the experiments that it reads, and the formats of its picture."""
-
-    name: str
-    tables: Tables
-    conditions: Conditions
-    formats: tuple[str, ...] = ("png",)
-
-
-def make(job: Job) -> tuple[dict[str, pd.DataFrame], dict[str, bytes]]:
-    """Return the tables of a figure by suffix, and its pictures by format."""
-    figure = FIGURES[job.name]
-    tables = figure.tabulate(job.tables, job.conditions)
-    drawing = figure.draw(tables, job.conditions)
-    description = f"{figure.title}; {job.conditions.line()}"
-    return tables, {kind: to_picture(drawing, description, kind) for kind in job.formats}
+def pictures(job: tuple[str, Tables, Touzet, Sequence[str]]) -> dict[str, bytes]:
+    """Return the pictures of a figure by format, from its name, its tables, the plan and the formats."""
+    name, tables, plan, formats = job
+    figure = FIGURES[name]
+    drawing, description = figure.draw(tables, plan), f"{figure.title}; {plan.in_words()}"
+    return {kind: to_picture(drawing, description, kind) for kind in formats}
 
 
 # Fig. 2: inputs of a robot, and size of its search space.
@@ -113,13 +77,13 @@ def make(job: Job) -> tuple[dict[str, pd.DataFrame], dict[str, bytes]]:
 _LARGEST_TEAM = 30
 
 
-def _tabulate_search_space(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
-    from teamsight.analysis.search_space import PAPER, dimensions_table
+def _tabulate_search_space(tables: Tables, plan: Touzet) -> dict[str, pd.DataFrame]:
+    from teamsight.analysis.search_space import TOUZET, dimensions_table
 
-    return {"": dimensions_table(range(1, _LARGEST_TEAM + 1), degrees=PAPER)}
+    return {"": dimensions_table(range(1, _LARGEST_TEAM + 1), degrees=TOUZET)}
 
 
-def _draw_search_space(tables: Tables, conditions: Conditions) -> Canvas:
+def _draw_search_space(tables: Tables, plan: Touzet) -> Canvas:
     texts = {"inputs": "dimensions d of the search space  [inputs]", "log10_size": "size pᵈ for p = 2"}
     last = tables[""].groupby("degree", sort=False)["inputs"].last()
     found = ", ".join(f"{number} ({degree})" for degree, number in last.items())
@@ -154,13 +118,12 @@ def _draw_search_space(tables: Tables, conditions: Conditions) -> Canvas:
 _ROBOTS, _TARGETS, _RADIUS, _RANGE = 14, 15, 5.0, 1.0
 
 
-def _tabulate_arena(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
+def _tabulate_arena(tables: Tables, plan: Touzet) -> dict[str, pd.DataFrame]:
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.analysis.runs.experiment import Experiment
 
-    seed = model_seed(conditions.root, 0, _ROBOTS, _TARGETS, _RADIUS)
-    walk = Experiment("arena", {"policy": "random-walk", "awareness": "none"}, ())
-    settings = walk.parameters(conditions.setting)
+    seed = model_seed(plan.seed, 0, _ROBOTS, _TARGETS, _RADIUS)
+    walk = EXPERIMENTS["random-walk"]
+    settings = walk.parameters(plan.settings[plan.preset])
     with closing(CMOMMT(robots=_ROBOTS, targets=_TARGETS, radius=_RADIUS, **settings, rng=seed)) as model:
         while True:
             start, senses = model.neighbours.start, model.neighbours.identity
@@ -168,7 +131,7 @@ def _tabulate_arena(tables: Tables, conditions: Conditions) -> dict[str, pd.Data
             linked = np.zeros((_ROBOTS, _ROBOTS), dtype=np.int64)
             linked[links["robot"], links["senses"]] = 1
             # The paper's picture has three robots that all sense each other: run until there are three.
-            if np.trace(linked @ linked @ linked) or model.tick >= conditions.steps:
+            if np.trace(linked @ linked @ linked) or model.tick >= plan.steps:
                 break
             model.run(1)
         x, y = model.robots.position.T
@@ -177,7 +140,7 @@ def _tabulate_arena(tables: Tables, conditions: Conditions) -> dict[str, pd.Data
     return {"": robots, "links": links[links["robot"] < links["senses"]].reset_index(drop=True)}
 
 
-def _draw_arena(tables: Tables, conditions: Conditions) -> Canvas:
+def _draw_arena(tables: Tables, plan: Touzet) -> Canvas:
     from matplotlib.collections import LineCollection, PatchCollection
     from matplotlib.patches import Circle
 
@@ -187,7 +150,7 @@ def _draw_arena(tables: Tables, conditions: Conditions) -> Canvas:
     figure, (axes,) = panels(
         f"Fig. 3   {int((robots['neighbours'] > 0).sum())} of {_ROBOTS} robots that move randomly have neighbours",
         f"arena of radius {_RADIUS:g}, step {robots['step'].iloc[0]}; circles: awareness range {_RANGE:g}; lines and "
-        f"numbers: the neighbours of a robot; seed {conditions.root}",
+        f"numbers: the neighbours of a robot; seed {plan.seed}",
         [""], x="x  [sensing ranges]", y="y  [sensing ranges]", size=(8.6, 8.2), is_plain=False,
     )  # fmt: skip
     axes.add_patch(Circle((0, 0), _RADIUS, facecolor="#fafafa", edgecolor=INK, linewidth=1.8))
@@ -221,10 +184,10 @@ def _level_figure(name: str, title: str, experiment: str, value: str) -> Figure:
     """Return a figure of observed targets, or of the largest number of neighbours, with confidence intervals."""
     in_percent = value == "observed_fraction"
 
-    def tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
+    def tabulate(tables: Tables, plan: Touzet) -> dict[str, pd.DataFrame]:
         return {"": tables[experiment], "cells": cell_means(tables[experiment], value)}
 
-    def draw(tables: Tables, conditions: Conditions) -> Canvas:
+    def draw(tables: Tables, plan: Touzet) -> Canvas:
         cells = tables["cells"].copy()
         if in_percent:
             cells[["mean", "low", "high"]] *= 100
@@ -234,7 +197,7 @@ def _level_figure(name: str, title: str, experiment: str, value: str) -> Figure:
         figure = canvas(WIDTH, HEAD + HEIGHT + _CURVES)
         what = "mean" if in_percent else "of each cell the maximum"
         found = f"{grid.min().min():.0f} to {grid.max().max():.0f}{' %' * in_percent}"
-        about = f"{what} over {conditions.line()}; 15 targets, ranges 1; {extent}"
+        about = f"{what} over {plan.in_words()}; 15 targets, ranges 1; {extent}"
         head(figure, f"Fig. {name}   {title}, {found}", about)
         label = "observed targets  [%]" if in_percent else "largest number of neighbours  [robots]"
         # All teammates of the largest team: both figures have one scale, even if one of them is drawn alone.
@@ -273,7 +236,7 @@ def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
     """
     are_learned = contrasts[0].treated in LEARNED
 
-    def tabulate(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
+    def tabulate(tables: Tables, plan: Touzet) -> dict[str, pd.DataFrame]:
         parts = []
         for contrast in contrasts:
             part = paired(tables[contrast.treated], tables[contrast.base])
@@ -288,10 +251,10 @@ def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
             found["explorations"] = means.reset_index()
         return found
 
-    def draw(tables: Tables, conditions: Conditions) -> Canvas:
+    def draw(tables: Tables, plan: Touzet) -> Canvas:
         cells = tables["cells"]
         figure = canvas(WIDTH, HEIGHT * len(contrasts) + HEAD)
-        runs = conditions._replace(runs=int(cells["count"].iloc[0])).line()
+        runs = plan.in_words(int(cells["count"].iloc[0]))
         each = ", each with another unselected exploration" if are_learned else ""
         subtitle = f"paired on common noise, mean over {runs}{each}; in brackets: the 95 % interval includes 0"
         # What learned teams gain stands above each surface.
@@ -340,7 +303,7 @@ def _spread(variant: str, tables: Tables) -> str:
 # Fig. 9: the repulsive force between robots against their distance.
 
 
-def _tabulate_repulsion(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
+def _tabulate_repulsion(tables: Tables, plan: Touzet) -> dict[str, pd.DataFrame]:
     from teamsight.policies import ACmommt
     from teamsight.policies.handmade.forces import repulsion
 
@@ -354,7 +317,7 @@ def _tabulate_repulsion(tables: Tables, conditions: Conditions) -> dict[str, pd.
     return {"": pd.concat(parts, ignore_index=True)}
 
 
-def _draw_repulsion(tables: Tables, conditions: Conditions) -> Canvas:
+def _draw_repulsion(tables: Tables, plan: Touzet) -> Canvas:
     figure, (axes,) = panels(
         "Fig. 9   A nearby robot repels less from d₁ on, and not at all beyond d₂",
         "in closed form; constants in common use (1250 and 2000 for a sensing range of 2600): the paper prints none",
@@ -383,7 +346,7 @@ def _draw_repulsion(tables: Tables, conditions: Conditions) -> Canvas:
 _DEGREES = ("none", "ring", "pairwise")
 
 
-def _tabulate_delta(tables: Tables, conditions: Conditions) -> dict[str, pd.DataFrame]:
+def _tabulate_delta(tables: Tables, plan: Touzet) -> dict[str, pd.DataFrame]:
     parts = [tables[f"delta-{degree}"].assign(awareness=degree) for degree in _DEGREES]
     runs = pd.concat(parts, ignore_index=True)
     # Only the ring has a δ. 0 elsewhere keeps the column integer.
@@ -391,7 +354,7 @@ def _tabulate_delta(tables: Tables, conditions: Conditions) -> dict[str, pd.Data
     return {"": runs, "cells": cell_means(runs, "observed_fraction", (*CELL, "awareness", "delta"))}
 
 
-def _draw_delta(tables: Tables, conditions: Conditions) -> Canvas:
+def _draw_delta(tables: Tables, plan: Touzet) -> Canvas:
     runs, cells = tables[""], tables["cells"].copy()
     cells[["mean", "low", "high"]] *= 100
     short, enough = shortfall(*(runs[runs["awareness"] == degree] for degree in ("ring", "pairwise")))
@@ -402,8 +365,8 @@ def _draw_delta(tables: Tables, conditions: Conditions) -> Canvas:
     most = runs.query("awareness == 'pairwise'").groupby(["radius", "robots"], as_index=False)["max_neighbours"].max()
     figure, shown = panels(
         f"Fig. δ   Observed targets against the sectors δ of the ring: {found}",
-        f"A-CMOMMT: mean and 95 % confidence band over {int(cells['count'].iloc[0])} runs of {conditions.steps} steps; "
-        f"15 targets, ranges 1; setting {conditions.name}, seed {conditions.root}",
+        f"A-CMOMMT: mean and 95 % confidence band over {int(cells['count'].iloc[0])} runs of {plan.steps} steps; "
+        f"15 targets, ranges 1; setting {plan.preset}, seed {plan.seed}",
         [f"N = {n}, R = {radius:g}   (at most {met} neighbours)" for radius, n, met in most.itertuples(index=False)],
         x="sectors δ of the ring", y="observed targets  [%]", columns=3, size=(4.7, 3.4), sharey=True,
     )  # fmt: skip

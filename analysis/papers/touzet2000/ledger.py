@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, Tables, Verdict, span
+from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, span
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.runs.experiment import Tables
+from teamsight.core.version import __version__
+
+if TYPE_CHECKING:
+    from teamsight.analysis.papers.touzet2000 import Touzet
 
 #: Further root seeds under which claims near their limit are judged; they follow that of the ledger.
 SEEDS = 20
@@ -73,11 +77,8 @@ def _team(experiment: str, setting: Mapping[str, Any]) -> str:
     from teamsight.agents.resolve import shared_options
     from teamsight.policies.registry import label, policy_named
 
-    treatment = EXPERIMENTS[experiment].treatment_under(setting)
-    if callable(treatment):
-        # Policies that were learned from different explorations have the same options.
-        treatment = treatment(0).treatment
-    shown = dict(treatment)
+    # Policies that were learned from different explorations have the same options.
+    shown = dict(EXPERIMENTS[experiment].variant(setting).treatment)
     policy = name = shown.pop("policy")
     if isinstance(name, str):
         policy = policy_named(name, shared_options(name, setting.get("policy_options", {})))
@@ -91,52 +92,77 @@ def _listed(values: Mapping[str, Any]) -> str:
 
 @dataclass(frozen=True)
 class Ledger:
-    """Verdicts on the claims under one or more settings.
+    """Judgements on the claims under one or more settings.
 
     Parameters
     ----------
-    verdicts : mapping of str to mapping
-        The verdicts by name of the claim, by name of the setting.
     conditions : mapping
-        Seed, runs, steps, grid, settings and version behind the verdicts, fit for JSON.
-    scenarios : mapping of str to str
-        Worlds, runs and steps of each claim, in words, by its name.
-    options : mapping of str to mapping
-        Values in force in the experiments of each claim, in words, by its name, by name of the setting.
+        Seed, runs, steps, grid, settings and version behind the judgements, fit for JSON.
+    claims : sequence of mapping
+        Of each claim, in order: claim (its name), where, statement, figure and rule; scenario (worlds, runs and steps,
+        in words); and settings: by name of the setting what `Judgement` has, and options, the values in force in its
+        experiments, in words.
     """
 
-    verdicts: Mapping[str, Mapping[str, Verdict]]
     conditions: Mapping[str, Any]
-    scenarios: Mapping[str, str]
-    options: Mapping[str, Mapping[str, str]]
+    claims: Sequence[Mapping[str, Any]]
 
-    def worth(self, setting: str) -> dict[str, str]:
-        """Return for each claim that holds under a setting what that says; the reasons are properties of the claims."""
-        chosen = set(self.conditions["settings"][setting].get("policy_options", {}))
-        reasons = {}
+    @classmethod
+    def of(cls, plan: Touzet, tables: Mapping[str, Tables], shares: Mapping[tuple[str, str], float]) -> Ledger:
+        """Return the ledger of a plan.
+
+        Parameters
+        ----------
+        plan : Touzet
+            What was simulated.
+        tables : mapping of str to mapping
+            The tables of the experiments, by name of the setting.
+        shares : mapping
+            See `repeated`.
+        """
+        claims = []
         for name, claim in CLAIMS.items():
-            verdict = self.verdicts[setting][name]
-            if verdict.holds:
-                applies = (claim.by_construction, verdict.is_trivial, bool(chosen & set(claim.tuned)), True)
-                reasons[name] = _REASONS[applies.index(True)]
-        return reasons
+            found: dict[str, Any] = {"claim": name}
+            found |= {part: getattr(claim, part) for part in ("where", "statement", "figure", "rule")}
+            found |= {"scenario": scenario(claim, tables, plan.steps), "settings": {}}
+            for setting, given in plan.settings.items():
+                judgement = claim.judge(tables[setting], beside=True)._replace(share=shares.get((setting, name)))
+                found["settings"][setting] = judgement._asdict() | {"options": options(claim, given)}
+            claims.append(found)
+        return cls(plan.conditions() | {"version": __version__}, claims)
+
+    @property
+    def settings(self) -> list[str]:
+        """The names of the settings."""
+        return list(self.claims[0]["settings"])
+
+    def worth(self, setting: str) -> dict[str, list[str]]:
+        """Return the claims that hold under a setting, by what that says; the reasons are properties of the claims."""
+        changed = set(self.conditions["settings"][setting].get("policy_options", {}))
+        found: dict[str, list[str]] = {reason: [] for reason in _REASONS}
+        for one in self.claims:
+            claim, judgement = CLAIMS[one["claim"]], one["settings"][setting]
+            if judgement["holds"]:
+                applies = (claim.by_construction, judgement["is_trivial"], bool(changed & set(claim.tuned)), True)
+                found[_REASONS[applies.index(True)]].append(one["claim"])
+        return found
 
     def summaries(self) -> Iterator[str]:
         """Yield for each setting how many claims hold, and how many of these for which reason."""
-        decidable = sum(bool(claim.rule) for claim in CLAIMS.values())
-        others = len(CLAIMS) - decidable
-        for setting in self.verdicts:
-            reasons = Counter(self.worth(setting).values())
-            counts = ", ".join(f"{reasons[reason]} {reason}" for reason in _REASONS)
-            yield f"{setting}: {reasons.total()} of {decidable} claims hold ({others} more undecidable): {counts}"
+        decidable = sum(bool(one["rule"]) for one in self.claims)
+        for setting in self.settings:
+            reasons = {reason: len(names) for reason, names in self.worth(setting).items()}
+            counts = ", ".join(f"{number} {reason}" for reason, number in reasons.items())
+            others = f"{len(self.claims) - decidable} more undecidable"
+            yield f"{setting}: {sum(reasons.values())} of {decidable} claims hold ({others}): {counts}"
 
     def lines(self) -> Iterator[str]:
-        """Yield one line of at most 80 columns for each claim: its verdicts, its name, and the key number."""
-        first, *_ = self.verdicts
-        rows = [[*self.verdicts, "claim", f"under {first}"]]
-        for name in CLAIMS:
-            of = [verdicts[name] for verdicts in self.verdicts.values()]
-            rows.append([*(_WORDS[one.holds] for one in of), name, of[0].measured.partition(";")[0]])
+        """Yield one line of at most 80 columns for each claim: its judgements, its name, and the key number."""
+        rows = [[*self.settings, "claim", f"under {self.settings[0]}"]]
+        for one in self.claims:
+            of = list(one["settings"].values())
+            key = of[0]["measured"].partition(";")[0]
+            rows.append([*(_WORDS[judgement["holds"]] for judgement in of), one["claim"], key])
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         for row in rows:
             line = "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -144,35 +170,21 @@ class Ledger:
 
     def to_json(self) -> dict[str, Any]:
         """Return the whole ledger, fit for JSON."""
-        records = [
-            {
-                "claim": name,
-                **{part: getattr(claim, part) for part in ("where", "statement", "figure", "rule")},
-                "scenario": self.scenarios[name],
-                "settings": {
-                    setting: {**found[name]._asdict(), "options": self.options[setting][name]}
-                    for setting, found in self.verdicts.items()
-                },
-            }
-            for name, claim in CLAIMS.items()
-        ]
-        holding = {setting: len(self.worth(setting)) for setting in self.verdicts}
-        return {"conditions": dict(self.conditions), "holding": holding, "claims": records}
+        holding = {setting: sum(map(len, self.worth(setting).values())) for setting in self.settings}
+        return {"conditions": dict(self.conditions), "holding": holding, "claims": list(self.claims)}
 
     def to_markdown(self) -> str:
         """Return the ledger as a page of Markdown with a section for each claim."""
         parts = ["# The paper's claims", *(f"{summary}." for summary in self.summaries())]
-        for setting in self.verdicts:
-            by_reason: dict[str, list[str]] = {}
-            for name, reason in self.worth(setting).items():
-                by_reason.setdefault(reason, []).append(name)
-            parts.append(_items({f"{setting}, {reason}": ", ".join(names) for reason, names in by_reason.items()}))
-        for name, claim in CLAIMS.items():
-            rows = {f"the paper says ({claim.where})": claim.statement, "its figure": claim.figure}
-            rows |= {setting: _in_words(found[name]) for setting, found in self.verdicts.items()}
-            rows |= {"rule": claim.rule or "none: nothing could contradict it", "conditions": self.scenarios[name]}
-            rows |= {f"values, {setting}": of[name] for setting, of in self.options.items() if of[name]}
-            parts += [f"## {name}", _items(rows)]
+        for setting in self.settings:
+            worth = {f"{setting}, {reason}": ", ".join(of) for reason, of in self.worth(setting).items() if of}
+            parts.append(_items(worth))
+        for one in self.claims:
+            rows = {f"the paper says ({one['where']})": one["statement"], "its figure": one["figure"]}
+            rows |= {setting: _in_words(found) for setting, found in one["settings"].items()}
+            rows |= {"rule": one["rule"] or "none: nothing could contradict it", "conditions": one["scenario"]}
+            rows |= {f"values, {name}": found["options"] for name, found in one["settings"].items() if found["options"]}
+            parts += [f"## {one['claim']}", _items(rows)]
         return markdown.page(*parts, "## Conditions", _items(self.conditions))
 
 
@@ -180,9 +192,9 @@ def _items(rows: Mapping[str, Any]) -> str:
     return "\n".join(f"- {name}: {text}" for name, text in rows.items())
 
 
-def _in_words(verdict: Verdict) -> str:
+def _in_words(judgement: Mapping[str, Any]) -> str:
     """Return the verdict, what was measured and what stands beside it."""
-    word = _WORDS[verdict.holds]
-    near = "" if verdict.share is None else f"near its limit: holds under {verdict.share:.0%} of {SEEDS} further seeds"
-    texts = filter(None, (verdict.measured, near, *verdict.beside))
-    return f"{word if verdict.holds else f'**{word}**'}: {'; '.join(texts)}"
+    word, share = _WORDS[judgement["holds"]], judgement["share"]
+    near = [] if share is None else [f"near its limit: holds under {share:.0%} of {SEEDS} further seeds"]
+    texts = "; ".join([judgement["measured"], *near, *judgement["beside"]])
+    return f"{word if judgement['holds'] else f'**{word}**'}: {texts}"

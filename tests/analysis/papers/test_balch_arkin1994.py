@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.papers.balch_arkin1994 import Communication, UntilDone, gain, percentages_table, times, verdicts
+from teamsight.analysis.papers.balch_arkin1994 import Communication, UntilDone, gain, page_values, verdicts
+from teamsight.analysis.papers.reproduction import column
 from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.tasks import TASKS
@@ -55,7 +56,7 @@ def test_goals_without_a_gain_leave_nothing_to_share() -> None:
 def test_a_gain_is_the_share_of_the_mean_time() -> None:
     data = table(spread=0.0, forage_goal=0.75)
     assert gain(data, "forage", "goal", "none") == pytest.approx((0.25, 0.25, 0.25))
-    assert "| forage | goal over none | 19 % | +25.0 % (+25.0 to +25.0) | +25.0 % at N =" in percentages_table(data)
+    assert "| forage | goal over none | 19 % | +25.0 % (+25.0 to +25.0) | +25.0 % at N =" in page_values(data, SMALL)["percentages"]
 
 
 def test_the_interval_of_a_gain_covers_the_ratio_of_means() -> None:
@@ -77,7 +78,7 @@ def test_runs_are_paired_and_stop_when_they_are_done() -> None:
     # Forage and consume meet the same places.
     assert data["seed"].nunique() == 8
     assert (data[data["censored"]]["time"] == 300).all()
-    assert len(times(data, "graze", "goal")) == 4
+    assert len(column(data, "time", task="graze", communication="goal")) == 4
     task = TASKS["graze"]
     world = task.build("skilled", rng=1, robots=20, side=20.0, obstacles=0.0)
     assert UntilDone(task)(world, 8000)["time"] < 250 == world.tick

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +13,14 @@ import pytest
 from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers import calibration
-from teamsight.analysis.papers.calibration import OPEN_CLAIMS, PARAMETERS, Phase, assess
+from teamsight.analysis.papers.calibration import OPEN_CLAIMS, PARAMETERS, SEARCH, Phase, assess
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim
 from teamsight.analysis.runs.grid import QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
 
 PHASES = (calibration.SCREEN, calibration.FINAL, calibration.REPORT)
+page = partial(SEARCH.text, plan=SEARCH.plan())
 DOCS = Path(__file__).parents[3] / "docs"
 SMALL = Grid((2, 30), (1.0, 2.0))
 PHASE = Phase("try", SMALL, (-7, -8), {"neighbours-random": CLAIMS["neighbours-random"]}, runs=1, steps=3)
@@ -69,7 +72,7 @@ def test_claims_that_exclude_each_other_are_found() -> None:
     )
     assert calibration.never_together(table) == [("acmommt-full", "acmommt-r10")]
     never = [name for name in OPEN_CLAIMS if name not in ("acmommt-full", "range-gain", "acmommt-r10")]
-    text = " ".join(calibration.page(pd.concat([table.assign(phase=one.name) for one in PHASES])).split())
+    text = " ".join(page(pd.concat([table.assign(phase=one.name) for one in PHASES])).split())
     assert f"hold under no setting: {', '.join(never)}." in text
     assert "- acmommt-full and acmommt-r10" in text
 
@@ -77,8 +80,8 @@ def test_claims_that_exclude_each_other_are_found() -> None:
 def test_a_claim_that_is_younger_than_a_table_is_left_out() -> None:
     holds = {(0.1, "stay", -2): {"acmommt-full"}, (0.2, "wander", -2): {"acmommt-r10"}}
     older = whole_search(holds).drop(columns="range-gain")
-    assert "| range-gain" not in calibration.page(older)
-    assert "acmommt-full and acmommt-r10" in calibration.page(older)
+    assert "| range-gain" not in page(older)
+    assert "acmommt-full and acmommt-r10" in page(older)
 
 
 def test_claims_that_were_not_judged_together_exclude_nothing() -> None:
@@ -93,7 +96,7 @@ def test_screening_may_leave_claims_to_the_final() -> None:
     report = judged({(0.1, "stay", -5): {"acmommt-full"}}, "report")
     both = pd.concat([screened.drop(columns="range-gain"), final, report], ignore_index=True)
     assert calibration.ranked(both[both["phase"] == "screen"])["robot_speed"].tolist() == [0.1, 0.2]
-    (row,) = [line for line in calibration.page(both).splitlines() if line.startswith("| range-gain")]
+    (row,) = [line for line in page(both).splitlines() if line.startswith("| range-gain")]
     assert row == "| range-gain | – | 0 % | – | – | – | – |"
 
 
@@ -129,7 +132,7 @@ def test_the_search_judges_the_best_again_and_the_defaults_and_reports_each_gain
 def test_the_page_says_which_claims_change_with_the_gain() -> None:
     table = whole_search({(0.1, "stay", -2): {"acmommt-full", "range-gain"}})
     other = table[table["phase"] == "report"].assign(gain=0.5, **{"acmommt-full": False, "acmommt-r10": True})
-    text = " ".join(calibration.page(pd.concat([table, other], ignore_index=True)).split())
+    text = " ".join(page(pd.concat([table, other], ignore_index=True)).split())
     assert "verdict changes with the gain under the best setting: acmommt-full, acmommt-r10." in text
     assert "| acmommt-full | 0 % | 100 % | – |" in text
 
@@ -151,7 +154,7 @@ def test_the_defaults_are_those_of_the_model() -> None:
 
 def test_the_page_names_the_best_setting_and_what_excludes_what() -> None:
     holds = {(0.1, "stay", -2): {"acmommt-full", "range-gain"}, (0.2, "wander", -2): {"acmommt-r10"}}
-    text = calibration.page(whole_search(holds))
+    text = page(whole_search(holds))
     for part in ("`robot_speed=0.1`", "`target_speed=0.05`", "`idle='stay'`", "- acmommt-full and acmommt-r10"):
         assert part in text
 
@@ -161,7 +164,7 @@ def test_one_claim_that_is_far_off_does_not_outweigh_all_others() -> None:
         return Claim("", "", "", "a rule", decide=lambda: ("", distance))
 
     def score(*distances: float) -> tuple[int, float]:
-        found = calibration.judged({}, {str(number): at(one) for number, one in enumerate(distances)})
+        found = calibration.score({}, {str(number): at(one) for number, one in enumerate(distances)})
         return found["holding"], found["distance_from_paper"]
 
     assert score(0.5, 1e9)[1] < score(2.0, 1e9)[1] < 5
@@ -194,21 +197,20 @@ def test_an_interrupted_search_continues_with_the_runs_that_it_kept(
         return made[-1]
 
     monkeypatch.setattr(calibration, "search", search)
-    monkeypatch.setattr(calibration, "page", lambda table: "a page")
+    paper = replace(SEARCH, values=lambda table, plan: {}, template="a page")
     with pytest.raises(KeyboardInterrupt):
-        calibration.calibrate(tmp_path)
-    kept = calibration.checkpoint_in(tmp_path)
-    assert kept.count() == 2 * len(PHASE.roots) * len(SMALL.cells)
+        paper.reproduce(paper.plan(), tmp_path)
+    assert paper.checkpoint(tmp_path).count() == 2 * len(PHASE.roots) * len(SMALL.cells)
     monkeypatch.setattr(Run, "make", lambda *given: pytest.fail("made again"))
-    files = calibration.calibrate(tmp_path)
+    paper.reproduce(paper.plan(), tmp_path)
     pd.testing.assert_frame_equal(made[0], made[1], check_exact=True)
-    assert sorted(tmp_path.iterdir()) == sorted(files)
+    assert {file.name for file in tmp_path.iterdir()} == {"calibration.parquet", "calibration.md"}
 
 
 def test_a_file_in_the_place_of_the_checkpoint_is_refused_before_the_search(tmp_path: Path) -> None:
     (tmp_path / "calibration.checkpoint").write_text("mine")
     with pytest.raises(ValueError, match=r"calibration\.checkpoint: holds something else; move it away"):
-        calibration.calibrate(tmp_path)
+        SEARCH.reproduce(SEARCH.plan(), tmp_path)
 
 
 def test_no_root_seed_of_a_search_is_one_that_a_command_accepts() -> None:

@@ -15,7 +15,7 @@ import pytest
 from teamsight import CMOMMT, Box
 from teamsight.agents.awareness import NoAwareness
 from teamsight.analysis.papers import evolution
-from teamsight.analysis.papers.evolution import VARIATIONS, WORST, Variation, checkpoint_in, evaluate, options_of, train
+from teamsight.analysis.papers.evolution import VARIATIONS, WORST, Variation, checkpoint_in, options_of, train
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.runs import checkpoint
 from teamsight.analysis.runs.grid import Grid
@@ -37,6 +37,14 @@ def few_worlds(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
+def few_options(few_worlds: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few worlds, and few options of A-CMOMMT and variations, for tests that are not about these."""
+    monkeypatch.setattr(evolution, "RULES", {"idle": ("stay",), "idle_when": ("no-force",), "weights": ("none",)})
+    monkeypatch.setattr(evolution, "TUNED", {"turn_probability": (0.05,), "gain": (1.0, 2.0)})
+    monkeypatch.setattr(evolution, "VARIATIONS", VARIATIONS[:2])
+
+
+@pytest.fixture
 def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Numbers of the generations that are tried."""
     monkeypatch.setattr(evolution, "GRID", Grid((5,), (2.0, 3.0)))
@@ -50,6 +58,10 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     original = evolution.fitness
     monkeypatch.setattr(evolution, "fitness", fitness)
     return numbers
+
+
+def evaluate(folder: Path, watch: Any = lambda phase, done, total: None, **given: Any) -> None:
+    evolution.COMPARISON.reproduce(evolution.Comparison(**given), folder, watch=watch)
 
 
 def run(generations: int, folder: Path, what: Evolution = SMALL) -> list[np.ndarray]:
@@ -126,7 +138,7 @@ def test_what_training_finds_can_be_evaluated(tmp_path: Path) -> None:
     assert (tmp_path / "images" / "evolved.png").stat().st_size > 10_000
 
 
-@pytest.mark.usefixtures("few_worlds")
+@pytest.mark.usefixtures("few_options")
 def test_an_evolution_continues_from_constants_in_other_worlds(tmp_path: Path) -> None:
     start = Evolved().constants
     # One generation with so small a spread finds the same constants.
@@ -145,7 +157,7 @@ def test_an_evolution_continues_from_constants_in_other_worlds(tmp_path: Path) -
     assert command in text.replace("\n", " ")
 
 
-@pytest.mark.usefixtures("few_worlds")
+@pytest.mark.usefixtures("few_options")
 def test_training_replaces_constants_of_another_evolution_only_with_force(tmp_path: Path) -> None:
     train(SMALL, 1, tmp_path)
     constants = tmp_path / "constants.json"
@@ -193,7 +205,7 @@ def screened(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
         value = table["gain"] + 10 * (table["idle"] == "wander") + 5 * (table["weights"] == "shared")
         return table.assign(observed=value).sort_values("observed", ascending=False, kind="stable")
 
-    monkeypatch.setattr(evolution, "_observed", observed)
+    monkeypatch.setattr(evolution, "_screen_all", observed)
     return found
 
 

@@ -19,14 +19,14 @@ from teamsight.analysis.papers.gathering import (
     PAPER,
     UNRELIABLE,
     Cell,
+    CellVerdict,
     DeltaInterval,
     GatheringPlan,
-    Verdict,
     by_chance,
     cautions,
     delta_interval,
     gather,
-    index_table,
+    index_rows,
     iterate_delta,
     judge,
     ratio,
@@ -43,7 +43,7 @@ def found() -> Any:
     return gather(PLAN)
 
 
-def of(verdicts: list[Verdict], claim: str, task: str) -> set[str]:
+def of(verdicts: list[CellVerdict], claim: str, task: str) -> set[str]:
     return {one.outcome for one in verdicts if (one.claim, one.task) == (claim, task)}
 
 
@@ -113,7 +113,7 @@ def test_a_team_with_skill_that_is_no_better_is_said(found: Any) -> None:
     assert cell.has_skill == "no"
     (line,) = cautions([cell])
     assert line.startswith("gather, N=4: the team with skill is not better")
-    assert "| 4 | **no** |" in index_table([cell])
+    assert "| 4 | **no** |" in index_rows([cell])
     # Its order is no verdict on the method.
     assert not {one.claim for one in worse.verdicts} & {"G1", "G2"}
     noise = gather(GatheringPlan([replace(GATHER, skilled=GATHER.explore)], (4,), 90, steps=20))

@@ -13,14 +13,15 @@ from scipy import stats
 from teamsight.analysis.papers.ono_fukumoto1996 import (
     CONDITIONS,
     LATE,
+    PAPER,
     PARTS,
     SIDE,
     Surrounding,
     expected_steps,
     information,
     late_steps,
+    page_values,
     random_steps,
-    sizes_table,
     verdicts,
 )
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
@@ -136,4 +137,4 @@ def test_every_claim_has_its_conditions() -> None:
 
 
 def test_tables_of_modules_grow_slowly() -> None:
-    assert "| 2 | 26 | 2,028 | 456,976 | 10,140 | 2,284,880 |" in sizes_table()
+    assert "| 2 | 26 | 2,028 | 456,976 | 10,140 | 2,284,880 |" in page_values(pd.DataFrame({"condition": []}), PAPER.plan())["sizes"]

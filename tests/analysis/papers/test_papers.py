@@ -9,65 +9,46 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.papers import PAPERS, kube_zhang1992
-from teamsight.analysis.papers.reproduction import filled, judged, no_less, within
+from teamsight.analysis.papers.reproduction import Paper, filled, judged
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.stats.paired import Interval
-from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
+from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, no_less, within
 from teamsight.cli import main
 from teamsight.cli.reproduce import command_of, plan_in
 
-#: By the name of the paper: the settings of a small plan, and the files beside NAME.parquet, NAME.md and the pictures.
-SMALL: dict[str, tuple[dict[str, Any], set[str]]] = {
-    "tan1993": (
-        {"runs": 2, "share": 0.005, "tests": 20, "names": ("1/1 random", "2/2 joint", "2/2 joint passive")},
-        {"pursuit-ledger.parquet"},
-    ),
-    "ono_fukumoto1996": ({"runs": 2, "share": 0.0005, "names": ("random, side 4", "modular, side 4")}, set()),
-    "balch_arkin1994": ({"runs": 1, "steps": 20, "robots": (1, 3), "attractors": (1,)}, set()),
-    "kube_zhang1992": ({"runs": 1, "steps": 60, "robots": (1, 2, 4), "seed": 7}, set()),
-    "gathering": (
-        {"task": ("cmommt",), "sizes": (3,), "runs": 6, "steps": 10, "set": {"radius": 2.0}},
-        {"gathering-index.parquet", "gathering-rounds.parquet"},
-    ),
-    "unreliable": (
-        {"runs": 2, "steps": 12, "repair": 5.0, "availabilities": (1.0, 0.5), "periods": (1, 4), "scenarios": ((4, 1.5),)},
-        {"unreliable-points.parquet"},
-    ),
-    "mataric": ({"runs": 2, "times": (300, 600), "judged": 300, "tests": 1, "steps": 60, "sizes": (3,)}, set()),
-}  # fmt: skip
+#: The papers with one table of runs and one page.
+WITH_PAGES = [name for name in PAPERS if isinstance(PAPERS[name], Paper)]
 
 
-@pytest.mark.parametrize("name", SMALL)
+@pytest.mark.parametrize("name", WITH_PAGES)
 def test_a_paper_writes_its_files_and_replaces_no_others(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The network learns from fewer examples than that of the page; in a process it learns once from a seed.
-    monkeypatch.setattr(kube_zhang1992, "_STEPS", 100)
-    monkeypatch.setattr(kube_zhang1992, "_SIZES", (3, 6))
-    paper, (settings, more) = PAPERS[name], SMALL[name]
-    plan = paper.plan(**settings)
+    monkeypatch.setattr(kube_zhang1992, "_STEPS", 30)
+    monkeypatch.setattr(kube_zhang1992, "_SIZES", (3,))
+    paper: Any = PAPERS[name]
+    plan = paper.plan(**paper.small)
     seen: list[float] = []
     found = paper.reproduce(plan, tmp_path, watch=lambda phase, done, total: seen.append(done / total), formats=("svg",))
     assert seen[-1] == 1.0
-    pictures = {f"{one}.svg" for one in paper.figures}
-    assert {file.name for file in tmp_path.iterdir()} == {f"{paper.name}.parquet", f"{paper.name}.md", *pictures, *more}
+    assert {file.name for file in tmp_path.iterdir()} == set(paper.names(plan, tmp_path, ("svg",)))
     stored = pd.read_parquet(tmp_path / f"{paper.name}.parquet")
     assert stored.attrs[paper.name] == plan.conditions()
     assert stored["seed"].notna().all()
     text = (tmp_path / f"{paper.name}.md").read_text(encoding="utf-8")
-    assert text.endswith(paper.page(found, plan))
+    assert text.endswith(paper.text(found, plan))
     assert not {"{", "}"} & set(text)
     assert paper.summary(found, plan)
-    paper.check(plan, tmp_path)
+    other, in_vain = paper.plan(**{**paper.small, "seed": 99}), lambda *given: pytest.fail("worked in vain")
     with pytest.raises(ValueError, match="holds results of other settings; give --force"):
-        paper.check(paper.plan(**{**settings, "seed": 99}), tmp_path)
+        paper.reproduce(other, tmp_path, watch=in_vain)
     (tmp_path / f"{paper.name}.md").write_text("mine", encoding="utf-8")
     with pytest.raises(ValueError, match=rf"{paper.name}\.md: holds something else; give --force"):
-        paper.reproduce(plan, tmp_path, watch=lambda *given: pytest.fail("worked in vain"))
+        paper.reproduce(plan, tmp_path, watch=in_vain)
 
 
 def test_the_figures_of_touzet_are_not_replaced_by_those_of_other_settings(tmp_path: Path) -> None:
-    assert {"touzet2000", *SMALL} == set(PAPERS)
     paper, grid = PAPERS["touzet2000"], Grid((1, 3), (2.0, 3.0))
     settings: dict[str, Any] = {"figures": ("4", "9"), "runs": 1, "steps": 2, "grid": grid}
     plan = paper.plan(**settings)
@@ -76,13 +57,11 @@ def test_the_figures_of_touzet_are_not_replaced_by_those_of_other_settings(tmp_p
     assert {file.name for file in tmp_path.iterdir()} == names
     stored = pd.read_parquet(tmp_path / "figure-4.parquet")
     assert stored.attrs.items() >= plan.conditions().items()
-    paper.check(plan, tmp_path)
     others = {"seed": 99, "runs": 2, "steps": 3, "preset": "defaults", "grid": grid._replace(robots=(1, 2))}
     for name, value in others.items():
         other = paper.plan(**{**settings, name: value})
         with pytest.raises(ValueError, match="figure-4.parquet: holds results of other settings; give --force"):
             paper.reproduce(other, tmp_path, watch=lambda *given: pytest.fail("worked in vain"))
-        paper.check(other, tmp_path, force=True)
 
 
 @pytest.mark.parametrize("name", PAPERS)

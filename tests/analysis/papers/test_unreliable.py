@@ -108,7 +108,7 @@ def test_changes_are_paired_with_the_first_condition(table: pd.DataFrame) -> Non
 
 def test_the_page_has_all_sentences_and_runs_that_conditions_share_are_kept_once(tmp_path: Path) -> None:
     found = PAPER.make(SMALL, None, lambda *given: None, PAPER.checkpoint(tmp_path))
-    text = PAPER.page(found, SMALL)
+    text = PAPER.text(found, SMALL)
     assert all(line in text.replace("\n  ", " ") for line in sentences(found, "periods", SMALL))
     assert "A gain is over A-CMOMMT without awareness" in text.replace("\n", " ")
     kept = PAPER.checkpoint(tmp_path)

@@ -16,11 +16,11 @@ import pytest
 from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.analysis.learning.explore import Exploration
 from teamsight.analysis.papers import PAPERS, reproduction
-from teamsight.analysis.papers.reproduction import Plan
+from teamsight.analysis.papers.reproduction import PaperPlan
 from teamsight.analysis.runs import checkpoint as module
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.checkpoint import Checkpoint, Codec
-from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
+from teamsight.analysis.runs.experiment import Experiment, make_tables
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import OUTCOMES, Outcome, Run
 
@@ -29,7 +29,7 @@ ONE = {("a",): Outcome(0.5, 3)}
 
 
 def tables(kept: Checkpoint | None) -> pd.DataFrame:
-    return make_tables([Request({}, [EXPERIMENT])], root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
+    return make_tables([({}, [EXPERIMENT])], root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_machines_that_share_a_folder_share_the_runs(tmp_path: Path, monkeypatch
 
     def shard(number: int) -> pd.DataFrame:
         pool.shard = (number, 3)
-        return make_tables([Request({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
+        return make_tables([({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
 
     for number in (3, 1, 3):
         with pytest.raises(simulate.ShardsMissingError, match=rf"shard {number}/3 is made; \d+ of 12 parts are kept in "):
@@ -71,7 +71,7 @@ def test_machines_that_share_a_folder_share_the_runs(tmp_path: Path, monkeypatch
     assert len({run.key for run in runs}) == len(runs) == 12
     assert 0 < first < 12
     pool.shard = None
-    again = make_tables([Request({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
+    again = make_tables([({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
     pd.testing.assert_frame_equal(again, whole)
     assert len(runs) == 12
     kept.check()
@@ -154,7 +154,7 @@ def test_the_code_that_decides_every_run_is_digested() -> None:
 def plans() -> Iterator[Any]:
     """Yield the plan of every paper that describes its runs one by one."""
     for paper in PAPERS.values():
-        if paper.plan.planned is not Plan.planned:
+        if paper.plan.planned is not PaperPlan.planned:
             yield paper.plan()
 
 

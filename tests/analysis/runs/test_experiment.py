@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.runs.experiment import Experiment, Variant
-from teamsight.analysis.runs.grid import PAPER, QUICK
+from teamsight.analysis.runs.grid import FULL, QUICK
 from teamsight.analysis.runs.run import Run, outcome
 from teamsight.policies import ACmommt
 
@@ -47,7 +47,7 @@ def test_a_setting_of_defaults_makes_no_runs_of_its_own() -> None:
 
 
 def test_each_replicate_may_have_a_treatment_of_its_own() -> None:
-    def treat(replicate: int) -> Variant:
+    def treat(setting: object, replicate: int) -> Variant:
         return Variant({"policy": "random-walk", "robot_speed": 0.1 * (replicate + 2)}, {"speed_number": replicate})
 
     experiment = Experiment("x", treat, ((4, 2.0), (5, 2.0)), replicates=2)
@@ -97,5 +97,5 @@ def test_a_run_with_a_long_policy_is_described_in_one_line() -> None:
 
 
 def test_the_papers_grid_and_the_quick_one() -> None:
-    assert len(PAPER.cells) == 270
-    assert set(QUICK.cells) < set(PAPER.cells)
+    assert len(FULL.cells) == 270
+    assert set(QUICK.cells) < set(FULL.cells)

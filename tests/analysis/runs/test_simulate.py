@@ -9,10 +9,10 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.agents.reused_worlds import ReusedWorlds
-from teamsight.analysis.papers.touzet2000.experiments import chosen
+from teamsight.analysis.papers.touzet2000.experiments import experiments_of
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.executor import JobError
-from teamsight.analysis.runs.experiment import Experiment, Request, make_tables
+from teamsight.analysis.runs.experiment import Experiment, make_tables
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Outcome, Run
@@ -23,13 +23,13 @@ GRID = Grid((2, 6), (1.0, 3.0))
 SETTING = {"robot_speed": 0.2, "policy_options": {"idle": "wander"}}
 
 
-def requests(*names: str) -> list[Request]:
-    return [Request(SETTING, chosen(names, GRID, SETTING))]
+def requests(*names: str) -> list[tuple[dict[str, object], list[Experiment]]]:
+    return [(SETTING, experiments_of(names))]
 
 
 def made(workers: int, *names: str) -> dict[str, pd.DataFrame]:
     with WorkerPool(workers) as pool:
-        return make_tables(requests(*names), pool, root=5, runs=3, steps=30)[0]
+        return make_tables(requests(*names), pool, grid=GRID, root=5, runs=3, steps=30)[0]
 
 
 @pytest.fixture
@@ -72,7 +72,7 @@ def test_a_run_that_several_experiments_need_is_made_once(runs: list[Run]) -> No
     other = Experiment("other", {"policy": "random-walk"}, GRID.cells[:2])
     # A random walk has no rule for sharing targets: the same runs under both settings.
     asked = [
-        Request({"policy_options": {"weights": rule}}, experiments)
+        ({"policy_options": {"weights": rule}}, experiments)
         for rule, experiments in (("none", [one, other]), ("shared", [one]))
     ]
     tables = make_tables(asked, root=1, runs=2, steps=10)
@@ -105,12 +105,12 @@ def test_the_error_of_a_failing_run_contains_its_settings() -> None:
     wrong = Experiment("wrong", {"policy": "a-cmommt"}, ((3, 2.0),))
     settings = r"robot_speed=-1.*robots=3, targets=15, radius=2\.0.*rng=\d+"
     with pytest.raises(JobError, match=settings), WorkerPool(2) as pool:
-        make_tables([Request({"robot_speed": -1.0}, [wrong])], pool, root=1, runs=2, steps=10)
+        make_tables([({"robot_speed": -1.0}, [wrong])], pool, root=1, runs=2, steps=10)
 
 
 def test_progress_grows_to_the_whole() -> None:
     seen: list[tuple[float, float]] = []
-    make_tables(requests("centroid"), root=1, runs=2, steps=10, progress=lambda done, total: seen.append((done, total)))
+    make_tables(requests("centroid"), grid=GRID, root=1, runs=2, steps=10, progress=lambda done, total: seen.append((done, total)))
     assert seen[0][0] == 0
     assert seen == sorted(seen)
     assert seen[-1][0] == pytest.approx(seen[-1][1])
@@ -131,8 +131,8 @@ def test_compilation_is_announced_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_each_kind_is_compiled_before_the_work_is_shared() -> None:
-    asked = [run for experiment in requests("a-cmommt", "centroid", "ring-16")[0].experiments
-             for _, run in experiment.rows(SETTING, 1, 2, 50)]  # fmt: skip
+    asked = [run for experiment in requests("a-cmommt", "centroid", "ring-16")[0][1]
+             for _, run in experiment.rows(SETTING, 1, 2, 50, GRID)]  # fmt: skip
     kinds = simulate._one_of_each_kind(asked)
     assert {(run.parameters["policy"], run.parameters["awareness"]) for run in kinds} == {
         ("a-cmommt", "pairwise"), ("centroid", "none"), ("a-cmommt", "ring"),

@@ -13,23 +13,23 @@ from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers.calibration import defaults, setting_of
 from teamsight.analysis.papers.touzet2000.claims import (
     CLAIMS,
+    Judgement,
     Tables,
-    Verdict,
     learned_gain,
     learned_hurts,
     learned_shape,
     needed,
     null_rate,
 )
-from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, chosen
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, experiments_of
 from teamsight.analysis.papers.touzet2000.ledger import Ledger, options, scenario
-from teamsight.analysis.runs.grid import PAPER, QUICK, Grid
+from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 
 Share = Callable[[int, float], float]
 
 
 def table(
-    share: Share = lambda n, r: 0.5, most: Share = lambda n, r: 0, grid: Grid = PAPER, noise: float = 0.0
+    share: Share = lambda n, r: 0.5, most: Share = lambda n, r: 0, grid: Grid = FULL, noise: float = 0.0
 ) -> pd.DataFrame:
     rows = [
         (
@@ -127,7 +127,7 @@ def measured_again(share: float) -> Tables:
 def made(name: str, grid: Grid) -> pd.DataFrame:
     """A table such as the runner makes of an experiment."""
     design = EXPERIMENTS[name]
-    cells = ((30, 4.0),) if design.is_again else design.cells_of(grid)
+    cells = ((30, 4.0),) if design.choose else design.cells_of(grid, {})
     found = table(falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})), noise=0.01)
     for option, values in design.sweep.items():
         found = pd.concat([found.assign(**{option: value}) for value in values], ignore_index=True)
@@ -277,7 +277,7 @@ def test_every_rule_is_tested_both_ways(name: str) -> None:
     assert {holds for case, holds, _ in CASES if case == name} == ways
 
 
-@pytest.mark.parametrize("grid", [PAPER, QUICK])
+@pytest.mark.parametrize("grid", [FULL, QUICK])
 def test_every_rule_can_be_applied_to_either_grid(grid: Grid) -> None:
     tables = {name: made(name, grid) for name in needed()}
     for name, claim in CLAIMS.items():
@@ -296,8 +296,8 @@ def test_a_random_walk_takes_the_place_of_the_policy(name: str) -> None:
     for need, instead in zip(claim.needs, claim.trivial, strict=True):
         if need != instead:
             one, walk = EXPERIMENTS[need], EXPERIMENTS[instead]
-            assert walk.treatment_under({})["policy"] == "random-walk"
-            assert one.cells_of(QUICK) == walk.cells_of(QUICK)
+            assert walk.variant({}).treatment["policy"] == "random-walk"
+            assert one.cells_of(QUICK, {}) == walk.cells_of(QUICK, {})
             assert (one.targets, one.replicates) == (walk.targets, walk.replicates)
 
 
@@ -327,12 +327,11 @@ def test_the_smallest_delta_that_is_as_good_is_reported() -> None:
 def test_the_cell_with_the_largest_gain_is_measured_again_on_fresh_worlds() -> None:
     gains = {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}
     names = ["a-cmommt-largest-gain", "centroid-largest-gain"]
-    assert {one.name for one in chosen(names, QUICK, {})} == {"a-cmommt", "centroid"}
-    again = chosen(names, QUICK, {}, gains)
-    assert [one.name for one in again] == names
-    for found in again:
-        assert found.cells == ((30, 4.0),)
-        rows = [columns for columns, _ in found.rows({}, 1, 5, 600)]
+    again = {one.name: one for one in experiments_of(names)}
+    assert set(again) == {"a-cmommt", "centroid", *names}
+    for name in names:
+        assert again[name].cells_of(QUICK, gains) == ((30, 4.0),)
+        rows = [columns for columns, _ in again[name].rows({}, 1, 5, 600, QUICK, gains)]
         assert [row["replicate"] for row in rows] == list(range(5, 45))
 
 
@@ -369,9 +368,9 @@ def test_a_wrong_formula_or_force_differs(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_learned_gain_rarely_holds_if_signs_are_random(name: str) -> None:
     rule = {"learned-gain": learned_gain, "learned-shape": learned_shape, "learned-hurts": learned_hurts}[name]
     generator = np.random.default_rng(3)
-    hump_of_each = np.array([[low_hump(n, r) for r in PAPER.radius] for n in PAPER.robots])
+    hump_of_each = np.array([[low_hump(n, r) for r in FULL.radius] for n in FULL.robots])
     values = 100 * hump_of_each + generator.normal(0.0, 5.0, (25, 1, 1))
-    gains = Gains(values, np.array(PAPER.robots), np.array(PAPER.radius))
+    gains = Gains(values, np.array(FULL.robots), np.array(FULL.radius))
     # Intervals of 95 % lie on one given side of 0 in 2.5 % of cases; 1,000 draws are uncertain by 1 %.
     assert null_rate(rule, gains) < 0.04
     assert null_rate(rule, gains) == null_rate(rule, gains)
@@ -386,7 +385,7 @@ def test_a_row_on_learning_judges_the_papers_learner_and_has_the_other_beside_it
     assert found.measured.startswith("0.0 pp (+0.0 to +0.0);")
     for part in ("5 explorations of 600 transitions", "R = 3", "reward own", "reward team", "holds, 25.", "not the paper's"):
         assert part in found.beside[0]
-    by_radius = {r: np.mean([100 * low_hump(n, r) for n in PAPER.robots]) for r in PAPER.radius}
+    by_radius = {r: np.mean([100 * low_hump(n, r) for n in FULL.robots]) for r in FULL.radius}
     means = ", ".join(f"{value:+.1f}" for value in by_radius.values())
     assert f"mean over N at R = 1..9: {means} pp" in CLAIMS["learned-shape"].judge(tables, beside=True).beside[0]
 
@@ -432,19 +431,19 @@ def test_constants_were_chosen_by_the_claims_that_say_so() -> None:
 
 def ledger() -> Ledger:
     found = {
-        name: Verdict(True if claim.rule else None, "measured | so; <b> more", 0.5, ("a random walk holds: too",))
+        name: Judgement(True if claim.rule else None, "measured | so; <b> more", 0.5, ("a random walk holds: too",))
         for name, claim in CLAIMS.items()
     }
     found["acmommt-full"] = found["acmommt-full"]._replace(share=0.35)
     found["collective-drop"] = found["collective-drop"]._replace(is_trivial=True)
-    other = found | {"degrees": Verdict(False, "otherwise", 2.0)}
-    named = dict.fromkeys(CLAIMS, "gain=0.5")
-    return Ledger(
-        {"touzet2000": found, "defaults": other},
-        {"seed": 1, "settings": {"touzet2000": {"policy_options": {"gain": 0.5}}, "defaults": {}}},
-        dict.fromkeys(CLAIMS, "N = 30, 600 steps"),
-        {"touzet2000": named, "defaults": named},
-    )
+    other = found | {"degrees": Judgement(False, "otherwise", 2.0)}
+    parts = ("where", "statement", "figure", "rule")
+    claims = [
+        {"claim": name, **{part: getattr(claim, part) for part in parts}, "scenario": "N = 30, 600 steps"}
+        | {"settings": {one: of[name]._asdict() | {"options": "gain=0.5"} for one, of in (("touzet2000", found), ("defaults", other))}}
+        for name, claim in CLAIMS.items()
+    ]
+    return Ledger({"seed": 1, "settings": {"touzet2000": {"policy_options": {"gain": 0.5}}, "defaults": {}}}, claims)
 
 
 DECIDABLE = sum(bool(claim.rule) for claim in CLAIMS.values())
@@ -469,16 +468,15 @@ def test_the_ledger_prints_a_line_of_80_columns_for_each_claim() -> None:
 
 
 def test_the_ledger_says_what_it_says_that_claims_hold() -> None:
-    found, reasons = ledger(), {}
-    for name, reason in found.worth("touzet2000").items():
-        reasons.setdefault(reason, []).append(name)
+    found = ledger()
+    reasons = found.worth("touzet2000")
     assert reasons["by construction"] == [name for name, claim in CLAIMS.items() if claim.by_construction]
     assert reasons["for a random walk too"] == ["collective-drop"]
     tuned = [name for name, claim in CLAIMS.items() if "gain" in claim.tuned]
     assert reasons["by a constant chosen so that they do"] == tuned
     assert sum(map(len, reasons.values())) == DECIDABLE
     # The defaults were chosen by no claim.
-    assert "by a constant chosen so that they do" not in found.worth("defaults").values()
+    assert not found.worth("defaults")["by a constant chosen so that they do"]
     assert next(found.summaries()).startswith(f"touzet2000: {DECIDABLE} of {DECIDABLE} claims hold (1 more undecidable): 3 by")
 
 

@@ -8,9 +8,9 @@ import pytest
 from teamsight import CMOMMT
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS, chosen, described, exploration
-from teamsight.analysis.runs.experiment import Experiment, Request, Run, make_tables
-from teamsight.analysis.runs.grid import QUICK, Grid
+from teamsight.analysis.papers.touzet2000.experiments import LEARNED, READINGS, described, experiments_of, exploration
+from teamsight.analysis.runs.experiment import Experiment, Run, make_tables
+from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.seeds import ROOTS, canonical
 from teamsight.policies.memory import LazyMemory
 
@@ -18,8 +18,8 @@ SPEEDS = {"robot_speed": 0.2, "target_speed": 0.1}
 SMALL = Grid((2, 3), (2.0, 3.0))
 
 
-def learned(setting: dict[str, object], grid: Grid = SMALL) -> dict[str, Experiment]:
-    return {one.name: one for one in chosen(LEARNED, grid, setting)}
+def learned() -> dict[str, Experiment]:
+    return {one.name: one for one in experiments_of(LEARNED)}
 
 
 @pytest.mark.short
@@ -35,17 +35,17 @@ def test_explorations_are_the_papers_and_have_seeds_of_a_root_of_their_own() -> 
 
 def test_another_world_is_explored_at_its_own_speeds() -> None:
     setting = SPEEDS | {"policy_options": {"idle": "stay"}}
-    memory = learned(setting)["slopes-cooperative"].variant(0).treatment["policy"].memory
+    memory = learned()["slopes-cooperative"].variant(setting).treatment["policy"].memory
     assert memory == explore(Exploration(seed=memory.settings["seed"], world=SPEEDS))
     assert memory != exploration(0)
 
 
 @pytest.mark.parametrize("setting", [{}, SPEEDS, PRESETS["touzet2000"]], ids=str)
 def test_all_learners_of_a_replicate_use_one_memory_with_their_own_inputs(setting: dict[str, object]) -> None:
-    experiments = learned(setting)
+    experiments = learned()
     assert set(experiments) == LEARNED
     for replicate in (0, 7):
-        found = {name: one.variant(replicate).treatment for name, one in experiments.items()}
+        found = {name: one.variant(setting, replicate).treatment for name, one in experiments.items()}
         assert len({id(one["policy"].memory) for one in found.values()}) == 1
         for reading in READINGS:
             cooperative, collective = found[f"{reading.name}-cooperative"], found[f"{reading.name}-collective"]
@@ -58,8 +58,8 @@ def test_all_learners_of_a_replicate_use_one_memory_with_their_own_inputs(settin
 
 
 def test_each_replicate_of_every_cell_is_one_exploration_on_worlds_common_to_all_teams() -> None:
-    experiments = learned({})
-    (tables,) = make_tables([Request({}, list(experiments.values()))], root=5, runs=1, steps=3)
+    experiments = learned()
+    (tables,) = make_tables([({}, list(experiments.values()))], grid=SMALL, root=5, runs=1, steps=3)
     columns = ["robots", "radius", "replicate", "seed", "exploration", "transitions"]
     for table in tables.values():
         assert len(table) == 4 * 5
@@ -69,7 +69,7 @@ def test_each_replicate_of_every_cell_is_one_exploration_on_worlds_common_to_all
 
 
 def test_the_cost_of_a_run_includes_comparisons_with_the_memory() -> None:
-    policy = learned({}, QUICK)["literal-cooperative"].variant(0).treatment["policy"]
+    policy = learned()["literal-cooperative"].variant({}).treatment["policy"]
     scenario = {"robots": 10, "targets": 15, "radius": 3.0}
     literal, designed = (Run(scenario | {"policy": one}, seed=1, steps=600).cost for one in (policy, "a-cmommt"))
     assert literal > 5 * designed

@@ -11,11 +11,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from teamsight.analysis.papers.touzet2000 import experiments
+from teamsight.analysis.papers.touzet2000 import PAPER, Touzet, experiments, repeated
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, needed
-from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, chosen
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, experiments_of
 from teamsight.analysis.papers.touzet2000.figures import FIGURES
-from teamsight.analysis.papers.touzet2000.reproduce import PAPER, Touzet, repeated
 from teamsight.analysis.runs.grid import QUICK
 from teamsight.analysis.runs.processes import WorkerPool
 
@@ -23,7 +22,7 @@ ROOT = Path(__file__).parents[4]
 REPRODUCE_2 = """
 import sys
 from pathlib import Path
-from teamsight.analysis.papers.touzet2000.reproduce import PAPER, Touzet
+from teamsight.analysis.papers.touzet2000 import PAPER, Touzet
 from teamsight.analysis.runs.processes import WorkerPool
 
 with WorkerPool(1) as pool:
@@ -51,11 +50,11 @@ def test_only_the_runs_of_figure_11_explore(name: str, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(experiments, "exploration", explored)
     monkeypatch.setattr(experiments, "_learner", experiments._learner.__wrapped__)
-    found = chosen(FIGURES[name].needs, QUICK, {})
+    found = experiments_of(FIGURES[name].needs)
     assert {one.name for one in found} == set(FIGURES[name].needs)
     with pytest.raises(AssertionError, match="explored") if name == "11" else nullcontext():
         for one in found:
-            next(one.rows({}, root=1, runs=1, steps=1))
+            next(one.rows({}, root=1, runs=1, steps=1, grid=QUICK))
 
 
 def test_every_experiment_is_read_and_every_name_exists() -> None:
@@ -80,15 +79,15 @@ def test_claims_near_their_limit_are_judged_under_the_seeds_that_follow(
 ) -> None:
     given = []
 
-    def make(asked: list[tuple[object, set[str]]], *of: object, root: int, **how: object) -> list[dict[str, object]]:
-        given.append(root)
-        assert asked == [({}, {"a-cmommt-small-arenas"})]
-        share = 0.995 if root % 4 else 0.5
+    def tables(plan: Touzet, names: list[set[str]], *how: object) -> dict[str, dict[str, pd.DataFrame]]:
+        given.append(plan.seed + int(str(how[-1])))
+        assert names == [{"a-cmommt-small-arenas"}]
+        share = 0.995 if given[-1] % 4 else 0.5
         runs = {"robots": [10], "radius": [1.0], "observed_fraction": [share]}
-        return [{"a-cmommt-small-arenas": pd.DataFrame(runs)} for _ in asked]
+        return {"defaults": {"a-cmommt-small-arenas": pd.DataFrame(runs)}}
 
     monkeypatch.setattr(Claim, "is_near", lambda claim, tables, runs: claim is CLAIMS["acmommt-full"])
-    monkeypatch.setattr(experiments, "make_chosen", make)
+    monkeypatch.setattr(Touzet, "tables", tables)
     plan = Touzet(preset="defaults", grid=QUICK, seed=2000)
     with WorkerPool(1) as pool:
         shares = repeated(plan, pool, {"defaults": {}}, lambda *of: None, PAPER.checkpoint(tmp_path))
