@@ -26,8 +26,8 @@ from teamsight.agents.cmommt import DEFAULTS
 from teamsight.analysis.papers.reproduction import Paper, PaperPlan, filled
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.plot import markdown
-from teamsight.analysis.plot.style import canvas, head, signed
-from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
+from teamsight.analysis.plot.kinds import colour_bar, draw_heat_map, panels, texts_of
+from teamsight.analysis.plot.style import DIVERGING, minus, signed
 from teamsight.analysis.runs import files
 from teamsight.analysis.runs.checkpoint import Checkpoint, code_digest
 from teamsight.analysis.runs.executor import Executor
@@ -730,20 +730,20 @@ def _screened(screened: pd.DataFrame) -> tuple[str, str, float]:
 
 def draw(table: pd.DataFrame, plan: Comparison | None = None) -> Canvas:
     """Return the gain over team size and radius; for the parameters see `page_values`."""
+    import matplotlib
+    from matplotlib.colors import CenteredNorm
+
     cells = _cells_of(table)
-    figure = canvas(WIDTH, HEIGHT + HEAD)
-    figure.set_dpi(90)
-    title = f"The evolved policy observes {_gain(table[table['part'] == 'overall'].iloc[0])} points more than A-CMOMMT"
-    figure.set_label(title)
-    head(
-        figure,
-        title,
-        f"Θ(1), ring of 16, minus the strongest A-CMOMMT, Θ(N), paired on common noise, mean of "
-        f"{table.attrs['runs']} runs of {STEPS} steps, seed {TEST}; in brackets: the 95 % interval includes 0",
-    )
-    limit = 5.0 * np.ceil(cells["mean"].abs().max() / 5.0)
-    look = Look("gain in observed targets  [percentage points]", signed, -limit, limit, around_zero=True)
-    draw_row(figure, grid_of(cells), look, open_cells=includes_zero(cells))
+    figure, (axes,) = panels(
+        f"The evolved policy observes {_gain(table[table['part'] == 'overall'].iloc[0])} points more than A-CMOMMT",
+        f"Θ(1), ring of 16, minus the strongest A-CMOMMT, Θ(N), paired on common noise, mean of {table.attrs['runs']} "
+        f"runs of {STEPS} steps, seed {minus(str(TEST))}; in brackets: the 95 % interval includes 0",
+        ("",), size=(8.0, 5.2), is_plain=False,
+    )  # fmt: skip
+    grid = grid_of(cells)
+    norm, colours = CenteredNorm(0.0, np.ceil(cells["mean"].abs().max())), matplotlib.colormaps[DIVERGING]
+    draw_heat_map(axes, grid, texts_of(grid, signed, includes_zero(cells)), norm, colours)
+    colour_bar(figure, matplotlib.cm.ScalarMappable(norm, colours), [axes], "gain in observed targets  [points]")
     return figure
 
 

@@ -6,7 +6,7 @@ import math
 import textwrap
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -219,21 +219,9 @@ def draw_curves(axes: Axes, cells: pd.DataFrame, label: str) -> None:
     axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
-class Look(NamedTuple):
-    """Label, format and range of a quantity."""
-
-    label: str
-    write: Callable[[float], str]
-    low: float
-    high: float
-    around_zero: bool = False
-    #: Range of the surface's axis, if it differs from the range of the colours.
-    heights: tuple[float, float] | None = None
-
-
-def texts_of(grid: pd.DataFrame, look: Look, open_cells: pd.DataFrame | None = None) -> list[str]:
+def texts_of(grid: pd.DataFrame, write: Callable[[float], str], open_cells: pd.DataFrame | None = None) -> list[str]:
     """Return what is written into each cell of a map, row by row; the numbers of open cells are in brackets."""
-    texts = [look.write(value) for value in grid.to_numpy(float).flat]
+    texts = [write(value) for value in grid.to_numpy(float).flat]
     if open_cells is None:
         return texts
     return [f"({text})" if is_open else text for text, is_open in zip(texts, open_cells.to_numpy().flat, strict=True)]

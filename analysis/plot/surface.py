@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.plot.kinds import Look, draw_heat_map, texts_of
+from teamsight.analysis.plot.kinds import draw_heat_map, texts_of
 from teamsight.analysis.plot.style import DIVERGING, RADIUS_LABEL, ROBOTS_LABEL, SEQUENTIAL
 
 if TYPE_CHECKING:
@@ -21,6 +22,18 @@ __all__ = ["HEAD", "HEIGHT", "WIDTH", "Look", "draw_row", "draw_surface", "facet
 WIDTH, HEIGHT, HEAD = 13.6, 7.6, 1.0
 # Edges of the facets against the facets: darker, and opaque.
 _EDGES = 0.82, 0.82, 0.82, 1.0
+
+
+class Look(NamedTuple):
+    """Label, format and range of a quantity."""
+
+    label: str
+    write: Callable[[float], str]
+    low: float
+    high: float
+    around_zero: bool = False
+    #: Range of the surface's axis, if it differs from the range of the colours.
+    heights: tuple[float, float] | None = None
 
 
 def draw_row(
@@ -60,7 +73,7 @@ def draw_row(
     solid.set_xticks(_ticks(list(grid.index), 5))
     solid.set_yticks(grid.columns.to_numpy())
     flat = figure.add_axes((0.595, bottom + 0.085 * height, 0.32, 0.88 * height))
-    draw_heat_map(flat, grid, texts_of(grid, look, open_cells), norm, colours)
+    draw_heat_map(flat, grid, texts_of(grid, look.write, open_cells), norm, colours)
     scale = figure.add_axes((0.93, bottom + 0.085 * height, 0.014, 0.88 * height))
     bar = figure.colorbar(matplotlib.cm.ScalarMappable(norm, colours), cax=scale, ticks=MaxNLocator(9, integer=True))
     if look.around_zero:
