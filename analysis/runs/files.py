@@ -22,6 +22,7 @@ from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa
 
 __all__ = [
     "UnwritableError", "check_replaceable", "complete", "prepare_folder", "write_bytes", "write_json", "write_page",
@@ -144,7 +145,8 @@ def write_table(
 
     content = pa.Table.from_pandas(table, preserve_index=False)
     # The key under which pandas stores attributes, and the mark.
-    marks = {b"PANDAS_ATTRS": json.dumps(dict(metadata)).encode(), _MARK: f"{_SOFTWARE} {__version__}".encode()}
+    attributes = json.dumps({**table.attrs, **metadata}).encode()
+    marks = {b"PANDAS_ATTRS": attributes, _MARK: f"{_SOFTWARE} {__version__}".encode()}
     content = content.replace_schema_metadata({**(content.schema.metadata or {}), **marks})
     # Arrow gets an open file, because it would interpret parts of a name.
     with complete(path, lambda target: check_replaceable(target, force=force)) as draft:
@@ -177,6 +179,26 @@ def _settings_in_table(file: io.IOBase | Any) -> dict[Any, Any] | None:
     if not metadata.get(_MARK, b"").startswith(_SOFTWARE.encode()):
         return None
     return dict(json.loads(metadata.get(b"PANDAS_ATTRS", b"{}")))
+
+
+def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
+    """Return a table that `write_table` wrote, and its metadata.
+
+    Raises
+    ------
+    ValueError
+        If it is another file, or cannot be read.
+    """
+    import pyarrow.parquet as pq
+
+    found = _settings_in(path)
+    if not found:
+        raise ValueError(
+            f"{path}: is no table that a command of teamsight wrote; give the folder of a study, or read it with "
+            "pandas.read_parquet"
+        )
+    with open_regular(path) as file:
+        return pq.read_table(file), found
 
 
 #: A table, a picture, a page of Markdown, or JSON values.

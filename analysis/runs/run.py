@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -54,6 +54,40 @@ def outcome(world: World, steps: int) -> Outcome:
     """Run a world and return what was observed and the largest number of neighbours."""
     world.run(steps)
     return Outcome(float(world.observed_fraction), int(world.max_neighbours))
+
+
+def expect_world(found: object) -> World:
+    """Return what a model returned, if it is a world."""
+    from teamsight.agents.world import World
+
+    if not isinstance(found, World):
+        raise TypeError(f"model returned {checks.shown(found)}: must return a World, such as CMOMMT(robots=5)")
+    return found
+
+
+def columns_of(found: Any, taken: Collection[str]) -> Mapping[Any, Any]:
+    """Return the columns that a measure returned.
+
+    Parameters
+    ----------
+    found : object
+        A NamedTuple or a mapping of columns.
+    taken : collection of str
+        Names of the other columns of the table.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is something else, or has another column's name.
+    """
+    if hasattr(found, "_asdict"):
+        found = found._asdict()
+    if not isinstance(found, Mapping):
+        raise TypeError(f"measure returned {type(found).__name__}: must be a NamedTuple or a mapping of columns")
+    for name in found:
+        if name in taken:
+            raise ValueError(f"measure returned {name!r}: the table has this column; take another name")
+    return found
 
 
 @dataclass(frozen=True)

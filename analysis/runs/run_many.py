@@ -15,10 +15,11 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.executor import error_text
 from teamsight.analysis.runs.processes import WorkerPool, check_workers
-from teamsight.analysis.runs.run import Model, Run, TaskMeasure, is_cmommt, task_seed
+from teamsight.analysis.runs.run import Model, Run, TaskMeasure, columns_of, expect_world, is_cmommt, task_seed
 from teamsight.analysis.runs.seeds import derived_seed
-from teamsight.analysis.runs.simulate import Progress, error_text, run_all
+from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -229,17 +230,7 @@ class Columns:
 
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Run the world and return the columns."""
-        from teamsight.agents.world import World
-
-        if not isinstance(world, World):
-            raise TypeError(f"model returned {checks.shown(world)}: must return a World, such as CMOMMT(robots=5)")
-        measured = self.measure(world, steps)
-        if hasattr(measured, "_asdict"):
-            measured = measured._asdict()
-        if not isinstance(measured, Mapping):
-            raise TypeError(f"measure returned {type(measured).__name__}: must be a NamedTuple or a mapping of columns")
-        for name in self.taken.intersection(measured):
-            raise ValueError(f"measure returned {name!r}: the table has this column; take another name")
+        measured = columns_of(self.measure(expect_world(world), steps), self.taken)
         # The next run may write into the arrays of this world.
         return {name: copy.deepcopy(value) for name, value in measured.items()}
 

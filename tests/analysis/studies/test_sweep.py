@@ -16,7 +16,7 @@ from teamsight import run_many
 from teamsight.analysis.runs import checkpoint, processes, simulate
 from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.processes import cores
-from teamsight.analysis.studies import same_code
+from teamsight.analysis.studies import shard as same_code
 from teamsight.analysis.studies import shard as shard_module
 from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -210,7 +210,7 @@ def test_a_run_in_which_workers_die_fails_and_the_others_of_its_shard_do_not(tmp
     assert (summary.done, summary.failed, summary.missing) == (49, 1, 0)
     failed = rows(tmp_path / "out", "failed").iloc[0]
     assert (failed["replicate"], failed["seed"]) == (17, bad)
-    assert failed["error"] == "the worker ended with exit code 7, three times"
+    assert failed["error"] == "3 workers ended with exit code 7"
     # In pieces of an eighth: 50 runs, 7 runs, 1 run.
     assert sum(any(run.seed == bad for run in shard.runs) for shard in engine.jobs) == 3
 
@@ -293,12 +293,12 @@ def test_the_first_shards_of_an_unknown_model_are_single_runs_and_later_ones_tak
     common: Any = type("Common", (), {"model": "odd_models:Own"})
     shards = iter(sharder := sweeping.Sharding(plan, common, Selection(plan, np.array([1000])), 1))
     first = next(shards)
-    assert len(first.shard.runs) == 1
+    assert len(first.runs) == 1
     sharder.measured(first, 0.02, 1)
-    assert len(next(shards).shard.runs) in (50, 51)
+    assert len(next(shards).runs) in (50, 51)
     # With several workers, the last ones are smaller.
     few = sweeping.Sharding(plan, common, Selection(plan, np.array([100])), 2, rate=first.cost / 0.02)
-    sizes = [len(sized.shard.runs) for sized in few]
+    sizes = [len(shard.runs) for shard in few]
     assert sizes[0] in (12, 13)
     assert sizes[-1] <= 5
     assert sum(sizes) == 100
@@ -310,14 +310,14 @@ def test_runs_that_fail_at_once_do_not_make_shards_that_take_long() -> None:
     shards = iter(sharder := sweeping.Sharding(plan, common, Selection(plan, np.array([5000])), 1))
     sharder.measured(next(shards), 1e-4, 0)
     second = next(shards)
-    assert len(second.shard.runs) in (100, 101)
+    assert len(second.runs) in (100, 101)
     # One of them has made all of the work.
     sharder.measured(second, 0.1, 1)
     third = next(shards)
-    assert len(third.shard.runs) in (10, 11)
+    assert len(third.runs) in (10, 11)
     # Slower ones count at once.
     sharder.measured(third, 5.0, 10)
-    assert len(next(shards).shard.runs) in (2, 3)
+    assert len(next(shards).runs) in (2, 3)
 
 
 @pytest.mark.short
