@@ -80,7 +80,7 @@ def lines(rounds: int, share: float) -> Iterator[tuple[str, bool]]:
         goal = "" if most is None else f", goal at most {most:.0%}"
         yield (
             f"{name}: {study.runs:,} runs of {steps} steps, {robots} + {targets} bodies: {each:,.0f} µs a run, of "
-            f"which {middle:.1%} ({min(shares):.1%} to {max(shares):.1%}) are the machinery, {each * middle:,.0f} µs{goal}",
+            f"which {middle:.1%} ({min(shares):.1%} to {max(shares):.1%}) are machinery, {each * middle:,.0f} µs{goal}",
             most is None or middle <= most,
         )
 
