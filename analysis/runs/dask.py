@@ -287,7 +287,8 @@ def _security(scheduler: str | None, files: dict[str, str | Path | None]) -> Any
             f"scheduler={checks.shown(scheduler)}: must be an address such as tcp://10.0.0.1:8786, or tls://…"
         )
     is_secure = scheduler is not None and scheduler.startswith("tls://")
-    for name, path in files.items():
+    # First those that are missing.
+    for name, path in sorted(files.items(), key=lambda one: one[1] is not None):
         if path is None and is_secure:
             raise ValueError(f"{name}=None: is needed for {scheduler}; give tls_ca, tls_cert and tls_key")
         if path is not None and not is_secure:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "UnwritableError", "check_replaceable", "complete", "prepare_folder", "write_bytes", "write_json", "write_page",
-    "write_table", "write_text",
+    "write_table",
 ]  # fmt: skip
 
 _SOFTWARE = "teamsight"
@@ -100,14 +100,9 @@ def write_bytes(path: str | os.PathLike[str], content: bytes, *, force: bool = F
         draft.write(content)
 
 
-def write_text(path: str | os.PathLike[str], text: str, *, force: bool = False) -> None:
-    """Write `text` in UTF-8; see `check_replaceable`."""
-    write_bytes(path, text.encode(), force=force)
-
-
 def write_page(path: str | os.PathLike[str], text: str, *, force: bool = False) -> None:
     """Write a page of Markdown below a comment that marks it; see `check_replaceable`."""
-    write_text(path, f"{_PAGE} {__version__} -->\n{text}", force=force)
+    write_bytes(path, f"{_PAGE} {__version__} -->\n{text}".encode(), force=force)
 
 
 def write_json(path: str | os.PathLike[str], value: Any, *, force: bool = False) -> None:
@@ -116,7 +111,8 @@ def write_json(path: str | os.PathLike[str], value: Any, *, force: bool = False)
     The mark is the key "software" with the value "teamsight", which the caller includes, as it does settings under the
     key "settings".
     """
-    write_text(path, json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n", force=force)
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    write_bytes(path, f"{text}\n".encode(), force=force)
 
 
 def write_table(

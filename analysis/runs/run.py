@@ -299,14 +299,3 @@ def task_run(
     """
     model: Model | None = None if is_cmommt(task) else task.world
     return Run(parameters, seed, task.steps if steps is None else steps, measure or TaskMeasure(task), model)
-
-
-def check_objective(task: Task) -> None:
-    """Refuse a task whose objective is no metric of its own.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    checks.choice("objective", task.objective.metric, task.metrics)
