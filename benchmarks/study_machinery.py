@@ -11,7 +11,7 @@ import contextlib
 import statistics
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -67,9 +67,10 @@ def looped(study: Study) -> float:
     return cpu_seconds(make)
 
 
-def lines(rounds: int, share: float) -> Iterator[tuple[str, bool]]:
+def lines(names: Iterable[str], rounds: int, share: float) -> Iterator[tuple[str, bool]]:
     """Yield a line for each kind of run, and whether its goal is met."""
-    for name, (robots, targets, steps, _, most) in KINDS.items():
+    for name in names:
+        robots, targets, steps, _, most = KINDS[name]
         study = study_of(name, share)
         # Compile, and import.
         small = study_of(name, 0.0)
@@ -88,11 +89,12 @@ def lines(rounds: int, share: float) -> Iterator[tuple[str, bool]]:
 def main() -> int:
     """Print the shares; the exit status is 1 if a goal is missed."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", action="append", choices=list(KINDS), help="a kind of run; may be repeated [all]")
     parser.add_argument("--rounds", type=int, default=3, help="how often each is measured [3]")
     parser.add_argument("--share", type=float, default=1.0, help="make a share of the runs only [1]")
     options = parser.parse_args()
     met = True
-    for line, is_met in lines(options.rounds, options.share):
+    for line, is_met in lines(options.only or KINDS, options.rounds, options.share):
         print(line, flush=True)
         met &= is_met
     return 0 if met else 1

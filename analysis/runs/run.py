@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import json
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
@@ -54,6 +55,21 @@ def outcome(world: World, steps: int) -> Outcome:
     """Run a world and return what was observed and the largest number of neighbours."""
     world.run(steps)
     return Outcome(float(world.observed_fraction), int(world.max_neighbours))
+
+
+def check_takes_rng(model: object, parameters: Mapping[str, inspect.Parameter]) -> None:
+    """Refuse a model that cannot be called with ``rng``.
+
+    Raises
+    ------
+    TypeError
+        If it cannot.
+    """
+    if "rng" not in parameters and not any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+        raise TypeError(
+            f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
+            "as in super().__init__(arena, rng=rng)"
+        )
 
 
 def expect_world(found: object) -> World:
