@@ -89,8 +89,11 @@ def model_seed(root: int, replicate: int, robots: int, targets: int, radius: flo
     radius : float
         Radius of the arena [length].
     """
-    scenario = {"root": root, "replicate": replicate, "robots": robots, "targets": targets, "radius": radius}
-    text = ";".join(f"{name}={canonical(value)}" for name, value in scenario.items())
+    # In one go, since a study makes a seed for each run.
+    text = (
+        f"root={canonical(root)};replicate={canonical(replicate)};robots={canonical(robots)};"
+        f"targets={canonical(targets)};radius={canonical(radius)}"
+    )
     # The text and the personalisation decide every published number: they must not change.
     return _digest(text, b"teamsight-stage", _BITS)
 

@@ -312,11 +312,20 @@ class Recorder:
         self._measure: Callable[[World, int], Any] = measure_of(common.record.measure, common.model)
         self._taken = OWN_COLUMNS.union(common.types)
         self._components = Components()
+        self._last: tuple[object, dict[str, Any]] = None, {}
 
     def parameters(self, given: Mapping[str, object]) -> dict[str, Any]:
         """Return the keyword arguments of the model for parameters as a study has them."""
+        if given is self._last[0]:
+            return self._last[1]
+        before = self._components.unshared
         found = self._components.resolved(given)
-        return found if self._task is None else self._task.parameters(found)
+        if self._task is not None:
+            return self._task.parameters(found)
+        # The runs of a setting share what no run can change.
+        if self._components.unshared == before and not any(isinstance(one, (list, dict)) for one in found.values()):
+            self._last = given, found
+        return found
 
     def begin(self, worlds: ReusedWorlds, parameters: Mapping[str, Any], seed: int) -> World:
         """Return a world before its first step."""
