@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from teamsight.analysis.studies.definition.model import Until
-from teamsight.analysis.studies.standing import all_needed
+from teamsight.analysis.studies.standing import Present, all_needed
 
 SETTINGS = 10_000
 # Settings that are drawn at a time.
@@ -64,7 +64,8 @@ def of_studies(values: Values, width: float, *, is_flag: bool = False) -> NDArra
     settings, most = values.shape
     setting, replicate = np.divmod(np.arange(values.size), most)
     until = Until(width, limit=most)
-    return all_needed(until, 1, setting, replicate, values.ravel(), settings, is_flag=is_flag).replicates
+    present = Present(setting, replicate, np.zeros(values.size, bool), values.ravel(), is_flag)
+    return all_needed(until, 1, present, settings)[0]
 
 
 def of_flags(values: Values, width: float) -> NDArray[np.int64]:

@@ -119,8 +119,8 @@ class Checkpoint:
 
     def _files(self) -> list[Path]:
         """Return the file, and those of shards."""
-        shards = (path for path in self.path.parent.glob(f"{glob.escape(self.path.name)}.*-of-*") if _is_shard(path))
-        return [self.path, *sorted(shards)]
+        shards = self.path.parent.glob(f"{glob.escape(self.path.name)}.*-of-*")
+        return [self.path, *sorted(path for path in shards if re.fullmatch(r"\.\d+-of-\d+", path.suffix))]
 
     def _contents(self) -> Iterator[tuple[str, bytes]]:
         """Yield name and content of each record of this code that is complete and undamaged."""
@@ -136,10 +136,6 @@ class Checkpoint:
                             file.seek(start)
                         elif (name := header[1].decode()).startswith(code_digest()):
                             yield name, content
-
-
-def _is_shard(path: Path) -> bool:
-    return re.fullmatch(r"\.\d+-of-\d+", path.suffix) is not None
 
 
 def is_in_shard(key: Key, shard: tuple[int, int]) -> bool:
@@ -176,14 +172,11 @@ def code_digest(*modules: str) -> str:
 
 def sources(*modules: str) -> list[Path]:
     """Return the files of code and constants that decide results; see `code_digest`."""
-    found = {file for name in _DECIDING for kind in _KINDS for file in _folder(f"teamsight.{name}").rglob(kind)}
-    return sorted(found.union(_files_of(modules)))
-
-
-def _folder(package: str) -> Path:
-    spec = importlib.util.find_spec(package)
-    assert spec is not None
-    return Path((spec.submodule_search_locations or [])[0])
+    found = set(_files_of(modules))
+    for name in _DECIDING:
+        (folder, *_) = importlib.import_module(f"teamsight.{name}").__path__
+        found.update(file for kind in _KINDS for file in Path(folder).rglob(kind))
+    return sorted(found)
 
 
 def _files_of(modules: Iterable[str]) -> Iterator[Path]:

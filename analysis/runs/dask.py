@@ -16,7 +16,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from teamsight.analysis.runs.executor import MOST_DEATHS, ExecutorError, Outcome, TakenJobs, attempt, said, shortened
+from teamsight.analysis.runs.executor import MOST_DEATHS, ExecutorError, Outcome, TakenJobs, error_text, made, shortened
 from teamsight.analysis.runs.processes import interrupts_held
 from teamsight.core import checks
 from teamsight.core.extras import extra
@@ -44,7 +44,7 @@ class DaskJobs(TakenJobs):
     """
 
     def __init__(self, client: Client, function: Callable[[Any], Any], jobs: Iterable[Any]) -> None:
-        super().__init__(function, jobs, lambda function, job: pickle.dumps((function, job)))
+        super().__init__(function, jobs)
         self._client = client
         self._name = f"teamsight-{uuid.uuid4().hex}"
         self._futures: dict[int, Future] = {}
@@ -100,10 +100,10 @@ class DaskJobs(TakenJobs):
             if not was_alone:
                 self._suspects.append(index)
                 return None
-            return self._end(index, "died", f"{error.allowed_failures + 1} workers of the cluster ended")
+            return self.end(index, "died", f"{error.allowed_failures + 1} workers of the cluster ended")
         if error is not None:
             raise ExecutorError(
-                f"the workers cannot make the job ({shortened(f'{type(error).__name__}: {error}', 160)}); install the "
+                f"the workers cannot make the job ({shortened(error_text(error), 160)}); install the "
                 "same version of teamsight where the scheduler and its workers run"
             ) from error
         status, value = future.result()
@@ -111,12 +111,8 @@ class DaskJobs(TakenJobs):
             try:
                 value = pickle.loads(value)
             except Exception as failure:
-                status, value = "unsent", said(failure)
-        return self._end(index, status, value)
-
-    def _end(self, index: int, status: Any, value: Any) -> Outcome:
-        del self._messages[index]
-        return Outcome(index, status, value)
+                status, value = "unsent", error_text(failure)
+        return self.end(index, status, value)
 
 
 # A worker of a cluster may have several threads; worlds are made one after the other in each process.
@@ -126,17 +122,13 @@ _one_at_a_time = threading.Lock()
 def make_packed(message: bytes) -> tuple[str, Any]:
     """Make the job of a message, in a worker: return its status and its result, pickled if it is done."""
     with _one_at_a_time:
-        try:
-            function, job = pickle.loads(message)
-        except Exception as error:
-            return "unsent", said(error)
-        status, value = attempt(function, job, BaseException)
-        if status == "failed":
+        status, value = made(message)
+        if status != "done":
             return status, value
         try:
             return status, pickle.dumps(value)
         except Exception as error:
-            return "unsent", said(error)
+            return "unsent", error_text(error)
 
 
 # Seconds until a scheduler must have answered, and until it must have a worker.
@@ -144,6 +136,7 @@ _ANSWER, _WORKER = 15.0, 60.0
 # Seconds for which a number of workers is used.
 _AGE = 1.0
 _LOCAL = "127.0.0.1"
+_LOST = "the connection is lost; start the scheduler again and repeat the command"
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -246,7 +239,7 @@ class DaskExecutor:
         except (OSError, RuntimeError) as error:
             if isinstance(error, ExecutorError) or self._client.status == "running":
                 raise
-            raise self._lost() from error
+            raise self._error(_LOST) from error
         finally:
             submitted.cancel()
 
@@ -256,25 +249,20 @@ class DaskExecutor:
         while not self._workers():
             if time.monotonic() > end:
                 at = self._address or _LOCAL
-                raise ExecutorError(
-                    f"scheduler={at}: has had no workers for {_WORKER:g} seconds; start some: dask worker {at}"
-                )
+                raise self._error(f"has had no workers for {_WORKER:g} seconds; start some: dask worker {at}")
             time.sleep(0.1)
 
     def _workers(self) -> list[str]:
         """Return the addresses of the workers."""
         if self._client.status != "running":
-            raise self._lost()
+            raise self._error(_LOST)
         try:
             return list(self._client.nthreads())
         except (OSError, RuntimeError) as error:
-            raise self._lost() from error
+            raise self._error(_LOST) from error
 
-    def _lost(self) -> ExecutorError:
-        at = self._address or _LOCAL
-        return ExecutorError(
-            f"scheduler={at}: the connection is lost; start the scheduler again and repeat the command"
-        )
+    def _error(self, text: str) -> ExecutorError:
+        return ExecutorError(f"scheduler={self._address or _LOCAL}: {text}")
 
     def _close(self) -> None:
         """Close the connection and the cluster, without waiting for jobs that are still being made."""
@@ -292,29 +280,29 @@ class DaskExecutor:
 
 
 def _security(scheduler: str | None, files: dict[str, str | Path | None]) -> Any:
-    """Return the TLS settings of a connection; None without files."""
+    """Return the TLS settings of a connection; None without TLS."""
     distributed = extra("distributed", "Dask", "dask")
-    given = {name: Path(path) for name, path in files.items() if path is not None}
     if scheduler is not None and not scheduler.startswith(("tcp://", "tls://")):
         raise ValueError(
             f"scheduler={checks.shown(scheduler)}: must be an address such as tcp://10.0.0.1:8786, or tls://…"
         )
-    if scheduler is not None and scheduler.startswith("tls://") and len(given) < 3:
-        missing = next(name for name in files if name not in given)
-        raise ValueError(f"{missing}=None: is needed for {scheduler}; give tls_ca, tls_cert and tls_key")
-    if not given:
-        return None
-    if scheduler is None or not scheduler.startswith("tls://"):
-        name, path = next(iter(given.items()))
-        raise ValueError(
-            f"{name}={path}: is for a scheduler with TLS only, not for {scheduler or 'the cluster on this machine'}; "
-            "give scheduler=tls://…, or leave it out"
-        )
-    for name, path in given.items():
-        if not path.is_file():
+    is_secure = scheduler is not None and scheduler.startswith("tls://")
+    # First those that are missing.
+    for name, path in sorted(files.items(), key=lambda one: one[1] is not None):
+        if path is None and is_secure:
+            raise ValueError(f"{name}=None: is needed for {scheduler}; give tls_ca, tls_cert and tls_key")
+        if path is not None and not is_secure:
+            place = scheduler or "the cluster on this machine"
+            raise ValueError(
+                f"{name}={path}: is for a scheduler with TLS only, not for {place}; give scheduler=tls://…, or leave "
+                "it out"
+            )
+        if path is not None and not Path(path).is_file():
             raise ValueError(f"{name}={path}: is not a file; give a PEM file")
+    if not is_secure:
+        return None
     return distributed.Security(
-        tls_ca_file=str(given["tls_ca"]), tls_client_cert=str(given["tls_cert"]), tls_client_key=str(given["tls_key"]),
+        tls_ca_file=str(files["tls_ca"]), tls_client_cert=str(files["tls_cert"]), tls_client_key=str(files["tls_key"]),
         require_encryption=True,
     )  # fmt: skip
 
@@ -327,7 +315,7 @@ def _connected(scheduler: str, security: Any) -> Client:
         with _quiet():
             return Client(scheduler, security=security, timeout=_ANSWER, set_as_default=False)
     except (OSError, TimeoutError, RuntimeError, ValueError) as error:
-        reason = shortened(str(error) or type(error).__name__, 160)
+        reason = shortened(error_text(error), 160)
         raise ExecutorError(
             f"scheduler={scheduler}: cannot be reached ({reason}); start one: dask scheduler, or correct the address"
         ) from error
@@ -356,7 +344,7 @@ def _local(workers: int) -> tuple[Client, LocalCluster]:
                 cluster.close(timeout=2)
         if not isinstance(error, (OSError, RuntimeError)):
             raise  # such as Ctrl-C, which arrives when all has been started
-        reason = shortened(str(error) or type(error).__name__, 160)
+        reason = shortened(error_text(error), 160)
         raise ExecutorError(
             f"workers={count}: a cluster on this machine cannot start ({reason}); a script must start it under if "
             '__name__ == "__main__":'

@@ -7,8 +7,10 @@ what became of each. `teamsight.analysis.runs.processes.WorkerPool` is one.
 from __future__ import annotations
 
 import contextlib
+import pickle
 import traceback
-from collections.abc import Callable, Generator, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from multiprocessing.reduction import ForkingPickler
 from types import TracebackType
 from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
@@ -126,41 +128,50 @@ def results_of(
     """
     found: list[Any] = [None] * len(jobs)
     with contextlib.closing(executor.outcomes(function, jobs)) as outcomes:
-        for index, status, value in outcomes:
-            if status == "died":
-                job = shortened(describe(jobs[index]), _LONGEST - 110)
-                raise JobError(f"{_death(value)} in {job}{_cure(value)}")
-            if status == "failed":
-                text, trace = value
-                raise JobError(shortened(text, _LONGEST)) from _TracebackError(trace)
-            if status == "unsent":
-                job = shortened(describe(jobs[index]), _LONGEST // 2)
-                raise JobError(f"{shortened(value, _LONGEST // 2)} (in {job}); {_IMPORTABLE}")
-            found[index] = value
-            keep(index, value)
+        for outcome in outcomes:
+            index = outcome.index
+            if outcome.status != "done":
+                raise error_of(outcome, describe(jobs[index]))
+            found[index] = outcome.value
+            keep(index, outcome.value)
             done(index)
     return found
 
 
-# Pickling has its own errors, which name what cannot be sent and not what to do.
-_IMPORTABLE = "what workers get and return must be picklable: define functions in a module, or give workers=1"
+def error_of(outcome: Outcome, job: str) -> JobError:
+    """Return the error for a job that is not done; `job` describes it."""
+    if outcome.status == "died":
+        return JobError(death(outcome.value, f" in {shortened(job, _LONGEST - 110)}"))
+    if outcome.status == "failed":
+        text, trace = outcome.value
+        error = JobError(shortened(text, _LONGEST))
+        error.__cause__ = _TracebackError(trace)
+        return error
+    # Pickling has its own errors, which name what cannot be sent and not what to do.
+    return JobError(
+        f"{shortened(outcome.value, _LONGEST // 2)} (in {shortened(job, _LONGEST // 2)}); what workers get and return "
+        "must be picklable: define functions in a module, or give workers=1"
+    )
 
 
-def _death(value: object) -> str:
-    """Return what happened to the workers of a job."""
-    return f"{MOST_DEATHS} workers ended with exit code {value}" if isinstance(value, int) else str(value)
+def death(value: object, job: str = "", workers: str = f"{MOST_DEATHS} workers") -> str:
+    """Return what happened to the workers of a job, and what to do about it."""
+    if not isinstance(value, int):
+        return f"{value}{job}"
+    cure = "; if memory ran out, use fewer workers" if value < 0 else ""
+    return f"{workers} ended with exit code {value}{job}{cure}"
 
 
-def _cure(code: object) -> str:
-    """Return what to do about workers that a signal ended."""
-    return "; if memory ran out, use fewer workers" if isinstance(code, int) and code < 0 else ""
-
-
-def start_cure(code: int | None) -> str:
-    """Return what to do about a worker that ended before its first job."""
-    # A worker imports the script of its parent first.
-    script = 'a script that starts workers must be a file and do so under if __name__ == "__main__":'
-    return f"; {script}" if code == 1 else _cure(code)
+def error_text(error: BaseException) -> str:
+    """Return what an error says. Errors that are not meant to be read alone, such as a KeyError, are named."""
+    name = type(error).__name__
+    try:
+        text = str(error)
+    except Exception:
+        text = "(its message cannot be shown)"
+    if isinstance(error, (ValueError, TypeError, OSError, JobError)) and text:
+        return text
+    return f"{name}: {text}" if text else name
 
 
 def shortened(text: str, longest: int) -> str:
@@ -192,63 +203,47 @@ def attempt(function: Callable[[Any], Any], job: Any, errors: type[BaseException
         return "failed", (str(error) or type(error).__name__, f"\n{traceback.format_exc()}")
 
 
-def _drop(text: str) -> None:
-    pass
+def packed(function: Callable[[Any], Any], job: Any) -> bytes:
+    """Return the message that gives a job to a worker; raise an error of pickling if there is none."""
+    return bytes(ForkingPickler.dumps((function, job)))
 
 
-_emit: Callable[[str], object] = _drop
-
-
-def emit(text: str) -> None:
-    """Send a message from within a job to the process that owns the executor."""
-    _emit(text)
-
-
-def _forget(part: object, done: int) -> None:
-    pass
-
-
-_advance: Callable[[Hashable, int], None] = _forget
-
-
-def advance(part: Hashable, done: int) -> None:
-    """Report from within a job how much of it is done, to the process that owns the executor.
-
-    Parameters
-    ----------
-    part : hashable
-        What is being made; a later report about the same replaces this one. It can be pickled.
-    done : int
-        How much of it is done.
-    """
-    _advance(part, done)
-
-
-@contextlib.contextmanager
-def advancing(on_advance: Callable[[Hashable, int], None]) -> Iterator[None]:
-    """Pass what jobs report within the block to a function; jobs on a cluster report nothing."""
-    global _advance
-    before, _advance = _advance, on_advance
+def made(message: bytes) -> tuple[str, Any]:
+    """Make the job of a message, in a worker: return its status and its value; see `Outcome`."""
     try:
-        yield
-    finally:
-        _advance = before
+        function, job = pickle.loads(message)
+    except Exception as error:
+        # A function that this process cannot import, such as one of a notebook.
+        return "unsent", error_text(error)
+    return attempt(function, job, BaseException)
 
 
-def receiver() -> Callable[[str], object]:
-    """Return what receives the messages that are emitted now."""
-    return _emit
+class _Channel:
+    """What jobs send to the process that owns the executor."""
+
+    def __init__(self) -> None:
+        self.receive: Callable[..., object] = lambda *values: None
+
+    def send(self, *values: Any) -> None:
+        self.receive(*values)
+
+    @contextlib.contextmanager
+    def passed_to(self, receive: Callable[..., object]) -> Iterator[None]:
+        before, self.receive = self.receive, receive
+        try:
+            yield
+        finally:
+            self.receive = before
 
 
-@contextlib.contextmanager
-def emitting(on_message: Callable[[str], object]) -> Iterator[None]:
-    """Pass messages that are emitted within the block to a function."""
-    global _emit
-    before, _emit = _emit, on_message
-    try:
-        yield
-    finally:
-        _emit = before
+#: Messages of jobs, as ``emit(text)`` sends them, and what receives them within ``with emitting(receive):``.
+messages = _Channel()
+emit, emitting = messages.send, messages.passed_to
+_reports = _Channel()
+#: Report from within a job, as ``advance(part, done)``, how much of it is done; what is made, `part`, can be pickled,
+#: and a later report about the same replaces this one. They are received within ``with advancing(receive):``; jobs on
+#: a cluster report nothing.
+advance, advancing = _reports.send, _reports.passed_to
 
 
 class TakenJobs:
@@ -260,17 +255,10 @@ class TakenJobs:
         What each job is an argument of.
     jobs : iterable
         The jobs, from which one is taken only when it will soon be needed.
-    pack : callable
-        Returns the message of a function and a job.
     """
 
-    def __init__(
-        self,
-        function: Callable[[Any], Any],
-        jobs: Iterable[Any],
-        pack: Callable[[Callable[[Any], Any], Any], bytes],
-    ) -> None:
-        self._function, self._pack = function, pack
+    def __init__(self, function: Callable[[Any], Any], jobs: Iterable[Any]) -> None:
+        self._function = function
         self._jobs = iter(enumerate(jobs))
         # The messages of jobs without an outcome, for another worker if one dies.
         self._messages: dict[int, bytes] = {}
@@ -299,13 +287,13 @@ class TakenJobs:
             self._is_exhausted = True
             return None
         try:
-            self._messages[index] = self._pack(self._function, job)
+            self._messages[index] = packed(self._function, job)
         except Exception as error:
-            self._unsent.append(Outcome(index, "unsent", said(error)))
+            self._unsent.append(Outcome(index, "unsent", error_text(error)))
             return None
         return index
 
-
-def said(error: Exception) -> str:
-    """Return what an error says, or its name."""
-    return str(error) or type(error).__name__
+    def end(self, index: int, status: Any, value: Any) -> Outcome:
+        """Return the outcome of a job, which is not made again."""
+        del self._messages[index]
+        return Outcome(index, status, value)

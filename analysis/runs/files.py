@@ -22,10 +22,11 @@ from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa
 
 __all__ = [
     "UnwritableError", "check_replaceable", "complete", "prepare_folder", "write_bytes", "write_json", "write_page",
-    "write_table", "write_text",
+    "write_table",
 ]  # fmt: skip
 
 _SOFTWARE = "teamsight"
@@ -99,14 +100,9 @@ def write_bytes(path: str | os.PathLike[str], content: bytes, *, force: bool = F
         draft.write(content)
 
 
-def write_text(path: str | os.PathLike[str], text: str, *, force: bool = False) -> None:
-    """Write `text` in UTF-8; see `check_replaceable`."""
-    write_bytes(path, text.encode(), force=force)
-
-
 def write_page(path: str | os.PathLike[str], text: str, *, force: bool = False) -> None:
     """Write a page of Markdown below a comment that marks it; see `check_replaceable`."""
-    write_text(path, f"{_PAGE} {__version__} -->\n{text}", force=force)
+    write_bytes(path, f"{_PAGE} {__version__} -->\n{text}".encode(), force=force)
 
 
 def write_json(path: str | os.PathLike[str], value: Any, *, force: bool = False) -> None:
@@ -115,7 +111,8 @@ def write_json(path: str | os.PathLike[str], value: Any, *, force: bool = False)
     The mark is the key "software" with the value "teamsight", which the caller includes, as it does settings under the
     key "settings".
     """
-    write_text(path, json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n", force=force)
+    text = json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False)
+    write_bytes(path, f"{text}\n".encode(), force=force)
 
 
 def write_table(
@@ -144,7 +141,8 @@ def write_table(
 
     content = pa.Table.from_pandas(table, preserve_index=False)
     # The key under which pandas stores attributes, and the mark.
-    marks = {b"PANDAS_ATTRS": json.dumps(dict(metadata)).encode(), _MARK: f"{_SOFTWARE} {__version__}".encode()}
+    attributes = json.dumps({**table.attrs, **metadata}).encode()
+    marks = {b"PANDAS_ATTRS": attributes, _MARK: f"{_SOFTWARE} {__version__}".encode()}
     content = content.replace_schema_metadata({**(content.schema.metadata or {}), **marks})
     # Arrow gets an open file, because it would interpret parts of a name.
     with complete(path, lambda target: check_replaceable(target, force=force)) as draft:
@@ -177,6 +175,26 @@ def _settings_in_table(file: io.IOBase | Any) -> dict[Any, Any] | None:
     if not metadata.get(_MARK, b"").startswith(_SOFTWARE.encode()):
         return None
     return dict(json.loads(metadata.get(b"PANDAS_ATTRS", b"{}")))
+
+
+def read_table(path: Path) -> tuple[pa.Table, dict[str, Any]]:
+    """Return a table that `write_table` wrote, and its metadata.
+
+    Raises
+    ------
+    ValueError
+        If it is another file, or cannot be read.
+    """
+    import pyarrow.parquet as pq
+
+    found = _settings_in(path)
+    if not found:
+        raise ValueError(
+            f"{path}: is no table that a command of teamsight wrote; give the folder of a study, or read it with "
+            "pandas.read_parquet"
+        )
+    with open_regular(path) as file:
+        return pq.read_table(file), found
 
 
 #: A table, a picture, a page of Markdown, or JSON values.

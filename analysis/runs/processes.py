@@ -16,10 +16,9 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
-from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from teamsight.analysis.runs.executor import (
     MOST_DEATHS,
@@ -29,17 +28,16 @@ from teamsight.analysis.runs.executor import (
     advance,
     advancing,
     attempt,
+    death,
     emitting,
-    receiver,
-    said,
-    start_cure,
+    error_text,
+    made,
+    messages,
 )
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel import cache as cache_folder
 
-if TYPE_CHECKING:
-    from teamsight.analysis.runs.executor import Outcome
 
 class WorkerProcess:
     """A worker process that makes one job after the other.
@@ -96,7 +94,7 @@ class WorkerProcess:
             kind, value = pickle.loads(message)
         except Exception as error:
             # A result that can be pickled, but not unpickled here.
-            return "unsent", said(error)
+            return "unsent", error_text(error)
         return kind, value
 
     def dismiss(self) -> None:
@@ -116,11 +114,6 @@ _IMPORTS = ("teamsight.agents.reused_worlds",)
 _END = b"end"
 
 
-def packed(function: Any, job: Any) -> bytes:
-    """Return the message that gives a job to a worker; raise an error of pickling if there is none."""
-    return bytes(ForkingPickler.dumps((function, job)))
-
-
 def _serve(pipe: Connection, folder: Path | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -137,23 +130,13 @@ def _serve(pipe: Connection, folder: Path | None) -> None:
     ):
         pipe.send(("ready", None))
         while (message := pipe.recv_bytes()) != _END:
-            outcome = _made(message)
+            outcome = made(message)
             try:
                 pipe.send(outcome)
             except OSError:
                 raise
             except Exception as error:
-                pipe.send(("unsent", said(error)))
-
-
-def _made(message: bytes) -> tuple[str, Any]:
-    """Return the outcome of the job in a message."""
-    try:
-        function, job = pickle.loads(message)
-    except Exception as error:
-        # A function that this process cannot import, such as one of a notebook.
-        return "unsent", said(error)
-    return attempt(function, job, BaseException)
+                pipe.send(("unsent", error_text(error)))
 
 
 def _end_with_parent() -> None:
@@ -187,7 +170,7 @@ class JobQueue(TakenJobs):
     """Jobs for worker processes, of which those wait that are sent next; the parameters are those of `TakenJobs`."""
 
     def __init__(self, function: Callable[[Any], Any], jobs: Iterable[Any]) -> None:
-        super().__init__(function, jobs, packed)
+        super().__init__(function, jobs)
         self._waiting: deque[int] = deque()
         self._deaths: Counter[int] = Counter()
 
@@ -197,29 +180,19 @@ class JobQueue(TakenJobs):
             if (index := self._next()) is not None:
                 self._waiting.append(index)
 
-    def first(self) -> tuple[int, bytes] | None:
-        """Remove and return the first job that waits, and its message."""
-        if not self._waiting:
-            return None
-        index = self._waiting.popleft()
-        return index, self._messages[index]
-
-    def put_back(self, index: int) -> None:
-        """Let a job wait again, before all others."""
-        self._waiting.appendleft(index)
-
-    def end(self, index: int, status: Any, value: Any) -> Outcome:
-        """Return the outcome of a job, which is not made again."""
-        del self._messages[index]
-        del self._deaths[index]
-        return Outcome(index, status, value)
+    def give(self, worker: WorkerProcess) -> None:
+        """Give a worker the first job that waits, if there is one."""
+        if self._waiting:
+            index = self._waiting.popleft()
+            if not worker.give(index, self._messages[index]):
+                self._waiting.appendleft(index)  # the death of the worker is noticed where its answer is awaited
 
     def death(self, index: int, code: int | None) -> Outcome | None:
-        """Let a job in which a worker ended be made again; return its outcome if too many have ended in it."""
+        """Let a job in which a worker ended be made again, first; return its outcome if too many have ended in it."""
         self._deaths[index] += 1
         if self._deaths[index] >= MOST_DEATHS:
             return self.end(index, "died", code)
-        self.put_back(index)
+        self._waiting.appendleft(index)
         return None
 
 
@@ -284,7 +257,7 @@ class WorkerPool:
 
     def __init__(self, workers: int, on_message: Callable[[str], object] | None = None) -> None:
         self.size = check_workers(workers)
-        self._on_message = receiver() if on_message is None else on_message
+        self._on_message = messages.receive if on_message is None else on_message
         self._context = multiprocessing.get_context("spawn")
         self._workers: list[WorkerProcess] = []
         # Workers in a row that a signal ended before they were ready.
@@ -346,7 +319,9 @@ class WorkerPool:
             while not queue.is_empty:
                 self._hand_out(queue)
                 yield from queue.unsent()
-                for worker in self._answering() if queue.open_jobs else ():
+                # Until workers answer or are dead, also idle ones.
+                ready = wait([worker.pipe for worker in self._workers]) if queue.open_jobs else []
+                for worker in [worker for worker in self._workers if worker.pipe in ready]:
                     outcome = self._outcome(worker, queue)
                     if outcome is not None:
                         # Before the caller works on the outcome, so that no worker waits for that.
@@ -360,16 +335,9 @@ class WorkerPool:
         queue.take(self.size)
         self._start(min(self.size, queue.open_jobs))
         for worker in self._workers:
-            if worker.is_ready and worker.job is None and (first := queue.first()):
-                index, message = first
-                if not worker.give(index, message):
-                    queue.put_back(index)  # the death of the worker is noticed where its answer is awaited
+            if worker.is_ready and worker.job is None:
+                queue.give(worker)
         queue.take(self.size)
-
-    def _answering(self) -> list[WorkerProcess]:
-        """Wait until workers answer or are dead, also idle ones, and return them."""
-        ready = wait([worker.pipe for worker in self._workers])
-        return [worker for worker in self._workers if worker.pipe in ready]
 
     def _outcome(self, worker: WorkerProcess, queue: JobQueue) -> Outcome | None:
         """Receive what a worker sends; return the outcome of its job if it is that."""
@@ -399,7 +367,10 @@ class WorkerPool:
             self._failed_starts += 1
             # A signal may have come from anywhere, to all workers at once; who ends by itself would do so again.
             if code is None or code >= 0 or self._failed_starts >= MOST_DEATHS * self.size:
-                raise ExecutorError(f"a worker ended with exit code {code} before its first job{start_cure(code)}")
+                text = death(code, " before its first job", workers="a worker")
+                if code == 1:  # a worker imports the script of its parent first
+                    text += '; a script that starts workers must be a file and do so under if __name__ == "__main__":'
+                raise ExecutorError(text)
         return None if worker.job is None else queue.death(worker.job, code)
 
 

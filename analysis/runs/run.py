@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import inspect
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -54,6 +55,55 @@ def outcome(world: World, steps: int) -> Outcome:
     """Run a world and return what was observed and the largest number of neighbours."""
     world.run(steps)
     return Outcome(float(world.observed_fraction), int(world.max_neighbours))
+
+
+def check_takes_rng(model: object, parameters: Mapping[str, inspect.Parameter]) -> None:
+    """Refuse a model that cannot be called with ``rng``.
+
+    Raises
+    ------
+    TypeError
+        If it cannot.
+    """
+    if "rng" not in parameters and not any(one.kind is one.VAR_KEYWORD for one in parameters.values()):
+        raise TypeError(
+            f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
+            "as in super().__init__(arena, rng=rng)"
+        )
+
+
+def expect_world(found: object) -> World:
+    """Return what a model returned, if it is a world."""
+    from teamsight.agents.world import World
+
+    if not isinstance(found, World):
+        raise TypeError(f"model returned {checks.shown(found)}: must return a World, such as CMOMMT(robots=5)")
+    return found
+
+
+def columns_of(found: Any, taken: Collection[str]) -> Mapping[Any, Any]:
+    """Return the columns that a measure returned.
+
+    Parameters
+    ----------
+    found : object
+        A NamedTuple or a mapping of columns.
+    taken : collection of str
+        Names of the other columns of the table.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is something else, or has another column's name.
+    """
+    if hasattr(found, "_asdict"):
+        found = found._asdict()
+    if not isinstance(found, Mapping):
+        raise TypeError(f"measure returned {type(found).__name__}: must be a NamedTuple or a mapping of columns")
+    for name in found:
+        if name in taken:
+            raise ValueError(f"measure returned {name!r}: the table has this column; take another name")
+    return found
 
 
 @dataclass(frozen=True)
@@ -265,14 +315,3 @@ def task_run(
     """
     model: Model | None = None if is_cmommt(task) else task.world
     return Run(parameters, seed, task.steps if steps is None else steps, measure or TaskMeasure(task), model)
-
-
-def check_objective(task: Task) -> None:
-    """Refuse a task whose objective is no metric of its own.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    checks.choice("objective", task.objective.metric, task.metrics)

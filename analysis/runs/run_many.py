@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import inspect
 import math
@@ -15,10 +16,20 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.runs import limits
+from teamsight.analysis.runs.executor import error_text
 from teamsight.analysis.runs.processes import WorkerPool, check_workers
-from teamsight.analysis.runs.run import Model, Run, TaskMeasure, is_cmommt, task_seed
+from teamsight.analysis.runs.run import (
+    Model,
+    Run,
+    TaskMeasure,
+    check_takes_rng,
+    columns_of,
+    expect_world,
+    is_cmommt,
+    task_seed,
+)
 from teamsight.analysis.runs.seeds import derived_seed
-from teamsight.analysis.runs.simulate import Progress, error_text, run_all
+from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.core import checks
 
 if TYPE_CHECKING:
@@ -136,7 +147,9 @@ def run_many(
     ):  # fmt: skip
         if not callable(function) and (function is not None or name == "progress"):
             raise TypeError(f"{name}={checks.shown(function)}: must be a function that is called as {form}")
-    _check_takes_rng(model)
+    if model is not None:
+        with contextlib.suppress(ValueError):  # a class written in C has no signature
+            check_takes_rng(model, inspect.signature(model).parameters)
     made = _made_by(task, model)
     steps = limits.steps(steps if steps is not None else 600 if made is None else made.task.steps)
     workers = check_workers(workers)
@@ -177,21 +190,6 @@ def _made_by(task: Task | str | None, model: Model | None) -> TaskModel | None:
     return TaskModel(task_of(task))
 
 
-def _check_takes_rng(model: Model | None) -> None:
-    """Refuse a model that cannot be called with ``rng``."""
-    try:
-        parameters = {} if model is None else inspect.signature(model).parameters
-    except (TypeError, ValueError):
-        return
-    if model is not None and "rng" not in parameters:
-        if any(each.kind is each.VAR_KEYWORD for each in parameters.values()):
-            return
-        raise TypeError(
-            f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
-            "as in super().__init__(arena, rng=rng)"
-        )
-
-
 @dataclass(frozen=True)
 class _Row(Run):
     """The run of one row. No two rows share a run, because settings whose reprs are equal may differ."""
@@ -229,17 +227,7 @@ class Columns:
 
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Run the world and return the columns."""
-        from teamsight.agents.world import World
-
-        if not isinstance(world, World):
-            raise TypeError(f"model returned {checks.shown(world)}: must return a World, such as CMOMMT(robots=5)")
-        measured = self.measure(world, steps)
-        if hasattr(measured, "_asdict"):
-            measured = measured._asdict()
-        if not isinstance(measured, Mapping):
-            raise TypeError(f"measure returned {type(measured).__name__}: must be a NamedTuple or a mapping of columns")
-        for name in self.taken.intersection(measured):
-            raise ValueError(f"measure returned {name!r}: the table has this column; take another name")
+        measured = columns_of(self.measure(expect_world(world), steps), self.taken)
         # The next run may write into the arrays of this world.
         return {name: copy.deepcopy(value) for name, value in measured.items()}
 

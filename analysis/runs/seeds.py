@@ -89,12 +89,22 @@ def model_seed(root: int, replicate: int, robots: int, targets: int, radius: flo
     radius : float
         Radius of the arena [length].
     """
-    scenario = {"root": root, "replicate": replicate, "robots": robots, "targets": targets, "radius": radius}
-    text = ";".join(f"{name}={canonical(value)}" for name, value in scenario.items())
+    # In one go, since a study makes a seed for each run.
+    text = (
+        f"root={canonical(root)};replicate={canonical(replicate)};robots={canonical(robots)};"
+        f"targets={canonical(targets)};radius={canonical(radius)}"
+    )
     # The text and the personalisation decide every published number: they must not change.
-    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-stage").digest()
-    # 53 bits survive the conversion to float that mixed tables and JSON make.
-    return int.from_bytes(digest, "big") >> 11
+    return _digest(text, b"teamsight-stage", _BITS)
+
+
+# Of a seed: so many survive the conversion to float that mixed tables and JSON make.
+_BITS = 53
+
+
+def _digest(text: str, person: bytes, bits: int) -> int:
+    digest = hashlib.blake2b(text.encode(), digest_size=8, person=person).digest()
+    return int.from_bytes(digest, "big") >> 64 - bits
 
 
 def run_seed(root: int, run: int) -> int:
@@ -108,8 +118,7 @@ def run_seed(root: int, run: int) -> int:
         Number of the run.
     """
     text = f"root={canonical(root)};replicate={canonical(run)}"
-    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-delta").digest()
-    return int.from_bytes(digest, "big") >> 1
+    return _digest(text, b"teamsight-delta", 63)
 
 
 def setting_seed(root: int, replicate: int, setting: Mapping[str, object]) -> int:
@@ -125,8 +134,7 @@ def setting_seed(root: int, replicate: int, setting: Mapping[str, object]) -> in
         Parameters of the model.
     """
     text = f"root={canonical(root)};replicate={canonical(replicate)};setting={canonical(setting)}"
-    digest = hashlib.blake2b(text.encode(), digest_size=8, person=b"teamsight-study").digest()
-    return int.from_bytes(digest, "big") >> 11
+    return _digest(text, b"teamsight-study", _BITS)
 
 
 #: Which values of a setting enter its seeds: those of its scenario, so that treatments are paired, or all.

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import pandas as pd
 
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key, is_in_shard
-from teamsight.analysis.runs.executor import Executor, JobError, emit, results_of
+from teamsight.analysis.runs.executor import Executor, JobError, emit, error_text, results_of
 from teamsight.analysis.runs.processes import WorkerPool
-from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.run import Run, columns_of
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
@@ -177,14 +177,6 @@ def _make_one(job: Job, worlds: ReusedWorlds) -> Any:
         raise JobError(f"{error_text(error)} (in {job.describe()})") from error
 
 
-def error_text(error: Exception) -> str:
-    """Return what an error says. Errors that are not meant to be read alone, such as a KeyError, are named."""
-    text, name = str(error), type(error).__name__
-    if isinstance(error, (ValueError, TypeError, OSError, JobError)) and text:
-        return text
-    return f"{name}: {text}" if text else name
-
-
 def _describe(jobs: Sequence[Job]) -> str:
     return f"{len(jobs)} jobs, the first of which is {jobs[0].describe()}" if len(jobs) > 1 else jobs[0].describe()
 
@@ -244,12 +236,8 @@ def run_rows(
     """
     listed = list(planned)
     measured = run_all([run for _, run in listed], pool, progress=progress, checkpoint=checkpoint)
-    return pd.DataFrame([_row(columns, one) for (columns, _), one in zip(listed, measured, strict=True)])
-
-
-def _row(columns: Mapping[str, Any], measured: Any) -> dict[str, Any]:
-    found = measured if isinstance(measured, Mapping) else measured._asdict()
-    for name in found:
-        if name in columns:
-            raise ValueError(f"measure returned {name!r}: the plan has this column; take another name")
-    return {**columns, **found}
+    rows = [(columns, columns_of(found, columns)) for (columns, _), found in zip(listed, measured, strict=True)]
+    table = pd.DataFrame([{**columns, **found} for columns, found in rows])
+    # What `teamsight.open_study` reads of the file.
+    table.attrs["measures"] = list(dict.fromkeys(name for _, found in rows for name in found))
+    return table

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.runs.run import Run, task_seed
-from teamsight.analysis.runs.seeds import SCENARIO, Pairing, derived_seed
+from teamsight.analysis.runs.seeds import SCENARIO, derived_seed
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, integers_of, task_named
-from teamsight.analysis.studies.definition.settings import Block
 from teamsight.analysis.studies.definition.values import Components, setting_ids, text_of, thawed
 
 if TYPE_CHECKING:
+    from teamsight.analysis.studies.study import Study
     from teamsight.tasks.task import Task
 
 #: The type of a column: int64, double, bool or text; see `definition.values.stored`.
@@ -26,38 +26,6 @@ Kind = Literal["int", "number", "flag", "text"]
 _SIZES = ("robots", "targets", "delta")
 # Seeds that are kept: of the settings that share them, those in work.
 _MOST_SEEDS = 50_000
-
-
-class Definition(Protocol):
-    """What a plan reads of a `Study`."""
-
-    @property
-    def model(self) -> str:
-        """The model."""
-
-    @property
-    def fixed(self) -> Mapping[str, object]:
-        """Parameters that all settings share."""
-
-    @property
-    def blocks(self) -> tuple[Block, ...]:
-        """What is crossed, in order."""
-
-    @property
-    def replicates(self) -> int:
-        """Runs of each setting."""
-
-    @property
-    def steps(self) -> int:
-        """Steps of each run."""
-
-    @property
-    def seed(self) -> int:
-        """The root seed."""
-
-    @property
-    def pairing(self) -> Pairing:
-        """Which values enter the seeds."""
 
 
 class Plan:
@@ -83,7 +51,7 @@ class Plan:
         Their numbers; runs are settings times replicates.
     """
 
-    def __init__(self, study: Definition) -> None:
+    def __init__(self, study: Study) -> None:
         self.study = study
         blocks = study.blocks
         self.swept: tuple[str, ...] = tuple(name for block in blocks for name in block.columns)
@@ -110,7 +78,15 @@ class Plan:
     def types(self) -> dict[str, Kind]:
         """The type of each parameter's column. Imports the model, whose signature says which are integers."""
         integers = integers_of(self.study.model)
-        return {name: _kind(values, name in integers) for name, values in self._values.items()}
+        found: dict[str, Kind] = {}
+        for name, values in self._values.items():
+            kinds = set(map(type, values))
+            if not kinds <= {int, float}:
+                found[name] = "flag" if kinds == {bool} else "text"
+            else:
+                is_whole = name in integers and all(float(value).is_integer() for value in values)  # type: ignore[arg-type]
+                found[name] = "int" if is_whole else "number"
+        return found
 
     @cached_property
     def _task(self) -> Task | None:
@@ -121,9 +97,9 @@ class Plan:
         """Return how many settings follow each other with one value of a parameter."""
         return self._strides[name]
 
-    def places(self, name: str, settings: NDArray[np.int64] | None = None) -> NDArray[np.int64]:
-        """Return where in `values` of a parameter the value of each of these settings is; by default of all."""
-        which = np.arange(self.settings) if settings is None else np.asarray(settings)
+    def places(self, name: str) -> NDArray[np.int64]:
+        """Return where in `values` of a parameter the value of each setting is."""
+        which = np.arange(self.settings)
         return which // self._strides[name] % len(self._values[name])
 
     def values(self, name: str) -> list[object]:
@@ -166,9 +142,14 @@ class Plan:
         """Settings ordered so that alike ones, which can share a built world, follow each other; see `Run.likeness`."""
         keys = []
         for name in sorted(self.swept, reverse=True):
-            alike = self._alike(name)
-            if alike.any():
-                keys.append(alike[self.places(name)])
+            # Values of equal texts can share a world.
+            texts = [
+                text_of(value) if name in _SIZES or type(value) not in (int, float) else ""
+                for value in self._values[name]
+            ]
+            numbers = {text: number for number, text in enumerate(dict.fromkeys(texts))}
+            if len(numbers) > 1:
+                keys.append(np.array([numbers[text] for text in texts])[self.places(name)])
         return np.lexsort(keys) if keys else np.arange(self.settings)
 
     def index_of(self, ids: NDArray[np.uint64]) -> NDArray[np.int64]:
@@ -190,22 +171,3 @@ class Plan:
     def _value(self, name: str, k: int) -> object:
         values = self._values[name]
         return values[int(k) // self._strides[name] % len(values)]
-
-    def _alike(self, name: str) -> NDArray[np.int64]:
-        """Return a number for each value of a parameter; values of equal numbers can share a world."""
-        values = self._values[name]
-        if name not in _SIZES and set(map(type, values)) <= {int, float}:
-            return np.zeros(len(values), np.int64)
-        texts = [text_of(value) if name in _SIZES or type(value) not in (int, float) else "" for value in values]
-        numbers = {text: number for number, text in enumerate(dict.fromkeys(texts))}
-        return np.array([numbers[text] for text in texts])
-
-
-def _kind(values: list[object], is_integer: bool) -> Kind:
-    kinds = set(map(type, values))
-    if kinds == {bool}:
-        return "flag"
-    if not kinds <= {int, float}:
-        return "text"
-    is_whole = is_integer and all(isinstance(value, int) or value.is_integer() for value in values)  # type: ignore[attr-defined]
-    return "int" if is_whole else "number"

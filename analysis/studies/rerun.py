@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from teamsight.analysis.studies.same_code import changed
-from teamsight.analysis.studies.shard import OWN_COLUMNS, Recorder, Resolved
-from teamsight.analysis.studies.sweep import common_of
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.shard import OWN_COLUMNS, common_of, recording
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
 
@@ -73,14 +71,9 @@ class PlannedRun(NamedTuple):
 
     def make(self) -> Rerun:
         """Make the run in this process, and compare it. An error of the run is raised as it is."""
-        from teamsight.agents.reused_worlds import ReusedWorlds
-
         common = common_of(self.study, self.plan.types)
-        resolved = Resolved(common.model, common.record.measure, common.path)
-        recorder = Recorder(common.record, common.steps, OWN_COLUMNS.union(common.types))
-        with contextlib.closing(ReusedWorlds()) as worlds:
-            made = recorder.make(worlds, resolved, resolved.parameters(self.parameters), self.seed)
-        measures = dict(made.measured.values)
+        with recording(common) as (recorder, worlds):
+            measures, _, _ = recorder.make(worlds, recorder.parameters(self.parameters), self.seed)
         names = dict.fromkeys([*measures, *(self.stored or {})])
         stored = measures if self.stored is None else self.stored
         differing = tuple(name for name in names if not _is_same(measures.get(name), stored.get(name)))
@@ -111,8 +104,6 @@ def rerun(folder: str | os.PathLike[str], run: str) -> Rerun:
 
 def planned_run(folder: str | os.PathLike[str], run: str) -> PlannedRun:
     """Return a run of a study by its id; see `rerun`."""
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
-
     found = _RUN.fullmatch(run)
     if found is None:
         raise ValueError(
@@ -138,16 +129,13 @@ def planned_run(folder: str | os.PathLike[str], run: str) -> PlannedRun:
     # Runs that an earlier version of the study wanted are there.
     if replicate >= most and stored is None and failed is None:
         raise ValueError(f"run={checks.shown(run)}: replicates are numbered from 0 to {most - 1}; give one of them")
+    now, then = common_of(study, plan.types), place.manifest
+    changed = ["teamsight"] if now.code != then.code else []
+    changed += sorted(name for name, old in then.sources.items() if now.sources.get(name, old) != old)
     return PlannedRun(
         study, plan, run, setting, plan.seed(setting, replicate), plan.parameters(setting), stored, error,
-        _changed(place, study, plan),
+        tuple(changed),
     )  # fmt: skip
-
-
-def _changed(folder: StudyFolder, study: Study, plan: Plan) -> tuple[str, ...]:
-    """Return what is not as it was in the sweep: teamsight itself, and modules that the study names."""
-    now, then = common_of(study, plan.types), folder.manifest
-    return (*(["teamsight"] if now.code != then.code else []), *changed(then.sources, now.sources))
 
 
 def _row(folder: StudyFolder, kind: str, setting: str, replicate: int) -> Mapping[str, object] | None:

@@ -1,30 +1,36 @@
-"""A shard: some runs of a study, which one worker makes in one go and returns as files."""
+"""A shard: some runs of a study, which one worker makes in one go and returns as files; all workers have one code."""
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import importlib.util
 import io
 import json
+import os
 import re
 import signal
+import sys
 import threading
 import time
 import traceback
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, lru_cache
 from numbers import Integral, Real
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from teamsight.analysis.runs.executor import advance, shortened, without_middle
+from teamsight.analysis.runs import checkpoint
+from teamsight.analysis.runs.executor import advance, error_text, shortened, without_middle
+from teamsight.analysis.runs.run import columns_of, expect_world
 from teamsight.analysis.studies.definition.model import TASK_PREFIX, measure_of, model_of, task_named
 from teamsight.analysis.studies.definition.values import Components, stored
 from teamsight.analysis.studies.folder import parts as part_files
-from teamsight.analysis.studies.same_code import check_same_code
-from teamsight.core import checks, plugins, references
+from teamsight.core import plugins, references
+from teamsight.core.checks import shown
 from teamsight.tasks.model import TaskModel
 
 if TYPE_CHECKING:
@@ -33,7 +39,15 @@ if TYPE_CHECKING:
 
     from teamsight.agents.reused_worlds import ReusedWorlds
     from teamsight.agents.world import World
-    from teamsight.analysis.studies.study import Record
+    from teamsight.analysis.studies.study import Record, Study
+
+#: The modules of teamsight that decide the rows of a study, besides those that decide every run: the seeds, the rows.
+DECIDING = ("teamsight.analysis.studies.plan", "teamsight.analysis.studies.shard")
+
+
+class SourceError(RuntimeError):
+    """Raised by a worker that has other code than the sweep; the message names both versions."""
+
 
 class ShardRun(NamedTuple):
     """One run of a shard.
@@ -61,58 +75,180 @@ class ShardRun(NamedTuple):
         return f"{self.setting}-{self.replicate}"
 
 
-class MadeRun(NamedTuple):
-    """What is recorded of a run: its measures, and the library's own tables by kind of part."""
+class Common(NamedTuple):
+    """What all runs of a study share.
 
-    measured: Measured
-    tables: dict[str, pd.DataFrame]
+    Attributes
+    ----------
+    model : str
+        ``"cmommt"``, ``"package.module:Name"``, or the name of a plug-in.
+    steps : int
+        Steps of each run.
+    record : Record
+        What is recorded.
+    types : dict of str to str
+        The type of each parameter's column: "int", "number", "flag" or "text".
+    path : tuple of str
+        Folders in which modules of the study are found, besides those that Python searches.
+    code : str
+        The digest of teamsight's code; see `code_digest`.
+    sources : dict of str to str
+        The digest of the file of each module that the study names, and of those beside it that these import.
+    kinds : dict of str to str
+        What measured columns hold in the parts that are there.
+    """
+
+    model: str
+    steps: int
+    record: Record
+    types: Mapping[str, str]
+    path: tuple[str, ...]
+    code: str
+    sources: dict[str, str]
+    kinds: Mapping[str, Kind]
 
 
-class Recorder:
-    """Makes runs and records them.
+class Shard(NamedTuple):
+    """Runs that one worker makes in one go, and their expected work in the unit of `Run.cost`."""
+
+    common: Common
+    runs: tuple[ShardRun, ...]
+    cost: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The id of the first run."""
+        return self.runs[0].id
+
+    def describe(self) -> str:
+        """Return the shard in words, for errors."""
+        first = f"run {self.name}"
+        return first if len(self.runs) == 1 else f"{len(self.runs)} runs, the first of which is {first}"
+
+
+def common_of(study: Study, types: Mapping[str, str]) -> Common:
+    """Return what all runs of a study share. The modules that it names are imported already; see `Study.check`.
 
     Parameters
     ----------
-    record : Record
-        What is recorded.
-    steps : int
-        Steps of each run.
-    taken : frozenset of str
-        Names of columns that a measure must not return.
+    study : Study
+        The study.
+    types : dict of str to str
+        The type of each parameter's column.
     """
+    path = () if study.path is None else (os.path.abspath(study.path),)
+    references.search_in(path)
+    texts = {text.removeprefix(TASK_PREFIX) for text in _texts_in(study.as_dict())}
+    named = {text for text in texts if references.is_reference(text)}
+    named |= {plug_in.reference for plug_in in plugins.plug_ins() if plug_in.name in texts}
+    sources = source_digests({reference.partition(":")[0] for reference in named}, path)
+    code = checkpoint.code_digest(*DECIDING)
+    return Common(study.model, study.steps, study.record, dict(types), path, code, sources, {})
 
-    def __init__(self, record: Record, steps: int, taken: frozenset[str]) -> None:
-        self._record, self._steps, self._taken = record, steps, taken
 
-    def make(self, worlds: ReusedWorlds, resolved: Resolved, parameters: Mapping[str, Any], seed: int) -> MadeRun:
-        """Make a run and return what is recorded of it."""
-        from teamsight.agents.world import World
+def _texts_in(value: object) -> Iterator[str]:
+    """Yield all texts in lists and tables."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (Mapping, list, tuple)):
+        for one in value.values() if isinstance(value, Mapping) else value:
+            yield from _texts_in(one)
 
-        world = worlds.begin(resolved.model, parameters, seed)
-        if not isinstance(world, World):
-            raise TypeError(f"model returned {checks.shown(world)}: must return a World, such as CMOMMT(robots=5)")
-        if self._record.trajectories:
-            world.recording.record_positions(self._record.trajectories)
-        found = resolved.measure(world, self._steps)
-        return MadeRun(measured_of(found, self._taken, resolved.measure), self._tables(world))
 
-    def _tables(self, world: World) -> dict[str, pd.DataFrame]:
-        record = self._record
-        tables = {}
-        if record.steps:
-            tables["steps"] = world.recording.history.reset_index()
-        if record.trajectories:
-            tables["trajectories"] = world.recording.trajectory
-        if record.events:
-            tables["events"] = world.events
-        return tables
+# The digest of each file that was asked for, and the specification of its module at that time: a module that is
+# imported again gets another one.
+_known: dict[str, tuple[object, str]] = {}
+
+
+def source_digests(modules: Iterable[str], folders: Iterable[str] = ()) -> dict[str, str]:
+    """Return a digest of the file of each module, 16 hexadecimal digits.
+
+    Modules that these import are among them if they stand in the same package, or in one of the folders. A module that
+    a function imports when it is called is not known before.
+
+    Parameters
+    ----------
+    modules : iterable of str
+        Names of modules, which are imported already as far as that is possible.
+    folders : iterable of str
+        Folders of the study.
+
+    Raises
+    ------
+    ValueError
+        If a module was edited after this process has imported it, or stands in the folder of another study.
+    """
+    names = set(modules)
+    return {name: _digest(name) for name in sorted(names.union(_beside(names, tuple(folders))))}
+
+
+def _beside(names: set[str], folders: tuple[str, ...]) -> Iterator[str]:
+    """Yield the names of loaded modules that stand in the packages of others, or in the folders."""
+    packages = {top for top in (name.partition(".")[0] for name in names) if hasattr(sys.modules.get(top), "__path__")}
+    for name, module in tuple(sys.modules.items()):
+        top = name.partition(".")[0]
+        # Those of this package are in its own digest.
+        if top in ("teamsight", "__main__", "__mp_main__") or not (file := getattr(module, "__file__", None)):
+            continue
+        place = os.path.join(*name.split("."))
+        own = (os.path.join(folder, place + end) for folder in folders for end in (".py", f"{os.sep}__init__.py"))
+        if top in packages or any(os.path.abspath(file) == path for path in own):
+            yield name
+        elif references.is_added(file, place) and (two := references.hidden(name)):
+            raise ValueError(references.mixed_up(name, *two))
+
+
+def check_same_code(common: Common) -> None:
+    """Raise an error if this process has another version of the code than the sweep.
+
+    Raises
+    ------
+    SourceError
+        Naming both versions.
+    """
+    references.search_in(common.path)
+    _check(common.code, tuple(common.sources.items()))
+
+
+@cache
+def _check(code: str, sources: tuple[tuple[str, str], ...]) -> None:
+    own = checkpoint.code_digest(*DECIDING)
+    if own != code:
+        raise SourceError(
+            f"worker: has version {own} of teamsight's code, the sweep has {code}; install the same version "
+            "for all workers and start them again"
+        )
+    for name, digest in sources:
+        if _digest(name) != digest:
+            raise SourceError(
+                f"worker: has version {_digest(name)} of module {name!r}, the sweep has {digest}; give all workers the "
+                "same file and start them again"
+            )
+
+
+def _digest(name: str) -> str:
+    """Return the digest of a module's file, which must be as it was when the module was imported."""
+    module = sys.modules.get(name)
+    try:
+        spec = importlib.util.find_spec(name) if module is None else module.__spec__
+    except (ImportError, ValueError):
+        spec = None
+    file = getattr(spec, "origin", None) or getattr(module, "__file__", None) or ""
+    try:
+        with open(file, "rb") as content:
+            found = hashlib.blake2b(content.read(), digest_size=8).hexdigest()
+    except OSError:
+        return "no file"
+    before, digest = _known.setdefault(file, (spec, found))
+    if digest != found and before is spec:
+        raise ValueError(f"module {name!r} ({file}) was edited after it was imported; start Python again, or reload it")
+    _known[file] = spec, found
+    return found
 
 
 # Characters of an error, and of its traceback, that are kept.
 _LONGEST_ERROR, _LONGEST_TRACEBACK = 280, 20_000
 _ADDRESS = re.compile(r"\b0x[0-9a-fA-F]{6,}\b")
-# Errors that are meant to be read alone; others are named.
-_READABLE = (ValueError, TypeError, OSError)
 
 
 class Failure(NamedTuple):
@@ -135,32 +271,13 @@ def failure_of(error: BaseException) -> Failure:
 
     Addresses in memory are left out, so that the same error gives the same text in each process.
     """
-    if isinstance(error, KeyboardInterrupt) and _receives_interrupts():
-        raise error
-    text, name = _plain(" ".join(message_of(error).split())), type(error).__name__
-    if not isinstance(error, _READABLE):
-        text = f"{name}: {text}" if text else name
-    trace = _plain("".join(traceback.format_exception(error)))
-    return Failure(one_line(text or name), without_middle(trace, _LONGEST_TRACEBACK))
-
-
-def message_of(error: BaseException) -> str:
-    """Return the message of an error, also of one whose class cannot make it."""
-    try:
-        return str(error)
-    except Exception:
-        return "(its message cannot be shown)"
-
-
-def _receives_interrupts() -> bool:
-    """Whether Ctrl-C reaches this thread; in workers it does not, so there it is the model that raises it."""
+    # In workers Ctrl-C is ignored, so there it is the model that raises it.
     is_main = threading.current_thread() is threading.main_thread()
-    return is_main and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
-
-
-def one_line(text: str) -> str:
-    """Return a text on one line, without the middle of a long one."""
-    return shortened(text, _LONGEST_ERROR)
+    if isinstance(error, KeyboardInterrupt) and is_main and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        raise error
+    text = _plain(" ".join(error_text(error).split()))
+    trace = _plain("".join(traceback.format_exception(error)))
+    return Failure(shortened(text, _LONGEST_ERROR), without_middle(trace, _LONGEST_TRACEBACK))
 
 
 def _plain(text: str) -> str:
@@ -171,51 +288,65 @@ def _plain(text: str) -> str:
     return "".join(one if one.isprintable() or one == "\n" else ascii(one)[1:-1] for one in text)
 
 
-class Resolved:
-    """The model and the measure of a study, and the components of its parameters.
+class Recorder:
+    """Makes runs of a study and records them.
 
     Parameters
     ----------
-    model, measure : str
-        Names as a study has them.
-    path : tuple of str
-        Folders in which modules are found, besides those that Python searches.
+    common : Common
+        What the runs share.
 
     Raises
     ------
     TypeError, ValueError
-        If a name does not lead to a function or class.
+        If the name of the model or the measure does not lead to a function or class.
     """
 
-    def __init__(self, model: str, measure: str, path: tuple[str, ...]) -> None:
-        references.search_in(path)
-        task = task_named(model)
+    def __init__(self, common: Common) -> None:
+        references.search_in(common.path)
+        task = task_named(common.model)
+        self._common = common
         self._task = None if task is None else TaskModel(task)
         # The world of a task itself, so that runs of CMOMMT share one.
-        self.model: Callable[..., World] = model_of(model) if task is None else task.world
-        self.measure: Callable[[World, int], Any] = measure_of(measure, model)
+        self._model: Callable[..., World] = model_of(common.model) if task is None else task.world
+        self._measure: Callable[[World, int], Any] = measure_of(common.record.measure, common.model)
+        self._taken = OWN_COLUMNS.union(common.types)
         self._components = Components()
+        self._last: tuple[object, dict[str, Any]] = None, {}
 
     def parameters(self, given: Mapping[str, object]) -> dict[str, Any]:
         """Return the keyword arguments of the model for parameters as a study has them."""
+        if given is self._last[0]:
+            return self._last[1]
+        before = self._components.unshared
         found = self._components.resolved(given)
-        return found if self._task is None else self._task.parameters(found)
+        if self._task is not None:
+            return self._task.parameters(found)
+        # The runs of a setting share what no run can change.
+        if self._components.unshared == before and not any(isinstance(one, (list, dict)) for one in found.values()):
+            self._last = given, found
+        return found
 
+    def begin(self, worlds: ReusedWorlds, parameters: Mapping[str, Any], seed: int) -> World:
+        """Return a world before its first step."""
+        return expect_world(worlds.begin(self._model, parameters, seed))
 
-def modules_of(values: Mapping[str, object]) -> set[str]:
-    """Return the names of the modules of all objects that the values of a study name, plug-ins included."""
-    texts = {text.removeprefix(TASK_PREFIX) for text in _texts_in(values)}
-    named = {text for text in texts if references.is_reference(text)}
-    named |= {plug_in.reference for plug_in in plugins.plug_ins() if plug_in.name in texts}
-    return {reference.partition(":")[0] for reference in named}
-
-
-def _texts_in(value: object) -> list[str]:
-    """Return all texts in lists and tables."""
-    if isinstance(value, str):
-        return [value]
-    inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, (list, tuple)) else ()
-    return [text for one in inner for text in _texts_in(one)]
+    def make(
+        self, worlds: ReusedWorlds, parameters: Mapping[str, Any], seed: int
+    ) -> tuple[dict[str, object], Kinds, dict[str, pd.DataFrame]]:
+        """Make a run; return its measures, what each holds, and the library's own tables by kind of part."""
+        world, record = self.begin(worlds, parameters, seed), self._common.record
+        if record.trajectories:
+            world.recording.record_positions(record.trajectories)
+        values, kinds = measured_of(self._measure(world, self._common.steps), self._taken, self._measure)
+        tables = {}
+        if record.steps:
+            tables["steps"] = world.recording.history.reset_index()
+        if record.trajectories:
+            tables["trajectories"] = world.recording.trajectory
+        if record.events:
+            tables["events"] = world.events
+        return values, kinds, tables
 
 
 #: What a column holds: "int", "number", "flag" or "text"; None where it is not known.
@@ -227,15 +358,10 @@ WORDS = {"int": "a whole number", "number": "a number", "flag": "True or False",
 _MOST_INT = 2**63
 
 
-class Measured(typing.NamedTuple):
-    """The values of one run by column, and what each column holds."""
-
-    values: dict[str, object]
-    kinds: dict[str, Kind]
-
-
-def measured_of(found: object, taken: frozenset[str], measure: Callable[..., object]) -> Measured:
-    """Return the columns that a measure returned.
+def measured_of(
+    found: object, taken: frozenset[str], measure: Callable[..., object]
+) -> tuple[dict[str, object], Kinds]:
+    """Return the values of the columns that a measure returned, and what each column holds.
 
     Parameters
     ----------
@@ -251,32 +377,24 @@ def measured_of(found: object, taken: frozenset[str], measure: Callable[..., obj
     TypeError, ValueError
         If it is something else, or a value is no number, text, True, False or None.
     """
-    if isinstance(found, tuple) and hasattr(found, "_asdict"):
-        declared = _declared(type(found))
-        found = found._asdict()
-    else:
-        declared = _returned(measure)
-    if not isinstance(found, Mapping):
-        raise TypeError(f"measure returned {type(found).__name__}: must be a NamedTuple or a mapping of columns")
-    if not taken.isdisjoint(found):
-        name = next(name for name in found if name in taken)
-        raise ValueError(f"measure returned {name!r}: the table has this column; take another name")
+    kind: type = type(found)
+    declared = _declared(kind) if hasattr(found, "_asdict") else _returned(measure)
     values: dict[str, object] = {}
     kinds: dict[str, Kind] = {}
-    for name, value in found.items():
+    for name, value in columns_of(found, taken).items():
         if type(name) is not str or not name or not name.isascii():
             _check_name(name)
-        kind = declared.get(name)
-        if type(value) is float and kind in (None, "number"):  # the usual case
+        wanted = declared.get(name)
+        if type(value) is float and wanted in (None, "number"):  # the usual case
             values[name], kinds[name] = value, "number"
         else:
-            values[name], kinds[name] = _value(name, value, kind)
-    return Measured(values, kinds)
+            values[name], kinds[name] = _value(name, value, wanted)
+    return values, kinds
 
 
 def _check_name(name: object) -> None:
     """Raise an error unless a file can hold the name of a column."""
-    given = f"measure returned the name {checks.shown(name)}"
+    given = f"measure returned the name {shown(name)}"
     if not isinstance(name, str) or not name:
         raise TypeError(f"{given}: must be a text, such as 'distance'")
     try:
@@ -301,7 +419,7 @@ def _value(name: object, value: object, kind: Kind) -> tuple[object, Kind]:
         return float(value), "number"
     wanted = "a number, a text, True, False or None" if kind is None else f"{WORDS[kind]}, as it is annotated"
     cure = "give its parts as columns of their own" if kind is None else "correct the annotation or the value"
-    raise TypeError(f"measure returned {name}={checks.shown(value)}: must be {wanted}; {cure}")
+    raise TypeError(f"measure returned {name}={shown(value)}: must be {wanted}; {cure}")
 
 
 @lru_cache(maxsize=64)
@@ -357,7 +475,6 @@ def _without_none(hint: object) -> object:
 
 
 #: What each column holds, by name.
-Types = Mapping[str, str]
 Kinds = dict[str, Kind]
 
 #: Columns of runs and failed runs that are neither parameters nor measures.
@@ -368,75 +485,70 @@ OWN_COLUMNS_OF_EVENTS = frozenset({"setting", "replicate", "time", "tick", "what
 DETAIL = "events/"
 
 
-class PartTables:
-    """Collects the rows of a shard.
-
-    Parameters
-    ----------
-    types : dict of str to str
-        What the column of each parameter holds: "int", "number", "flag" or "text".
-    steps : int
-        Steps of each run.
-    known : dict of str to str
-        What measured columns hold in other parts of the study; a run with other values fails.
+class ShardResult(NamedTuple):
+    """What `make_shard` returns.
 
     Attributes
     ----------
+    parts : dict of str to bytes
+        Parquet files by kind: "runs", "failed", "steps", "trajectories", "events"; kinds without rows are left out.
     done : int
         Number of runs that did not fail.
-    failed : list of (str, str)
-        Id and error of each run that failed.
+    failed : tuple of (str, str)
+        The id and the one-line error of each run that failed.
+    seconds : float
+        Time that the shard took.
+    kinds : dict of str to str
+        What each measured column holds, and each detail of events, as in "events/colour".
     """
 
-    def __init__(self, types: Types, steps: int, known: Mapping[str, Kind]) -> None:
-        self._types, self._steps, self._known = types, steps, dict(known)
+    parts: dict[str, bytes]
+    done: int
+    failed: tuple[tuple[str, str], ...]
+    seconds: float
+    kinds: Kinds
+
+
+class PartTables:
+    """The rows of a shard, which become Parquet files.
+
+    Parameters
+    ----------
+    common : Common
+        What the runs share. A run whose measures are of other kinds than those of other parts fails.
+    """
+
+    def __init__(self, common: Common) -> None:
+        self._common, self._known = common, dict(common.kinds)
+        # Apart from those of other shards: the bytes of a part are a function of its runs.
+        self._kinds: Kinds = {}
         self._last: Kinds | None = None
         self._runs: list[tuple[ShardRun, dict[str, Any]]] = []
         self._failures: list[tuple[ShardRun, Failure]] = []
-        self._kinds: Kinds = {}
         self._tables: dict[str, list[pa.Table]] = {}
 
-    @property
-    def done(self) -> int:
-        """Number of runs that did not fail."""
-        return len(self._runs)
-
-    @property
-    def failed(self) -> list[tuple[str, str]]:
-        """Id and error of each run that failed."""
-        return [(run.id, failure.error) for run, failure in self._failures]
-
-    @property
-    def kinds(self) -> Kinds:
-        """What each measured column holds, and each detail of events, as in "events/colour"."""
-        return self._kinds
-
-    def add_run(self, run: ShardRun, made: MadeRun) -> None:
-        """Add a run; it fails if a column of other runs holds values of another kind."""
-        try:
-            tables = {kind: _rows_of(run, kind, frame) for kind, frame in made.tables.items()}
-            self._take_note({**made.measured.kinds, **_details(tables)})
-        except (ValueError, TypeError, NotImplementedError) as error:  # Arrow raises all three
-            self.add_failure(run, Failure(one_line(str(error)), ""))
+    def add(self, run: ShardRun, made: tuple[dict[str, object], Kinds, dict[str, pd.DataFrame]] | Failure) -> None:
+        """Add what `Recorder.make` returned of a run, or why it failed."""
+        if isinstance(made, Failure):
+            self._failures.append((run, made))
             return
-        self._runs.append((run, made.measured.values))
+        values, kinds, frames = made
+        try:
+            tables = {kind: _rows_of(run, kind, frame) for kind, frame in frames.items()}
+            if "events" in tables:
+                kinds = kinds | _details(tables["events"])
+            if kinds != self._last:
+                self._known, self._kinds = merged(self._known, kinds), merged(self._kinds, kinds)
+                self._last = kinds
+        except (ValueError, TypeError, NotImplementedError) as error:  # Arrow raises all three
+            self._failures.append((run, Failure(shortened(str(error), _LONGEST_ERROR), "")))
+            return
+        self._runs.append((run, values))
         for kind, table in tables.items():
             self._tables.setdefault(kind, []).append(table)
 
-    def _take_note(self, kinds: Kinds) -> None:
-        """Check what the columns of a run hold against those of other runs."""
-        if kinds != self._last:
-            self._known = merged(self._known, kinds)
-            # Apart from those of other shards: the bytes of a part are a function of its runs.
-            self._kinds = merged(self._kinds, kinds)
-            self._last = kinds
-
-    def add_failure(self, run: ShardRun, failure: Failure) -> None:
-        """Add a run that failed."""
-        self._failures.append((run, failure))
-
-    def parts(self) -> dict[str, bytes]:
-        """Return a Parquet file for each kind of rows that there are."""
+    def result(self, seconds: float = 0.0) -> ShardResult:
+        """Return a Parquet file for each kind of rows that there are, and what is in them."""
         import pyarrow as pa
 
         found = {}
@@ -446,17 +558,11 @@ class PartTables:
             if table.num_rows:
                 found[kind] = _parquet(table)
         if self._failures:
+            errors = {name: [getattr(one, name) for _, one in self._failures] for name in Failure._fields}
             runs = [run for run, _ in self._failures]
-            found["failed"] = _parquet(
-                pa.table(
-                    {
-                        "run": pa.array([run.id for run in runs], pa.string()),
-                        **self._columns(runs),
-                        "error": pa.array([failure.error for _, failure in self._failures], pa.string()),
-                        "traceback": pa.array([failure.traceback for _, failure in self._failures], pa.string()),
-                    }
-                )
-            )
+            columns = {"run": [run.id for run in runs], **self._columns(runs), **errors}
+            texts = {name: pa.array(columns[name], pa.string()) for name in ("run", *errors)}
+            found["failed"] = _parquet(pa.table(columns | texts))
         # Last, since it is this part that makes the runs done. It says which parts were written beside it.
         if self._runs:
             measured = {
@@ -465,12 +571,12 @@ class PartTables:
                 if not name.startswith(DETAIL)
             }
             beside = {kind: part_files.digest(content) for kind, content in found.items() if kind != "failed"}
-            metadata = {part_files.BESIDE: json.dumps(beside), part_files.HOLDS: json.dumps(self._kinds)}
-            table = pa.table({**self._columns([run for run, _ in self._runs]), **measured})
-            found["runs"] = _parquet(table, metadata)
-        return found
+            about = {part_files.BESIDE: json.dumps(beside), part_files.HOLDS: json.dumps(self._kinds)}
+            found["runs"] = _parquet(pa.table({**self._columns([run for run, _ in self._runs]), **measured}), about)
+        failed = tuple((run.id, failure.error) for run, failure in self._failures)
+        return ShardResult(found, len(self._runs), failed, seconds, self._kinds)
 
-    def _columns(self, runs: list[ShardRun]) -> dict[str, pa.Array]:
+    def _columns(self, runs: list[ShardRun]) -> dict[str, Any]:
         """Return the columns that identify runs."""
         import pyarrow as pa
 
@@ -478,11 +584,11 @@ class PartTables:
             "setting": pa.array([run.setting for run in runs], pa.string()),
             **{
                 name: pa.array([stored(run.parameters[name], kind) for run in runs], _type(kind))
-                for name, kind in self._types.items()
+                for name, kind in self._common.types.items()
             },
             "replicate": pa.array([run.replicate for run in runs], pa.int64()),
             "seed": pa.array([run.seed for run in runs], pa.int64()),
-            "steps": pa.array([self._steps] * len(runs), pa.int64()),
+            "steps": pa.array([self._common.steps] * len(runs), pa.int64()),
         }
 
 
@@ -507,11 +613,6 @@ def merged(known: Mapping[str, Kind], kinds: Mapping[str, Kind]) -> Kinds:
     return found
 
 
-def is_at_odds(known: Mapping[str, Kind], kinds: Mapping[str, Kind]) -> bool:
-    """Whether a column would hold two kinds of values; see `merged`."""
-    return any(kind is not None and known.get(name) not in (None, kind) for name, kind in kinds.items())
-
-
 def _type(kind: Kind) -> pa.DataType:
     import pyarrow as pa
 
@@ -528,36 +629,31 @@ def _rows_of(run: ShardRun, kind: str, frame: pd.DataFrame) -> pa.Table:
         "setting": pa.array([run.setting] * size, pa.string()),
         "replicate": pa.array([run.replicate] * size, pa.int64()),
     }
-    for field, column in zip(table.schema, table.columns, strict=True):
-        if field.name in columns:
-            raise ValueError(f"{kind}: has a column {field.name!r} of its own; give the event's detail another name")
-        is_detail = kind == "events" and field.name not in OWN_COLUMNS_OF_EVENTS
+    for name, column in zip(table.column_names, table.columns, strict=True):
+        if name in columns:
+            raise ValueError(f"{kind}: has a column {name!r} of its own; give the event's detail another name")
+        is_detail = kind == "events" and name not in OWN_COLUMNS_OF_EVENTS
         if is_detail and column.null_count == size:
             # In a run without a value it has the type of numbers, whatever it holds in other runs.
             continue
-        columns[field.name] = column.cast(_type_in_all_runs(field.type, is_detail))
+        type_ = column.type
+        if pa.types.is_string(type_) or pa.types.is_large_string(type_) or pa.types.is_null(type_):
+            type_ = pa.string()
+        elif is_detail:
+            type_ = pa.float64()
+        columns[name] = column.cast(type_)
     return pa.table(columns)
 
 
-def _type_in_all_runs(found: pa.DataType, is_detail: bool) -> pa.DataType:
-    """Return the type of a column in the tables of all runs; that of a detail depends on the run otherwise."""
-    import pyarrow as pa
-
-    if pa.types.is_large_string(found) or pa.types.is_null(found):
-        return pa.string()
-    return pa.float64() if is_detail and not pa.types.is_string(found) else found
-
-
-def _details(tables: Mapping[str, pa.Table]) -> Kinds:
+def _details(events: pa.Table) -> Kinds:
     """Return what the details of a run's events hold, as far as it has any."""
     import pyarrow as pa
 
-    found: Kinds = {}
-    if (events := tables.get("events")) is not None:
-        for field, column in zip(events.schema, events.columns, strict=True):
-            if field.name not in OWN_COLUMNS_OF_EVENTS and column.null_count < len(column):
-                found[DETAIL + field.name] = "text" if pa.types.is_string(field.type) else "number"
-    return found
+    return {
+        DETAIL + field.name: "text" if pa.types.is_string(field.type) else "number"
+        for field, column in zip(events.schema, events.columns, strict=True)
+        if field.name not in OWN_COLUMNS_OF_EVENTS and column.null_count < len(column)
+    }
 
 
 def _parquet(table: pa.Table, metadata: Mapping[str, str] | None = None) -> bytes:
@@ -569,84 +665,8 @@ def _parquet(table: pa.Table, metadata: Mapping[str, str] | None = None) -> byte
     return target.getvalue()
 
 
-T = TypeVar("T")
-
 # Seconds between two reports of how many runs of a shard are made.
 _PERIOD = 0.2
-
-
-class Common(NamedTuple):
-    """What all runs of a study share.
-
-    Attributes
-    ----------
-    model : str
-        ``"cmommt"``, ``"package.module:Name"``, or the name of a plug-in.
-    steps : int
-        Steps of each run.
-    record : Record
-        What is recorded.
-    types : dict of str to str
-        The type of each parameter's column: "int", "number", "flag" or "text".
-    path : tuple of str
-        Folders in which modules of the study are found, besides those that Python searches.
-    code : str
-        The digest of teamsight's code; see `code_digest`.
-    sources : dict of str to str
-        The digest of the file of each module that the study names, and of those beside it that these import.
-    kinds : dict of str to str
-        What measured columns hold in the parts that are there.
-    """
-
-    model: str
-    steps: int
-    record: Record
-    types: Types
-    path: tuple[str, ...]
-    code: str
-    sources: dict[str, str]
-    kinds: Mapping[str, Kind]
-
-
-class Shard(NamedTuple):
-    """Runs that one worker makes in one go."""
-
-    common: Common
-    runs: tuple[ShardRun, ...]
-
-    @property
-    def name(self) -> str:
-        """The id of the first run."""
-        return self.runs[0].id
-
-    def describe(self) -> str:
-        """Return the shard in words, for errors."""
-        first = f"run {self.name}"
-        return first if len(self.runs) == 1 else f"{len(self.runs)} runs, the first of which is {first}"
-
-
-class ShardResult(NamedTuple):
-    """What `make_shard` returns.
-
-    Attributes
-    ----------
-    parts : dict of str to bytes
-        Parquet files by kind: "runs", "failed", "steps", "trajectories", "events"; kinds without rows are left out.
-    done : int
-        Number of runs that did not fail.
-    failed : tuple of (str, str)
-        The id and the one-line error of each run that failed.
-    seconds : float
-        Time that the shard took.
-    kinds : dict of str to str
-        What each measured column holds: "int", "number", "flag" or "text".
-    """
-
-    parts: dict[str, bytes]
-    done: int
-    failed: tuple[tuple[str, str], ...]
-    seconds: float
-    kinds: Kinds
 
 
 def make_shard(shard: Shard) -> ShardResult:
@@ -660,46 +680,42 @@ def make_shard(shard: Shard) -> ShardResult:
         If this process has another version of the code, or of a module that the study names.
     """
     began = reported = time.perf_counter()
-    common = shard.common
-    check_same_code(common)
-    tables = PartTables(common.types, common.steps, common.kinds)
-    for count, (run, made) in enumerate(_made(shard), 1):
-        if isinstance(made, Failure):
-            tables.add_failure(run, made)
-        else:
-            tables.add_run(run, made)
-        if (now := time.perf_counter()) - reported >= _PERIOD:
-            reported = now
-            advance(shard.name, count)
-    parts = tables.parts()
-    return ShardResult(parts, tables.done, tuple(tables.failed), time.perf_counter() - began, tables.kinds)
+    check_same_code(shard.common)
+    tables = PartTables(shard.common)
+    with recording(shard.common) as (recorder, worlds):
+        prepared = [(run, _attempt(recorder.parameters, run.parameters)) for run in shard.runs]
+        worlds.expect((found, run.seed) for run, found in prepared if not isinstance(found, Failure))
+        for count, (run, parameters) in enumerate(prepared, 1):
+            if isinstance(parameters, Failure):
+                tables.add(run, parameters)
+            else:
+                tables.add(run, _attempt(recorder.make, worlds, parameters, run.seed))
+            if (now := time.perf_counter()) - reported >= _PERIOD:
+                reported = now
+                advance(shard.name, count)
+    return tables.result(time.perf_counter() - began)
 
 
-def died(shard: Shard, error: str) -> ShardResult:
-    """Return the result of a shard that no worker survived: all its runs failed."""
-    tables = PartTables(shard.common.types, shard.common.steps, {})
-    for run in shard.runs:
-        tables.add_failure(run, Failure(error, ""))
-    return ShardResult(tables.parts(), 0, tuple(tables.failed), 0.0, {})
-
-
-def _made(shard: Shard) -> Iterator[tuple[ShardRun, MadeRun | Failure]]:
-    """Make one run after the other, reusing worlds."""
+@contextlib.contextmanager
+def recording(common: Common) -> Iterator[tuple[Recorder, ReusedWorlds]]:
+    """Make runs within the block, by a recorder and worlds that are reused."""
     # Slow to import: only where worlds are made.
     from teamsight.agents.reused_worlds import ReusedWorlds
     from teamsight.analysis.runs.simulate import announcing
 
-    common = shard.common
     with contextlib.closing(ReusedWorlds()) as worlds, announcing():
-        resolved = Resolved(common.model, common.record.measure, common.path)
-        recorder = Recorder(common.record, common.steps, OWN_COLUMNS.union(common.types))
-        prepared = [(run, _attempt(resolved.parameters, run.parameters)) for run in shard.runs]
-        worlds.expect((found, run.seed) for run, found in prepared if not isinstance(found, Failure))
-        for run, parameters in prepared:
-            if isinstance(parameters, Failure):
-                yield run, parameters
-            else:
-                yield run, _attempt(recorder.make, worlds, resolved, parameters, run.seed)
+        yield Recorder(common), worlds
+
+
+def died(shard: Shard, error: str) -> ShardResult:
+    """Return the result of a shard that no worker survived: all its runs failed."""
+    tables = PartTables(shard.common)
+    for run in shard.runs:
+        tables.add(run, Failure(error, ""))
+    return tables.result()
+
+
+T = typing.TypeVar("T")
 
 
 def _attempt(function: Callable[..., T], *arguments: object) -> T | Failure:

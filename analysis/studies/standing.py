@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+import os
+from collections.abc import Iterator
 from itertools import islice
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,16 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.studies.definition.model import Until
-from teamsight.analysis.studies.folder.parts import IDENTITY, RunSet, joined, runs_in
+from teamsight.analysis.studies.folder.lock import Holder, holders
+from teamsight.analysis.studies.folder.parts import IDENTITY, Damaged, RunSet, joined, runs_in
+from teamsight.analysis.studies.folder.progress import Progress
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pyarrow as pa
 
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
+
 
 class Present(NamedTuple):
     """Distinct runs of the settings of a plan that are done or have failed.
@@ -45,8 +49,8 @@ class Present(NamedTuple):
 
     def without(self, lost: RunSet, plan: Plan) -> Present:
         """Return what is left without the runs of which a part is lost: a sweep makes them again."""
-        runs = RunSet(plan.ids[self.setting], self.replicate)
-        kept = joined((lost, runs)).firsts()[lost.size :] | self.has_failed
+        is_lost = RunSet(plan.ids[self.setting], self.replicate).are_in(lost)
+        kept = ~is_lost | self.has_failed
         return Present(
             self.setting[kept], self.replicate[kept], self.has_failed[kept], self.value[kept], self.is_flag
         )
@@ -75,14 +79,9 @@ class Standing(NamedTuple):
 
 def standing(study: Study, plan: Plan, present: Present) -> Standing:
     """Return how far a study is by the runs that are there."""
-    needed = np.full(plan.settings, study.replicates, np.int64)
-    is_wide = np.zeros(plan.settings, bool)
+    needed, is_wide = np.full(plan.settings, study.replicates, np.int64), np.zeros(plan.settings, bool)
     if study.until is not None:
-
-        needed, is_wide = all_needed(
-            study.until, study.replicates, present.setting, present.replicate, present.value, plan.settings,
-            is_flag=present.is_flag,
-        )  # fmt: skip
+        needed, is_wide = all_needed(study.until, study.replicates, present, plan.settings)
     total = len(present.setting)
     missing = int(needed.sum()) - int((present.replicate < needed[present.setting]).sum())
     failed = int(present.has_failed.sum())
@@ -104,14 +103,12 @@ def present_in(folder: StudyFolder, study: Study, plan: Plan, *, skip_damaged: b
         table = folder.read("runs", [*IDENTITY, study.until.measure], skip_damaged=skip_damaged)
         done, (values, is_flag) = runs_in(table), values_of(table, study.until.measure)
     # One that was made in the meantime is done.
-    failed = failed.without(done)
-    runs = joined([done, failed])
+    runs = joined([done, failed.without(done)])
     value = np.full(runs.size, np.nan)
     if values is not None:
         value[: done.size] = values
     setting = plan.index_of(runs.ids) if runs.size else np.empty(0, np.int64)
-    is_planned = setting >= 0
-    has_failed = np.arange(runs.size) >= done.size
+    has_failed, is_planned = np.arange(runs.size) >= done.size, setting >= 0
     present = Present(
         setting[is_planned], runs.replicates[is_planned], has_failed[is_planned], value[is_planned], is_flag
     )
@@ -127,6 +124,83 @@ def values_of(table: pa.Table, measure: str) -> tuple[NDArray[np.float64], bool]
         column = table[measure]
         return column.cast(pa.float64()).to_numpy(), bool(pa.types.is_boolean(column.type))
     return np.full(table.num_rows, np.nan), False
+
+
+class Running(NamedTuple):
+    """A sweep that runs now.
+
+    Attributes
+    ----------
+    holder : Holder
+        Its process, and since when.
+    progress : Progress or None
+        Its last heartbeat; None before the first.
+    """
+
+    holder: Holder
+    progress: Progress | None
+
+
+class Status(NamedTuple):
+    """How far a study is.
+
+    Attributes
+    ----------
+    planned : int
+        Runs that are there and those that are missing; of an adaptive study, as far as its runs show.
+    done, failed, missing : int
+        Runs that are done, that have failed, and that are neither.
+    running : int
+        Those of the missing runs that workers have now.
+    seconds_left : float or None
+        Time until none is missing at the present rate [s]; None if no sweep runs, or its rate is not known yet.
+    rate : float or None
+        Runs per second of the sweeps that run now; None if it is not known.
+    sweeps : tuple of Running
+        The sweeps that run now.
+    damaged : tuple of Damaged
+        Parts of runs that are damaged; their runs are missing.
+    wide : int
+        Settings of an adaptive study that have reached its limit with a wider interval than wanted.
+    not_finite : dict of str to int
+        In how many of the runs that are done a measure is NaN or infinite, by its name.
+    """
+
+    planned: int
+    done: int
+    failed: int
+    missing: int
+    running: int
+    seconds_left: float | None
+    rate: float | None
+    sweeps: tuple[Running, ...]
+    damaged: tuple[Damaged, ...]
+    wide: int
+    not_finite: dict[str, int]
+
+
+def status(folder: str | os.PathLike[str]) -> Status:
+    """Return how far a study is, read from its folder without writing, also while a sweep runs.
+
+    Raises
+    ------
+    ValueError
+        If this is not the folder of a study.
+    """
+    place = StudyFolder(folder)
+    study = place.study
+    # What is read later holds at least as many runs: none is reported as missing that has just been made.
+    beats = {(each.pid, each.host, each.shard): each for each in place.progress}
+    sweeps = tuple(Running(one, beats.get((one.pid, one.host, one.shard))) for one in holders(place.path))
+    heartbeats = [each.progress for each in sweeps if each.progress]
+    plan = study.plan()
+    found = standing(study, plan, present_in(place, study, plan, skip_damaged=True))
+    rate = sum(each.rate or 0.0 for each in heartbeats) or None
+    running = min(found.missing, sum(each.running for each in heartbeats))
+    return Status(
+        found.planned, found.done, found.failed, found.missing, running, found.missing / rate if rate else None, rate,
+        sweeps, tuple(place.damaged()), int(found.is_wide.sum()), place.not_finite(),
+    )  # fmt: skip
 
 
 def not_finite_note(counts: Mapping[str, int]) -> str:
@@ -157,21 +231,6 @@ NARROW_LOOKS = 2
 FEWEST_EQUAL = 100
 
 
-class Needed(NamedTuple):
-    """How many replicates settings need, as far as their present ones show.
-
-    Attributes
-    ----------
-    replicates : array of int
-        The number of each setting. No more are needed if it has them all.
-    is_wide : array of bool
-        Whether a setting has reached the limit, and its interval is still wider than wanted.
-    """
-
-    replicates: NDArray[np.int64]
-    is_wide: NDArray[np.bool_]
-
-
 def looks(until: Until, start: int) -> Iterator[int]:
     """Yield the numbers of replicates at which the interval is looked at: 30, 38, 48, 60, …; the last is the limit.
 
@@ -196,8 +255,10 @@ def fewest(until: Until) -> int:
     return list(islice(looks(until, 1), NARROW_LOOKS))[-1]
 
 
-def replicates_needed(until: Until, start: int, values: Sequence[float], *, is_flag: bool = False) -> int:
-    """Return how many replicates a setting needs, as far as its present ones show.
+def all_needed(
+    until: Until, start: int, present: Present, settings: int
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return how many replicates each setting needs, as far as its present ones show.
 
     The interval is looked at when the setting has certain numbers of replicates, and must be narrow enough at two
     looks in succession. So the answer depends on the setting's own replicates 0, 1, … alone, and not on the order or
@@ -209,15 +270,16 @@ def replicates_needed(until: Until, start: int, values: Sequence[float], *, is_f
         The interval and the limit.
     start : int
         The replicates of the study: the first ones.
-    values : sequence of float
-        The measure of replicates 0, 1, …; NaN for failed ones.
-    is_flag : bool
-        Whether the measure is True or False: then the interval is Wilson's, otherwise Student's.
+    present : Present
+        The runs that were made, in any order. The interval of True and False is Wilson's, otherwise Student's.
+    settings : int
+        The number of settings.
 
     Returns
     -------
-    int
-        The number of replicates. No more are needed if it is at most ``len(values)``.
+    (array of int, array of bool)
+        The number of replicates of each setting, of which no more are needed if it has them all; and whether it has
+        reached the limit, and its interval is still wider than wanted.
 
     Notes
     -----
@@ -240,81 +302,34 @@ def replicates_needed(until: Until, start: int, values: Sequence[float], *, is_f
     So annotate what happens or not as bool. For numbers that are nearly always the same, or that few runs dominate,
     give `replicates` instead.
     """
-    given = np.asarray(values, np.float64)
-    settings = np.zeros(len(given), np.int64)
-    return int(all_needed(until, start, settings, np.arange(len(given)), given, 1, is_flag=is_flag).replicates[0])
+    # Slow to import.
+    from teamsight.analysis.studies.summary import intervals
 
-
-def all_needed(
-    until: Until,
-    start: int,
-    setting: NDArray[np.int64],
-    replicate: NDArray[np.int64],
-    value: NDArray[np.float64],
-    settings: int,
-    *,
-    is_flag: bool = False,
-) -> Needed:
-    """Return `replicates_needed` of all settings.
-
-    Parameters
-    ----------
-    until, start, is_flag
-        As for `replicates_needed`.
-    setting, replicate : array of int
-        The number of the setting in the plan, and that of the replicate, of each run that was made; in any order.
-    value : array of float
-        The measure of each; NaN for failed runs.
-    settings : int
-        The number of settings.
-    """
-    order = np.lexsort((replicate, setting))
-    setting, replicate, value = setting[order], replicate[order], value[order]
+    order = np.lexsort((present.replicate, present.setting))
+    setting, replicate, value = present.setting[order], present.replicate[order], present.value[order]
     needed, narrow = np.full(settings, -1, np.int64), np.zeros(settings, np.int64)
     is_wide = np.zeros(settings, bool)
     for count in looks(until, start):
         within = replicate < count
         made = np.bincount(setting[within], minlength=settings)
         needed[(needed < 0) & (made < count)] = count
-        found = _Intervals.of(setting[within], value[within], settings, is_flag)
-        narrow = np.where(found.width <= until.interval, narrow + 1, 0)
-        is_enough = (narrow >= NARROW_LOOKS) & (is_flag | found.has_spread | (found.values >= FEWEST_EQUAL))
+        chosen = within & np.isfinite(value)
+        cell, finite = setting[chosen], value[chosen]
+        values, *_, width = intervals(finite, cell, settings, are_flags=present.is_flag)
+        # Rounding moves the mean of equal values away from them: they are compared themselves.
+        first = np.cumsum(values) - values
+        has_spread = np.bincount(cell, finite != finite[first[cell]], settings) > 0
+        if not present.is_flag:
+            width[~has_spread & (values > 1)] = 0.0
+        narrow = np.where(width <= until.interval, narrow + 1, 0)
+        is_enough = (narrow >= NARROW_LOOKS) & (present.is_flag | has_spread | (values >= FEWEST_EQUAL))
         # Where no run of a setting succeeds, more would be of no use.
-        is_last = (found.values == 0) | (count == until.limit)
-        is_wide |= (needed < 0) & is_last & (found.values > 0) & (narrow == 0)
+        is_last = (values == 0) | (count == until.limit)
+        is_wide |= (needed < 0) & is_last & (values > 0) & (narrow == 0)
         needed[(needed < 0) & (is_enough | is_last)] = count
         open_ = needed < 0
         if not open_.any():
             break
         kept = open_[setting]
         setting, replicate, value = setting[kept], replicate[kept], value[kept]
-    return Needed(needed, is_wide)
-
-
-class _Intervals(NamedTuple):
-    """Of each setting: the number of its values, whether two of them differ, and the width of the 95 % interval."""
-
-    values: NDArray[np.int64]
-    has_spread: NDArray[np.bool_]
-    width: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, setting: NDArray[np.int64], value: NDArray[np.float64], settings: int, is_flag: bool) -> _Intervals:
-        """Return those of values in the order of their settings; the width for fewer than two is infinite."""
-        finite = np.isfinite(value)
-        setting, value = setting[finite], value[finite]
-        count = np.bincount(setting, minlength=settings)
-        first = np.cumsum(count) - count
-        # Rounding moves the mean of equal values away from them: they are compared themselves.
-        has_spread = np.bincount(setting, value != value[first[setting]], settings) > 0
-        mean = np.bincount(setting, value, settings) / np.maximum(count, 1)
-        # Slow to import.
-        from teamsight.analysis.stats.paired import half_width
-        from teamsight.analysis.studies.summary import wilson
-
-        if is_flag:
-            low, high = wilson(mean, count)
-            return cls(count, has_spread, np.where(count > 0, high - low, np.inf))
-        squares = np.bincount(setting, (value - mean[setting]) ** 2, settings)
-        error = np.sqrt(squares / np.maximum(count - 1, 1) / np.maximum(count, 1))
-        return cls(count, has_spread, np.where(has_spread | (count < 2), 2.0 * half_width(error, count), 0.0))
+    return needed, is_wide

@@ -1,14 +1,16 @@
-"""`Study`: what a researcher wants to know, as a value: model, settings, replicates, steps, what to record."""
+"""`Study`: what a researcher wants to know, as a value: model, settings, replicates, steps, record; and its file."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from teamsight.analysis.runs.limits import Steps
 from teamsight.analysis.runs.seeds import Pairing
@@ -19,37 +21,20 @@ from teamsight.analysis.studies.definition.values import are_equal, thawed
 from teamsight.analysis.studies.plan import Plan
 from teamsight.core import checks, references
 from teamsight.core.component import Allowed, Component, Seed
+from teamsight.core.files import open_regular
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray
 
     from teamsight.agents.world import World
     from teamsight.analysis.runs.executor import Executor
+    from teamsight.analysis.studies.results import StudyResults
 
-__all__ = ["Record", "Results", "Study", "Until"]
+__all__ = ["Record", "Study", "Until"]
 
 Values = Mapping[str, Any]
 
 _SUMMARY = Record()
-
-
-class Results(Protocol):
-    """What `Study.run` returns: the `StudyResults` of its folder."""
-
-    @property
-    def frame(self) -> pd.DataFrame:
-        """One row for each run."""
-
-    @property
-    def is_complete(self) -> bool:
-        """Whether no run is missing."""
-
-    def summary(self, measure: str | None = None) -> pd.DataFrame:
-        """Return mean, interval and maximum of a measure for each setting."""
-
-    def to_xarray(self) -> xarray.Dataset:
-        """Return them on the axes."""
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -153,9 +138,7 @@ class Study(Component):
         TypeError, ValueError
             If it is not a study.
         """
-        from teamsight.analysis.studies.definition.study_file import read_study_file
-
-        values = read_study_file(Path(path), [one.name for one in fields(cls) if one.name != "path"])
+        values = _read(Path(path), [one.name for one in fields(cls) if one.name != "path"])
         try:
             study = cls(**values)
             study.check()
@@ -227,7 +210,7 @@ class Study(Component):
         mixed_code: bool = False,
         retry_failed: bool = False,
         progress: Callable[[int, int, float | None], None] = lambda done, total, seconds_left: None,
-    ) -> Results:
+    ) -> StudyResults:
         """Make the runs that are missing in a folder, and return its results.
 
         Parameters
@@ -262,10 +245,12 @@ class Study(Component):
             If the study is wrong, see `check`, or the folder cannot be used.
         """
         # By name: a sweep reads studies from folders, and so imports this module.
-        results: Results = resolve_name("teamsight.analysis.studies.sweep:run_study")(
+        made = resolve_name("teamsight.analysis.studies.sweep:sweep")(
             self, out, workers=workers, executor=executor, on_error=on_error, shard=shard, wait=wait,
             mixed_code=mixed_code, retry_failed=retry_failed, progress=progress,
         )  # fmt: skip
+        # A measure may have changed the current folder.
+        results: StudyResults = resolve_name("teamsight.analysis.studies.results:open_study")(made.folder)
         return results
 
     def __eq__(self, other: object) -> bool:
@@ -284,3 +269,110 @@ class Study(Component):
 
 
 _DEFAULTS: dict[str, Any] = vars(Study())
+
+
+#: Bytes of a study file.
+MOST_BYTES = 1_000_000
+
+# Bytes of a file of points: ten million rows of 40 characters.
+_MOST_BYTES_OF_POINTS = 400_000_000
+# tomllib takes quadratic time for a key of very many parts. The search takes linear time: it begins at words only, and
+# gives nothing back.
+_LONG_KEY = re.compile(r"""(?<![\w"'-])(?:[\w"'-]++[ \t]*+\.[ \t]*+){64}""")
+
+
+def _read(path: Path, known: Iterable[str]) -> dict[str, Any]:
+    """Return the arguments of `Study` that a study file holds; points are read from their file.
+
+    The file is TOML of at most 1 MB, whose keys are the parameters of `Study`, which are `known`. Its folder is where
+    points and modules are.
+    """
+    values = _parsed(path)
+    folder = path.resolve().parent
+    try:
+        for key in values:
+            checks.choice("key", key, known)
+        if isinstance(values.get("points"), str):
+            values["points"] = _points(values["points"], folder)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return {"name": path.stem, **values, "path": folder}
+
+
+def _parsed(path: Path) -> dict[str, Any]:
+    try:
+        with open_regular(path) as file:
+            size = file.seek(0, 2)
+            file.seek(0)
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise ValueError(f"{path}: cannot be read ({error.strerror}); give a study file, such as study.toml") from error
+    if max(size, len(content)) > MOST_BYTES:
+        raise ValueError(
+            f"{path}: has {size:,} bytes, at most {MOST_BYTES:,}; list many settings in a CSV or Parquet file of points"
+        )
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: is not UTF-8 (byte {error.start}); save it as UTF-8") from error
+    if found := _LONG_KEY.search(text):
+        line = text.count("\n", 0, found.start()) + 1
+        raise ValueError(f"{path}: line {line} has a key of more than 64 parts; make it flatter")
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise ValueError(f"{path}: has too many lists and tables within each other; make it flatter") from error
+    except ValueError as error:
+        is_syntax = isinstance(error, tomllib.TOMLDecodeError)
+        # Else an integer has more digits than Python reads.
+        cure = "see https://toml.io" if is_syntax else "give smaller numbers"
+        raise ValueError(f"{path}: is not TOML: {error}; {cure}") from error
+
+
+def _points(name: str, folder: Path) -> dict[str, list[Any]]:
+    """Return the columns of a CSV or Parquet file, which is within the folder, also if it is a link."""
+    import pyarrow as pa
+    from pyarrow import csv, parquet, types
+
+    given = f"points={checks.shown(name, 200)}"
+    try:
+        # No path has this character.
+        path = (folder / name.replace("\0", "?")).resolve()
+        if not path.is_relative_to(folder):
+            raise ValueError(f"{given}: is outside the study file's folder, {folder}; move it there")
+        if path.suffix.lower() not in (".csv", ".parquet"):
+            raise ValueError(f"{given}: must end in .csv or .parquet; convert it")
+        with open_regular(path) as file:
+            if (size := file.seek(0, 2)) > _MOST_BYTES_OF_POINTS:
+                raise ValueError(f"{given}: has {size:,} bytes, at most {_MOST_BYTES_OF_POINTS:,}; give fewer rows")
+            file.seek(0)
+            if path.suffix.lower() == ".parquet":
+                table = parquet.read_table(file)
+            else:
+                # Only an empty cell is a missing value: "none" is a degree of awareness.
+                options = csv.ConvertOptions(null_values=[""], strings_can_be_null=True, timestamp_parsers=[])
+                table = csv.read_csv(file, convert_options=options)
+        names = list(table.column_names)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{given}: the name of a column is not UTF-8; save it as UTF-8") from error
+    except (pa.ArrowException, OSError, RuntimeError) as error:  # a loop of links
+        why = getattr(error, "strerror", None) or " ".join(str(error).split())[:160]
+        raise ValueError(f"{given}: cannot be read as a table ({why}); give a file beside the study file") from error
+    columns = {}
+    for name, column in zip(names, table.columns, strict=True):
+        if name in columns:
+            raise ValueError(f"{given}: has the column {checks.shown(name)} twice; keep one")
+        if not name:
+            raise ValueError(f"{given}: has a column without a name; the first line must name the parameters")
+        kind = column.type.value_type if types.is_dictionary(column.type) else column.type
+        is_known = (types.is_string, types.is_large_string, types.is_integer, types.is_floating, types.is_boolean)
+        if not any(one(kind) for one in (*is_known, types.is_null)):
+            raise ValueError(
+                f"{given}: column {checks.shown(name)} has the type {kind}; a parameter is a number, a boolean, or a "
+                "text in UTF-8"
+            )
+        columns[name] = column.to_pylist()
+        row = next((row for row, value in enumerate(columns[name], 1) if value is None or value != value), None)
+        if row is not None:
+            raise ValueError(f"{given}: row {row} has no value for {checks.shown(name)}; give one, or remove the row")
+    return columns

@@ -9,12 +9,11 @@ from scipy.special import ndtri
 
 from teamsight.analysis.stats.paired import half_width
 
-#: Columns of a summary, after those that name the setting.
-STATISTICS = ("n", "mean", "low", "high", "maximum")
+Floats = NDArray[np.float64]
 
 
 def summarise(
-    values: NDArray[np.float64], cell: NDArray[np.int64], cells: int, level: float = 0.95, *, are_flags: bool = False
+    values: Floats, cell: NDArray[np.int64], cells: int, level: float = 0.95, *, are_flags: bool = False
 ) -> pd.DataFrame:
     """Return the statistics of the values in each cell.
 
@@ -42,23 +41,30 @@ def summarise(
     """
     known = ~np.isnan(values)
     values, cell = values[known], cell[known]
-    n = np.bincount(cell, minlength=cells)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.bincount(cell, values, cells) / n
-        # Around the mean of the cell: a sum of squares around 0 would lose all digits of a small spread.
-        squares = np.bincount(cell, (values - mean[cell]) ** 2, cells)
-        se = np.sqrt(squares / (n - 1) / n)
-    wide = half_width(se, n, level)
-    low, high = wilson(mean, n, level) if are_flags else (mean - wide, mean + wide)
+    n, mean, low, high, _ = intervals(values, cell, cells, level, are_flags=are_flags)
     maximum = np.full(cells, -np.inf)
     np.maximum.at(maximum, cell, values)
     maximum[n == 0] = np.nan
     return pd.DataFrame({"n": n, "mean": mean, "low": low, "high": high, "maximum": maximum})
 
 
-def wilson(
-    rate: NDArray[np.float64], n: NDArray[np.int64], level: float = 0.95
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def intervals(
+    values: Floats, cell: NDArray[np.int64], cells: int, level: float = 0.95, *, are_flags: bool = False
+) -> tuple[NDArray[np.int64], Floats, Floats, Floats, Floats]:
+    """Return n, mean, low, high, and the width of the interval, of the values in each cell; see `summarise`."""
+    n = np.bincount(cell, minlength=cells)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.bincount(cell, values, cells) / n
+        if are_flags:
+            low, high = wilson(mean, n, level)
+            return n, mean, low, high, high - low
+        # Around the mean of the cell: a sum of squares around 0 would lose all digits of a small spread.
+        squares = np.bincount(cell, (values - mean[cell]) ** 2, cells)
+        wide = half_width(np.sqrt(squares / (n - 1) / n), n, level)
+    return n, mean, mean - wide, mean + wide, 2.0 * wide
+
+
+def wilson(rate: Floats, n: NDArray[np.int64], level: float = 0.95) -> tuple[Floats, Floats]:
     """Return the ends of Wilson's confidence intervals of rates, (cells,); NaN where `n` is 0.
 
     Parameters

@@ -7,43 +7,42 @@ import os
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from teamsight.analysis.runs.executor import advancing
+from teamsight.analysis.runs.executor import advancing, death, error_of
 from teamsight.analysis.runs.processes import WorkerPool, check_workers, workers_for
 from teamsight.analysis.studies.definition.model import check_measured, in_full
 from teamsight.analysis.studies.definition.values import hex_of
+from teamsight.analysis.studies.folder.lock import check_shard
 from teamsight.analysis.studies.folder.parts import joined
-from teamsight.analysis.studies.same_code import DECIDING, check_same_code, source_digests
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.shard import (
     DETAIL,
     Common,
-    Resolved,
     Shard,
     ShardResult,
     ShardRun,
+    check_same_code,
+    common_of,
     died,
     failure_of,
-    is_at_odds,
     make_shard,
-    modules_of,
+    recording,
 )
 from teamsight.analysis.studies.standing import Standing, fewest, not_finite_note, present_in, standing, wide_note
-from teamsight.core import checks, references
+from teamsight.core import checks
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor, Outcome
     from teamsight.analysis.studies.folder.parts import RunSet
     from teamsight.analysis.studies.folder.progress import Heartbeat
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
     from teamsight.analysis.studies.plan import Plan
-    from teamsight.analysis.studies.results import StudyResults
     from teamsight.analysis.studies.study import Study
 
 # Settings whose runs are listed at a time.
@@ -70,31 +69,19 @@ class Selection:
     def __init__(
         self, plan: Plan, needed: NDArray[np.int64], shard: tuple[int, int] | None = None, *, by_setting: bool = False
     ) -> None:
-        self._plan, self._needed, self._shard, self._by_setting = plan, needed, shard, by_setting
+        self._plan, self._needed, self._by_setting = plan, needed, by_setting
+        self._part, self._parts = shard or (1, 1)
         self._position = np.empty(plan.settings, np.int64)
         self._position[plan.order] = np.arange(plan.settings)
-        most = int(needed.max(initial=0))
-        self._is_selected: NDArray[np.bool_] = np.greater.outer(needed[plan.order], np.arange(most))
-        if shard is not None:
-            replicates = np.arange(most)
-            for first in range(min(shard[1], plan.settings)):
-                self._is_selected[first :: shard[1]] &= self._is_own(np.array(first), replicates)
+        replicates = np.arange(int(needed.max(initial=0)))
+        self._is_selected: NDArray[np.bool_] = np.greater.outer(needed[plan.order], replicates)
+        for first in range(min(self._parts, plan.settings) if shard else 0):
+            self._is_selected[first :: self._parts] &= self._is_own(np.array(first), replicates)
 
     def _is_own(self, row: NDArray[np.int64], replicate: NDArray[np.int64]) -> NDArray[np.bool_]:
         """Whether runs are in the shard: each has some replicates of each setting, so that all take about as long."""
-        if self._shard is None:
-            return np.ones(len(replicate), bool)
-        part, parts = self._shard
-        found: NDArray[np.bool_] = (row + replicate * (not self._by_setting)) % parts == part - 1
+        found: NDArray[np.bool_] = (row + replicate * (not self._by_setting)) % self._parts == self._part - 1
         return np.broadcast_to(found, replicate.shape)
-
-    def keep(self, runs: RunSet) -> None:
-        """Keep only these runs."""
-        before = self._is_selected
-        self._is_selected = before.copy()
-        self.remove(runs)
-        # What was removed is what is kept.
-        self._is_selected = before & ~self._is_selected
 
     @property
     def size(self) -> int:
@@ -109,12 +96,23 @@ class Selection:
 
     def remove(self, runs: RunSet) -> int:
         """Remove runs; return how many were selected."""
+        places = self._places(runs)
+        count = int(np.count_nonzero(self._is_selected[places]))
+        self._is_selected[places] = False
+        return count
+
+    def keep(self, runs: RunSet) -> None:
+        """Keep only these runs."""
+        places = self._places(runs)
+        kept = np.zeros_like(self._is_selected)
+        kept[places] = self._is_selected[places]
+        self._is_selected = kept
+
+    def _places(self, runs: RunSet) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return where the bits of runs are; those that are not planned have none."""
         index = self._plan.index_of(runs.ids)
         within = (index >= 0) & (runs.replicates >= 0) & (runs.replicates < self._is_selected.shape[1])
-        rows, columns = self._position[index[within]], runs.replicates[within]
-        count = int(np.count_nonzero(self._is_selected[rows, columns]))
-        self._is_selected[rows, columns] = False
-        return count
+        return self._position[index[within]], runs.replicates[within]
 
     def beyond(self, runs: RunSet) -> int:
         """Return how many of these runs have a higher number than their setting needs now; they are kept."""
@@ -174,13 +172,6 @@ def expected_seconds(plan: Plan, replicates: int) -> float | None:
     return sum(map(plan.cost, examined)) / count * plan.settings * replicates / rate
 
 
-class Sized(NamedTuple):
-    """A shard and its expected work, in the unit of `Run.cost`."""
-
-    shard: Shard
-    cost: float
-
-
 class Sharding:
     """An iterator over shards, whose size follows the measured rate.
 
@@ -201,55 +192,50 @@ class Sharding:
     ----------
     rate : float or None
         Cost per second of one worker as it was measured last.
+    common : Common
+        What all runs of further shards share.
     """
 
     def __init__(self, plan: Plan, common: Common, missing: Selection, workers: int, rate: float | None = None) -> None:
-        self.rate = rate
-        self._plan, self._common, self._workers = plan, common, workers
+        self.rate, self.common = rate, common
+        self._plan, self._workers = plan, workers
         self._left = missing.size
         self._runs = iter(missing)
-        self._again: deque[Sized] = deque()
+        self._again: deque[Shard] = deque()
         # Of one setting after the other, since neighbouring runs often share it.
         self._setting, self._id, self._parameters, self._cost = -1, "", dict[str, object](), 1.0
 
-    def __iter__(self) -> Iterator[Sized]:
+    def __iter__(self) -> Iterator[Shard]:
         while not self.is_empty:
-            yield self._again.popleft() if self._again else self._following()
+            # With what all runs share now.
+            yield self._again.popleft()._replace(common=self.common) if self._again else self._following()
 
     @property
     def is_empty(self) -> bool:
         """Whether each shard was taken."""
         return not self._again and not self._left
 
-    def measured(self, sized: Sized, seconds: float, done: int) -> None:
+    def measured(self, shard: Shard, seconds: float, done: int) -> None:
         """Take note of how long a shard took [s], and of how many of its runs did not fail."""
-        runs = len(sized.shard.runs)
-        rate = sized.cost / max(seconds, 1e-6)
+        runs = len(shard.runs)
+        rate = shard.cost / max(seconds, 1e-6)
         # Runs that fail at once do not show how long others take.
-        rate = rate * done / runs if done else min(rate, sized.cost / runs * _MOST_FAILING)
+        rate = rate * done / runs if done else min(rate, shard.cost / runs * _MOST_FAILING)
         # Shards that take too long cost more than short ones: what they have made is lost in an interruption.
         if self.rate is None or rate < self.rate:
             self.rate = rate
         else:
             self.rate += _WEIGHT * (rate - self.rate)
 
-    def know(self, common: Common) -> None:
-        """Give further shards what all runs share."""
-        self._common = common
-
-    def repeat(self, sized: Sized) -> None:
-        """Make a shard again, with what all runs share now."""
-        self._again.append(Sized(Shard(self._common, sized.shard.runs), sized.cost))
-
-    def divide(self, sized: Sized) -> None:
-        """Make a shard again in pieces."""
-        (common, runs), cost = sized
-        size = -(-len(runs) // _PIECES)
+    def repeat(self, shard: Shard, pieces: int = 1) -> None:
+        """Make a shard again, in pieces."""
+        runs = shard.runs
+        size = -(-len(runs) // pieces)
         for first in range(0, len(runs), size):
             piece = runs[first : first + size]
-            self._again.append(Sized(Shard(common, piece), cost * len(piece) / len(runs)))
+            self._again.append(Shard(shard.common, piece, shard.cost * len(piece) / len(runs)))
 
-    def _following(self) -> Sized:
+    def _following(self) -> Shard:
         """Return the next shard of runs that were not taken yet."""
         runs: list[ShardRun] = []
         cost, room, most = 0.0, 0.0, _MOST_RUNS
@@ -259,25 +245,21 @@ class Sharding:
         while self._left and len(runs) < most and (not runs or cost < room):
             setting, replicate = next(self._runs)
             if setting != self._setting:
-                self._turn_to(setting)
+                self._setting, self._id = setting, hex_of(self._plan.ids[setting])
+                self._parameters = self._plan.parameters(setting)
+                # A component that cannot be made is an error of the run, not of the sweep.
+                with contextlib.suppress(Exception):
+                    self._cost = self._plan.cost(setting)
             if not runs:
                 room = self._room()
             runs.append(ShardRun(self._id, replicate, self._plan.seed(setting, replicate), self._parameters))
             cost += self._cost
             self._left -= 1
-        return Sized(Shard(self._common, tuple(runs)), cost)
-
-    def _turn_to(self, setting: int) -> None:
-        plan = self._plan
-        self._setting, self._id = setting, hex_of(plan.ids[setting])
-        self._parameters = plan.parameters(setting)
-        # A component that cannot be made is an error of the run, not of the sweep.
-        with contextlib.suppress(Exception):
-            self._cost = plan.cost(setting)
+        return Shard(self.common, tuple(runs), cost)
 
     def _room(self) -> float:
         """Return the cost of the next shard, which begins with a run of the present setting."""
-        rate = self.rate or _RATES.get(self._common.model)
+        rate = self.rate or _RATES.get(self.common.model)
         if rate is None:
             return 0.0
         seconds = _SECONDS if self.rate else _FIRST_SECONDS
@@ -312,18 +294,12 @@ def warm_up(shard: Shard) -> None:
     SourceError
         If this process has another version of the code.
     """
-    from teamsight.agents.reused_worlds import ReusedWorlds
-    from teamsight.analysis.runs.simulate import announcing
-
-    common = shard.common
-    check_same_code(common)
-    with contextlib.closing(ReusedWorlds()) as worlds, announcing(), warnings.catch_warnings():
+    check_same_code(shard.common)
+    with warnings.catch_warnings(), _left_to_the_runs(), recording(shard.common) as (recorder, worlds):
         warnings.simplefilter("ignore")
-        with _left_to_the_runs():
-            resolved = Resolved(common.model, common.record.measure, common.path)
-            for run in shard.runs:
-                with _left_to_the_runs():
-                    worlds.begin(resolved.model, resolved.parameters(run.parameters), run.seed).run(1)
+        for run in shard.runs:
+            with _left_to_the_runs():
+                recorder.begin(worlds, recorder.parameters(run.parameters), run.seed).run(1)
 
 
 @contextlib.contextmanager
@@ -338,17 +314,12 @@ def _left_to_the_runs() -> Iterator[None]:
 # Failed runs whose errors are kept for the summary.
 _MOST_ERRORS = 5
 
+#: Called with the number of runs that are done or have failed, their number in all, and the seconds left or None.
+Progress = Callable[[int, int, float | None], object]
+OnError = Literal["continue", "stop"]
+
 
 @dataclass
-class Counts:
-    """Numbers of runs: planned so far, done, failed, and made by this sweep."""
-
-    planned: int = 0
-    done: int = 0
-    failed: int = 0
-    made: int = 0
-
-
 class Rounds:
     """Makes the missing runs of a study.
 
@@ -375,91 +346,96 @@ class Rounds:
 
     Attributes
     ----------
-    counts : Counts
-        How far it is.
+    planned, done, failed, made : int
+        Numbers of runs; `made` by this sweep.
     errors : list of (str, str)
         The id and the error of the first runs that failed.
     wide : int
         Settings that have reached the limit of an adaptive study with a wider interval than wanted.
     """
 
-    def __init__(
-        self, study: Study, plan: Plan, common: Common, folder: StudyFolder, engine: Executor, *, heartbeat: Heartbeat,
-        progress: Callable[[int, int, float | None], object], emit: Callable[[str], object],
-        shard: tuple[int, int] | None, retry_failed: bool, stops: bool, only: RunSet | None = None,
-    ) -> None:  # fmt: skip
-        self.counts, self.errors, self.wide = Counts(), list[tuple[str, str]](), 0
-        self._study, self._plan, self._common, self._folder, self._engine = study, plan, common, folder, engine
-        self._heartbeat, self._progress, self._emit, self._shard = heartbeat, progress, emit, shard
-        self._retry_failed, self._stops, self._only = retry_failed, stops, only
-        self._rate: float | None = None
-        self._in_flight: dict[int, Sized] = {}
-        # Runs that are made but not yet here, by the names of their shards.
-        self._made_of: dict[Hashable, int] = {}
-        self._unsaid: Exception | None = None
+    study: Study
+    plan: Plan
+    common: Common
+    folder: StudyFolder
+    engine: Executor
+    heartbeat: Heartbeat
+    progress: Progress
+    emit: Callable[[str], object]
+    shard: tuple[int, int] | None
+    retry_failed: bool
+    stops: bool
+    only: RunSet | None
+    planned: int = 0
+    done: int = 0
+    failed: int = 0
+    made: int = 0
+    errors: list[tuple[str, str]] = field(default_factory=list)
+    wide: int = 0
+    _rate: float | None = None
+    _in_flight: dict[int, Shard] = field(default_factory=dict)
+    # Runs that are made but not yet here, by the names of their shards.
+    _made_of: dict[Hashable, int] = field(default_factory=dict)
+    _unsaid: Exception | None = None
 
     def run(self) -> None:
         """Make rounds until nothing is missing, or a run fails that shall stop the sweep."""
-        found = self._standing()
         while True:
-            # Other shards see to the settings that are theirs.
-            missing, own = self._missing(found.needed)
-            self.wide = int((found.is_wide & own).sum())
+            found = standing(self.study, self.plan, present_in(self.folder, self.study, self.plan))
+            missing = self._missing(found)
             self._report()
             if not missing.size:
                 return
             self._make(missing)
-            if self._study.until is None or self._only is not None or (self._stops and self.errors):
+            if self.study.until is None or self.only is not None or (self.stops and self.errors):
                 return
-            found = self._standing()
 
-    def _missing(self, needed: NDArray[np.int64]) -> tuple[Selection, NDArray[np.bool_]]:
-        """Return the runs that are neither done nor failed, and which settings are in the shard; count the others."""
-        if self._only is not None:
+    def _missing(self, found: Standing) -> Selection:
+        """Return the runs that are neither done nor failed, and count the others."""
+        needed = found.needed
+        if self.only is not None:
             # Runs that were lost may be later than the first gap, up to which an adaptive study knows what it needs.
-            needed, index = needed.copy(), self._plan.index_of(self._only.ids)
-            np.maximum.at(needed, index[index >= 0], self._only.replicates[index >= 0] + 1)
-        selected = Selection(self._plan, needed, self._shard, by_setting=self._study.until is not None)
-        done, failed, own = self._folder.done(), self._folder.failed(), selected.settings
-        if self._retry_failed and not self.counts.made:
-            # In later rounds, failed runs have been made again.
-            failed = joined([])
+            needed, index = needed.copy(), self.plan.index_of(self.only.ids)
+            np.maximum.at(needed, index[index >= 0], self.only.replicates[index >= 0] + 1)
+        selected = Selection(self.plan, needed, self.shard, by_setting=self.study.until is not None)
+        # Other shards see to the settings that are theirs.
+        self.wide = int((found.is_wide & selected.settings).sum())
+        # In later rounds, failed runs have been made again.
+        failed = joined([]) if self.retry_failed and not self.made else self.folder.failed()
+        done = self.folder.done()
         beyond = selected.beyond(done), selected.beyond(failed)
-        self.counts.planned = selected.size + sum(beyond)
-        self.counts.done = beyond[0] + selected.remove(done)
-        self.counts.failed = beyond[1] + selected.remove(failed)
-        if self._only is not None:
-            selected.keep(self._only)
-        return selected, own
+        self.planned = selected.size + sum(beyond)
+        self.done = beyond[0] + selected.remove(done)
+        self.failed = beyond[1] + selected.remove(failed)
+        if self.only is not None:
+            selected.keep(self.only)
+        return selected
 
     def _make(self, missing: Selection) -> None:
-        if self._engine.size > 1 and self._rate is None:
-            self._warm_up()
-        sharding = Sharding(self._plan, self._common, missing, self._engine.size, self._rate)
+        if self.engine.size > 1 and self._rate is None:
+            # In one worker, before others would compile the same.
+            with contextlib.closing(self.engine.outcomes(warm_up, [one_of_each_kind(self.plan, self.common)])) as found:
+                for outcome in found:
+                    if outcome.status in ("failed", "unsent"):
+                        raise error_of(outcome, "the first runs")
+        sharding = Sharding(self.plan, self.common, missing, self.engine.size, self._rate)
         while not sharding.is_empty:
             self._in_flight.clear()
             self._made_of.clear()
             with (
                 advancing(self._advance),
-                contextlib.closing(self._engine.outcomes(make_shard, self._jobs(sharding))) as outcomes,
+                contextlib.closing(self.engine.outcomes(make_shard, self._jobs(sharding))) as outcomes,
             ):
                 for outcome in outcomes:
                     self._take(outcome, sharding)
-                    if self._stops and self.errors:
+                    if self.stops and self.errors:
                         return
         self._rate = sharding.rate
 
-    def _warm_up(self) -> None:
-        """Compile in one worker, before others would compile the same."""
-        with contextlib.closing(self._engine.outcomes(warm_up, [one_of_each_kind(self._plan, self._common)])) as found:
-            for outcome in found:
-                if outcome.status in ("failed", "unsent"):
-                    raise _fatal(outcome, "the first runs")
-
     def _jobs(self, sharding: Sharding) -> Iterator[Shard]:
-        for index, sized in enumerate(sharding):
-            self._in_flight[index] = sized
-            yield sized.shard
+        for index, shard in enumerate(sharding):
+            self._in_flight[index] = shard
+            yield shard
 
     def _advance(self, shard: Hashable, made: int) -> None:
         self._made_of[shard] = made
@@ -472,83 +448,56 @@ class Rounds:
 
     def _take(self, outcome: Outcome, sharding: Sharding) -> None:
         """Write what a worker has made."""
-        sized = self._in_flight.pop(outcome.index)
-        self._made_of.pop(sized.shard.name, None)
+        shard = self._in_flight.pop(outcome.index)
+        self._made_of.pop(shard.name, None)
         if outcome.status == "died":
-            if len(sized.shard.runs) > 1:
-                sharding.divide(sized)
+            if len(shard.runs) > 1:
+                sharding.repeat(shard, _PIECES)
                 return
-            self._write(sized.shard, died(sized.shard, _death(outcome.value)))
+            self._write(shard, died(shard, death(outcome.value)))
         elif outcome.status == "done":
             result: ShardResult = outcome.value
-            sharding.measured(sized, result.seconds, result.done)
+            sharding.measured(shard, result.seconds, result.done)
             if not self._agrees(result, sharding):
-                sharding.repeat(sized)
+                sharding.repeat(shard)
                 return
-            self._write(sized.shard, result)
+            self._write(shard, result)
         else:
-            raise _fatal(outcome, sized.shard.describe())
+            raise error_of(outcome, shard.describe())
         if self._unsaid is not None:
             raise self._unsaid
         self._report()
 
     def _agrees(self, result: ShardResult, sharding: Sharding) -> bool:
         """Whether measures are of the types of the parts that are there; the first part decides about new ones."""
-        known = self._common.kinds
-        if any(kind is not None and known.get(name) is None for name, kind in result.kinds.items()):
+        kinds, known = {name: kind for name, kind in result.kinds.items() if kind is not None}, self.common.kinds
+        if any(known.get(name) is None for name in kinds):
             # Another shard of a job array may have been first.
-            known = self._folder.settle(result.kinds)
-            self._common = self._common._replace(kinds=dict(known))
-            sharding.know(self._common)
-        return not is_at_odds(known, result.kinds)
+            known = self.folder.settle(kinds)
+            self.common = sharding.common = self.common._replace(kinds=dict(known))
+        return all(known.get(name) in (None, kind) for name, kind in kinds.items())
 
     def _write(self, shard: Shard, result: ShardResult) -> None:
-        self._folder.write(result.parts, [run.id for run in shard.runs])
-        if result.done and self._study.until is not None:
-            kinds = {**result.kinds, **self._common.kinds}
-            check_measured(self._study.until, {name: kinds[name] for name in kinds if not name.startswith(DETAIL)})
-        self.counts.done += result.done
-        self.counts.failed += len(result.failed)
-        self.counts.made += len(shard.runs)
+        self.folder.write(result.parts, [run.id for run in shard.runs])
+        if result.done and self.study.until is not None:
+            kinds = {**result.kinds, **self.common.kinds}
+            check_measured(self.study.until, {name: kinds[name] for name in kinds if not name.startswith(DETAIL)})
+        self.done += result.done
+        self.failed += len(result.failed)
+        self.made += len(shard.runs)
         if result.failed and not self.errors:
             # At once, since it may be the first of many.
             run, error = result.failed[0]
-            self._emit(f"run {run} failed: {error}")
+            self.emit(f"run {run} failed: {error}")
         self.errors.extend(result.failed[: _MOST_ERRORS - len(self.errors)])
 
     def _report(self) -> None:
-        counts = self.counts
-        held = sum(len(sized.shard.runs) for sized in self._in_flight.values())
+        held = sum(len(shard.runs) for shard in self._in_flight.values())
         made = sum(self._made_of.values())
-        self._heartbeat.update(
-            counts.done, counts.planned, failed=counts.failed, running=held, made=counts.made, unwritten=made
+        self.heartbeat.update(
+            self.done, self.planned, failed=self.failed, running=held, made=self.made, unwritten=made
         )
-        self._progress(counts.done + counts.failed + made, counts.planned, self._heartbeat.seconds_left)
-
-    def _standing(self) -> Standing:
-        """Return how far the study is by what was measured so far."""
-        return standing(self._study, self._plan, present_in(self._folder, self._study, self._plan))
-
-
-def _death(value: object) -> str:
-    """Return the error of a run that no worker survived."""
-    if not isinstance(value, int):
-        return str(value)
-    cure = "; if memory ran out, use fewer workers" if value < 0 else ""
-    return f"the worker ended with exit code {value}, three times{cure}"
-
-
-def _fatal(outcome: Outcome, what: str) -> Exception:
-    """Return the error for a shard that cannot be made."""
-    from teamsight.analysis.runs.executor import JobError
-
-    text = outcome.value[0] if outcome.status == "failed" else f"{outcome.value} (in {what})"
-    return JobError(" ".join(str(text).split()))
-
-
-#: Called with the number of runs that are done or have failed, their number in all, and the seconds left or None.
-Progress = Callable[[int, int, float | None], object]
-OnError = Literal["continue", "stop"]
+        self.progress(self.done + self.failed + made, self.planned, self.heartbeat.seconds_left)
 
 
 class SweepSummary(NamedTuple):
@@ -627,18 +576,12 @@ def sweep(
     JobError
         If no runs can be made, for example because a worker has other code.
     """
-    from teamsight.analysis.studies.folder.lock import check_shard
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
-
     began = time.perf_counter()
     checks.choice("on_error", on_error, ("continue", "stop"))
     check_shard(shard)
     if workers is not None:
         check_workers(workers)
-    study.check()
-    study = replace(study, model=in_full(study.model))
-    plan = study.plan()
-    common = common_of(study, plan.types)
+    study, plan, common = _checked(study)
     if workers is None:
         most = study.replicates if study.until is None else study.until.limit
         workers = workers_for(expected_seconds(plan, most))
@@ -650,22 +593,32 @@ def sweep(
         for damaged in folder.tidy() if shard is None else ():
             emit(f"damaged part set aside: {damaged.kind}/{damaged.name} ({damaged.reason}); its runs are made again")
         engine = executor or stack.enter_context(WorkerPool(workers, emit))
+        name = type(engine).__name__.removesuffix("Executor").lower()
+        if name == "workerpool":
+            name = "local" if engine.size > 1 else "in-process"
         heartbeat = stack.enter_context(
-            folder.recorded(engine=_name(engine), workers=engine.size, code=common.code, shard=shard)
+            folder.recorded(engine=name, workers=engine.size, code=common.code, shard=shard)
         )
-        rounds = Rounds(
-            study, plan, common, folder, engine, heartbeat=heartbeat, progress=progress, emit=emit,
-            shard=shard, retry_failed=retry_failed, stops=on_error == "stop", only=only,
-        )  # fmt: skip
         if study.until is not None and study.replicates < (least := fewest(study.until)):
             emit(f"until: replicates={study.replicates} are only the first; each setting gets at least {least}")
+        stops = on_error == "stop"
+        rounds = Rounds(
+            study, plan, common, folder, engine, heartbeat, progress, emit, shard, retry_failed, stops, only
+        )
         rounds.run()
-    counts = rounds.counts
     return SweepSummary(
-        folder.path, counts.made, counts.planned, counts.done, counts.failed,
-        counts.planned - counts.done - counts.failed, tuple(rounds.errors), time.perf_counter() - began,
+        folder.path, rounds.made, rounds.planned, rounds.done, rounds.failed,
+        rounds.planned - rounds.done - rounds.failed, tuple(rounds.errors), time.perf_counter() - began,
         wide_note(rounds.wide, plan.settings, study.until), not_finite_note(folder.not_finite()),
     )  # fmt: skip
+
+
+def _checked(study: Study) -> tuple[Study, Plan, Common]:
+    """Check a study; return it with the full name of its model, its plan, and what its runs share."""
+    study.check()
+    study = replace(study, model=in_full(study.model))
+    plan = study.plan()
+    return study, plan, common_of(study, plan.types)
 
 
 def warm_up_study(study: Study) -> int:
@@ -676,59 +629,7 @@ def warm_up_study(study: Study) -> int:
     TypeError, ValueError
         If the study is wrong; what fails in a run is left to the run.
     """
-    study.check()
-    study = replace(study, model=in_full(study.model))
-    plan = study.plan()
-    shard = one_of_each_kind(plan, common_of(study, plan.types))
+    _, plan, common = _checked(study)
+    shard = one_of_each_kind(plan, common)
     warm_up(shard)
     return len(shard.runs)
-
-
-def run_study(
-    study: Study,
-    out: str | os.PathLike[str],
-    *,
-    workers: int = 1,
-    executor: Executor | None = None,
-    on_error: OnError = "continue",
-    shard: tuple[int, int] | None = None,
-    wait: bool = False,
-    mixed_code: bool = False,
-    retry_failed: bool = False,
-    progress: Progress = lambda done, total, seconds_left: None,
-) -> StudyResults:
-    """Make the runs of a study that are missing in its folder, and return its results; `Study.run` calls it."""
-    from teamsight.analysis.studies.results import open_study
-
-    made = sweep(
-        study, out, workers=workers, executor=executor, on_error=on_error, shard=shard, wait=wait,
-        mixed_code=mixed_code, retry_failed=retry_failed, progress=progress,
-    )  # fmt: skip
-    # A measure may have changed the current folder.
-    return open_study(made.folder)
-
-
-def common_of(study: Study, types: Mapping[str, str]) -> Common:
-    """Return what all runs of a study share. The modules that it names are imported already; see `Study.check`.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    types : dict of str to str
-        The type of each parameter's column.
-    """
-    from teamsight.analysis.runs.checkpoint import code_digest
-
-    path = () if study.path is None else (os.path.abspath(study.path),)
-    references.search_in(path)
-    sources = source_digests(modules_of(study.as_dict()), path)
-    return Common(study.model, study.steps, study.record, dict(types), path, code_digest(*DECIDING), sources, {})
-
-
-def _name(engine: Executor) -> str:
-    """Return what the record of sweeps calls an engine."""
-    kind = type(engine).__name__
-    if kind == "WorkerPool":
-        return "local" if engine.size > 1 else "in-process"
-    return kind.removesuffix("Executor").lower()

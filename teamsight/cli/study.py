@@ -19,9 +19,9 @@ from teamsight.cli.world_settings import TaskOptions, listed
 from teamsight.core.component import Allowed, Declared, Flag, Seed
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.folder.status import Status
-    from teamsight.analysis.studies.folder.verify import Verification
+    from teamsight.analysis.studies.folder.study_folder import Verification
     from teamsight.analysis.studies.rerun import PlannedRun
+    from teamsight.analysis.studies.standing import Status
     from teamsight.analysis.studies.study import Study
     from teamsight.analysis.studies.sweep import SweepSummary
 
@@ -235,7 +235,7 @@ def status(settings: StatusSettings) -> None:
       teamsight status results --json
     """
     from teamsight.analysis.studies.folder import study_folder
-    from teamsight.analysis.studies.folder.status import status as find
+    from teamsight.analysis.studies.standing import status as find
     from teamsight.cli.show import plural, say
     from teamsight.core.status_line import seconds
 
@@ -394,7 +394,7 @@ def plot(settings: PlotSettings) -> None:
     check_picture(out, force=settings.force)
     results = open_study(settings.folder)
     results.plot(out, **settings.values(without=("folder", "out")))
-    say(f"{out}: {results.warning or f'all {results.planned:,} runs'}")
+    say(f"{out}: {results.warning or f'all {len(results.frame):,} runs'}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -515,7 +515,7 @@ def verify(settings: VerifySettings) -> int:
       teamsight verify results
       teamsight verify results --no-rerun
     """
-    from teamsight.analysis.studies.folder.verify import verify as examine
+    from teamsight.analysis.studies.folder.study_folder import verify as examine
     from teamsight.cli.show import plural, say
 
     found = examine(settings.folder, repair=not settings.dry_run)
@@ -543,8 +543,7 @@ def verify(settings: VerifySettings) -> int:
 def _repeat(settings: VerifySettings, found: Verification) -> None:
     """Make the runs of the damaged parts again, as far as it is known which they are."""
     from teamsight.analysis.runs.processes import cores
-    from teamsight.analysis.studies.folder.study_folder import StudyFolder
-    from teamsight.analysis.studies.folder.verify import runs_to_repeat
+    from teamsight.analysis.studies.folder.study_folder import StudyFolder, runs_to_repeat
     from teamsight.analysis.studies.sweep import sweep as make
     from teamsight.cli.show import Watch, plural, say, when_stopped
 

@@ -30,7 +30,7 @@ from teamsight.analysis.studies.definition.settings import (
     sample_of,
     table_of,
 )
-from teamsight.analysis.studies.definition.values import Components, Table, frozen, stored, text_of, thawed
+from teamsight.analysis.studies.definition.values import Components, Table, frozen, text_of
 from teamsight.analysis.studies.shard import declared_columns, failure_of
 from teamsight.core import checks, references
 from teamsight.core.component import Component, declared
@@ -71,7 +71,10 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
     TypeError, ValueError
         If one is wrong.
     """
-    made = {name: check(name, given[name]) for name, check in _FIELDS.items()}
+    made: dict[str, Any] = {
+        name: None if given[name] is None and name in _OPTIONAL else check(name, given[name])
+        for name, check in _FIELDS.items()
+    }
     for where in ("fixed", "axes", "points", "sample"):
         for name in made[where] or ():
             if name in _PLACES:
@@ -79,9 +82,6 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
             if not all(map(str.isidentifier, name.split(".", 1))):
                 raise ValueError(f"{where}: {checks.shown(name)} is no name of a parameter; give one such as robots")
     blocks = blocks_of(made["axes"], made["zip"], made["points"], made["sample"])
-    for block in blocks:
-        for name, values in block.columns.items():
-            _check_distinct(name, values)
     settings = check_blocks(blocks, made["fixed"])
     where, replicates, until = "replicates", given["replicates"], made["until"]
     if until is not None:
@@ -94,15 +94,6 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
             f"{MOST_RUNS:,}; give fewer replicates or settings"
         )
     return made
-
-
-def _check_distinct(name: str, values: Sequence[object]) -> None:
-    """Refuse values of a parameter that results could not tell apart, as 1 and "1" in a column of texts."""
-    texts = {value for value in values if isinstance(value, str)}
-    for value in values if texts else ():
-        if not isinstance(value, str) and (text := stored(thawed(value), "text")) in texts:
-            same = f"{checks.shown(value)} and the text {checks.shown(text)}"
-            raise ValueError(f"{name}: has {same}, which are the same in results; give one")
 
 
 def _model(name: str, given: object) -> str:
@@ -144,10 +135,6 @@ def _component(kind: type[C]) -> Callable[[str, Any], C]:
     return made
 
 
-def _optional(check: Callable[[str, Any], Any]) -> Callable[[str, Any], Any]:
-    return lambda name, given: None if given is None else check(name, given)
-
-
 def _name(name: str, given: object) -> str:
     if not isinstance(given, str):
         raise TypeError(f"{name}={checks.shown(given)}: must be a text")
@@ -161,19 +148,20 @@ def _folder(name: str, given: object) -> str:
     return os.path.abspath(given)
 
 
-# The check of each field of a study that its annotation does not say.
+# The check of each field of a study that its annotation does not say; and fields that may be None.
 _FIELDS: Mapping[str, Callable[[str, Any], Any]] = {
     "model": _model,
     "fixed": _parameters(lambda name, value: frozen(f"fixed.{name}", value)),
     "axes": _parameters(axis_values),
     "zip": _groups,
-    "points": _optional(columns_of),
+    "points": columns_of,
     "sample": lambda _, given: sample_of(given),
     "record": _component(Record),
-    "name": _optional(_name),
-    "path": _optional(_folder),
-    "until": _optional(_component(Until)),
+    "name": _name,
+    "path": _folder,
+    "until": _component(Until),
 }
+_OPTIONAL = frozenset({"points", "sample", "name", "path", "until"})
 
 
 def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | None = None) -> None:
@@ -235,9 +223,9 @@ def _typical(plan: Plan) -> list[int]:
         for row, value in enumerate(values):
             if type(value) not in (int, float):
                 rows.setdefault(text_of(value), row)
-        numbers = [value for value in values if isinstance(value, (int, float)) and not isinstance(value, bool)]
+        numbers = [value for value in values if type(value) in (int, float)]
         if numbers:
-            rows |= {end: values.index(end) for end in (min(numbers), max(numbers))}
+            rows |= {end: values.index(end) for end in (min(numbers), max(numbers))}  # type: ignore[type-var]
         found |= dict.fromkeys(row * plan.stride(name) for row in list(rows.values())[:_MOST_BUILT])
     return list(found)[:_MOST_BUILT]
 
@@ -304,12 +292,11 @@ def difference(old: Study, new: Study) -> list[str]:
     before, now = old.plan(), new.plan()
     settings: list[str] = []
     for name in dict.fromkeys((*before.names, *now.names)):
-        if name not in now.names:
-            settings.append(f"{name}: {_shown(before.values(name))} in the folder, not given now")
-        elif name not in before.names:
-            settings.append(f"{name}: not given in the folder, {_shown(now.values(name))} now")
+        mine, its = (plan.values(name) if name in plan.names else None for plan in (before, now))
+        if mine is None or its is None:
+            settings.append(f"{name}: {_shown(mine)} in the folder, {_shown(its)} now")
         else:
-            settings.extend(_changed_values(name, before.values(name), now.values(name)))
+            settings.extend(_changed_values(name, mine, its))
     gone = int((now.index_of(before.ids) < 0).sum())
     if gone and not settings:
         settings.append(f"settings: {gone:,} of {before.settings:,} in the folder are not planned now")
@@ -323,17 +310,18 @@ def _line(name: str, old: object, new: object) -> str:
 def _changed_values(name: str, old: list[object], new: list[object]) -> Iterator[str]:
     """Yield lines about values of a parameter that are gone, or of another type than before."""
     planned = set(map(text_of, new))
-    gone = [value for value in old if text_of(value) not in planned]
     words = []
     for values in (old, new):
         kinds = set(map(type, values))
         words.append("numbers" if kinds <= {int, float} else "booleans" if kinds == {bool} else "texts")
-    if gone:
+    if gone := [value for value in old if text_of(value) not in planned]:
         yield f"{name}: {_shown(gone)} in the folder, not among {_shown(new)} now"
     elif words[0] != words[1]:
         yield f"{name}: {words[0]} in the folder, {words[1]} now; a column has one type"
 
 
-def _shown(values: list[object]) -> str:
+def _shown(values: list[object] | None) -> str:
+    if values is None:
+        return "not given"
     shown = [checks.shown(value) for value in values[:_MOST_SHOWN]]
     return ", ".join(shown) + (f" and {len(values) - _MOST_SHOWN} more" if len(values) > _MOST_SHOWN else "")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
+from teamsight.analysis.runs.run import TaskMeasure, check_takes_rng
 from teamsight.analysis.studies.definition.values import frozen
 from teamsight.core import checks, plugins, references
 from teamsight.core.component import Allowed, Component, Flag, Positive
@@ -179,8 +180,6 @@ def measure_of(measure: str, model: str = CMOMMT_NAME) -> Callable[[World, int],
         If there is none of this name, or it cannot be called.
     """
     if measure == "summary" and (task := task_named(in_full(model))) is not None:
-        from teamsight.analysis.runs.run import TaskMeasure
-
         return TaskMeasure(task)
     return _callable("record.measure", MEASURES.get(measure, measure), tuple(MEASURES), "a function (world, steps)")
 
@@ -230,11 +229,7 @@ def check_parameters(model: str, names: Iterable[str]) -> None:
     parameters = parameters_of(model)
     if parameters is None or takes_any(model):
         return
-    if "rng" not in parameters:
-        raise TypeError(
-            f"model={checks.shown(model)}: takes no rng; add rng=None to its parameters and pass it on to the world, "
-            "as in super().__init__(arena, rng=rng)"
-        )
+    check_takes_rng(model, parameters)
     kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
     # Two names for the seed, which the study gives.
     known = {name: one for name, one in parameters.items() if one.kind in kinds and name not in ("rng", "seed")}

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from teamsight.analysis.studies.definition.values import Table, frozen, text_of
+from teamsight.analysis.studies.definition.values import Table, frozen, stored, text_of, thawed
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Declared
 
@@ -386,6 +386,13 @@ def check_blocks(blocks: Sequence[Block], fixed: Iterable[str]) -> int:
         sizes = " × ".join(str(block.size) for block in blocks)
         raise ValueError(f"axes: {sizes} = {large(settings)} settings, at most {MOST_SETTINGS:,}; give fewer values")
     for block in blocks:
+        for name, values in block.columns.items():
+            # Values that results could not tell apart, as 1 and "1" in a column of texts.
+            known = {value for value in values if isinstance(value, str)}
+            for value in values if known else ():
+                if not isinstance(value, str) and (text := stored(thawed(value), "text")) in known:
+                    same = f"{checks.shown(value)} and the text {checks.shown(text)}"
+                    raise ValueError(f"{name}: has {same}, which are the same in results; give one")
         _check_distinct(block)
     return settings
 

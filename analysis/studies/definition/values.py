@@ -190,7 +190,7 @@ class Components:
     def __init__(self) -> None:
         self._shared: dict[str, object] = {}
         # How many objects were made that are not shared.
-        self._unshared = 0
+        self.unshared = 0
 
     def resolved(self, parameters: Mapping[str, object]) -> dict[str, object]:
         """Return parameters with their components made.
@@ -248,7 +248,7 @@ class Components:
         key = f"{reference!r}{canonical(options)}"
         if key in self._shared:
             return self._shared[key]
-        before = self._unshared
+        before = self.unshared
         if not isinstance(reference, str) or references.is_reference(reference) or name not in _GROUPS:
             made = found = references.load(reference, name)
         else:
@@ -258,11 +258,11 @@ class Components:
         elif options:
             raise TypeError(f"{name}={checks.shown(reference)}: is no class and takes no options; give it alone")
         # One of ours may hold one of theirs.
-        is_ours = type(made).__module__.startswith("teamsight.") and self._unshared == before
+        is_ours = type(made).__module__.startswith("teamsight.") and self.unshared == before
         if made is found or is_ours:
             self._shared[key] = made
         else:
-            self._unshared += 1
+            self.unshared += 1
         return made
 
 

@@ -1,16 +1,19 @@
-"""What a picture shows: the settings of a study by dimension, their statistics, and how the measure is written."""
+"""What a picture shows: settings by dimension, along which direction, their statistics, how a measure is written."""
 
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from teamsight.analysis.studies.figures import KINDS
 from teamsight.analysis.studies.summary import summarise
 from teamsight.core import checks
 from teamsight.core.component import number_in
@@ -87,11 +90,8 @@ class Dimension:
 
 def dimension_of(settings: pd.DataFrame, names: Sequence[str]) -> Dimension:
     """Return the dimension of some axes of a table with one row for each setting."""
-    columns = [pd.factorize(settings[name]) for name in names]
-    together = np.stack([codes for codes, _ in columns], axis=1)
-    levels, first = pd.factorize(pd.MultiIndex.from_arrays(list(together.T)) if len(names) > 1 else together[:, 0])
-    rows = [code if isinstance(code, tuple) else (code,) for code in first]
-    values = [tuple(found[code] for code, (_, found) in zip(row, columns, strict=True)) for row in rows]
+    levels = settings.groupby(list(names), sort=False, dropna=False).ngroup().to_numpy().astype(np.int64)
+    values = list(settings[list(names)].drop_duplicates().itertuples(index=False, name=None))
     numbers = None
     if values and all(_is_number(value[0]) for value in values):
         numbers = np.array([value[0] for value in values], float)
@@ -100,7 +100,7 @@ def dimension_of(settings: pd.DataFrame, names: Sequence[str]) -> Dimension:
         levels = np.argsort(order)[levels]
         if len(np.unique(numbers)) < len(numbers):
             numbers = None
-    return Dimension(tuple(names), _texts(values), numbers, np.asarray(levels, np.int64), tuple(values))
+    return Dimension(tuple(names), _texts(values), numbers, levels, tuple(values))
 
 
 def text_of(value: object) -> str:
@@ -339,3 +339,120 @@ class Quantity:
 
 def _is_zero(text: str) -> bool:
     return not any(digit in "123456789" for digit in text)
+
+
+#: More panels, or more lines in one of them, cannot be read.
+MOST_PANELS, MOST_LINES = 12, 10
+# An axis with fewer numbers becomes lines beside each other rather than a side of a map.
+_LEAST_SIDE = 3
+# More combinations than settings by this factor are not drawn as a map unless they are few.
+_MOST_EMPTY = 2500
+
+
+class Choice(NamedTuple):
+    """What is drawn along each direction."""
+
+    kind: str
+    x: Dimension | None = None
+    y: Dimension | None = None
+    panels: tuple[Dimension, ...] = ()
+
+
+def choose(cells: Cells, kind: str = "auto", x: str | None = None, y: str | None = None) -> Choice:
+    """Return what is drawn along each direction.
+
+    Parameters
+    ----------
+    cells : Cells
+        The settings.
+    kind : str
+        One of `KINDS`.
+    x, y : str, optional
+        The axes along the picture's two directions; lines have a line for each value of `y`.
+
+    Raises
+    ------
+    ValueError
+        If the axes do not suit the kind, or there would be too many panels or lines.
+    """
+    checks.choice("kind", kind, KINDS)
+    given = [None if name is None else cells.named(option, name) for option, name in (("x", x), ("y", y))]
+    if given[0] is not None and given[0] is given[1]:
+        raise ValueError(f"y={y}: advances together with x={x}; give another axis")
+    if kind == "auto":
+        kind = _suitable(cells, given)
+    if kind == "scatter":
+        return Choice("scatter", given[0], given[1])
+    if kind == "distribution":
+        if given[0] is not None:
+            raise ValueError(f"x={given[0].names[0]}: a distribution has the measure along x; give --y")
+        across, up = None, given[1] or next(iter(cells.dimensions), None)
+    else:
+        if not cells.dimensions:
+            raise ValueError(f"kind={kind}: needs an axis, but the study has one setting; give --kind distribution")
+        across, up = _directions(cells, given)
+        if kind == "heat-map" and up is None:
+            raise ValueError(f"kind={kind}: needs two axes, but only {across.names[0]} varies; give --kind lines")
+    rest = tuple(one for one in cells.dimensions if one is not across and one is not up)
+    if (panels := int(np.prod([float(len(one)) for one in rest]))) > MOST_PANELS:
+        names = ", ".join(one.names[0] for one in rest)
+        raise ValueError(
+            f"{names}: {panels:,} panels, one for each combination, at most {MOST_PANELS}; {_where(rest)}"
+        )
+    combinations = np.prod([float(len(one)) for one in (across, up, *rest) if one is not None])
+    if across is not None and combinations > max(_MOST_EMPTY, 2 * len(cells.statistics)):
+        raise ValueError(
+            f"kind={kind}: the {len(cells.statistics):,} settings are no grid ({combinations:,.0f} combinations of "
+            "their values); give --kind scatter"
+        )
+    if kind != "heat-map" and up is not None and len(up) > MOST_LINES:
+        what, cure = ("curves", _where((up,))) if across is None else (
+            "lines", f"give another --y, {_where((up,))}, or --kind heat-map"
+        )  # fmt: skip
+        raise ValueError(f"y={up.names[0]}: has {len(up)} values, at most {MOST_LINES} {what}; {cure}")
+    return Choice(kind, across, up, rest)
+
+
+def _suitable(cells: Cells, given: list[Dimension | None]) -> str:
+    if not cells.dimensions:
+        return "distribution"
+    if not cells.is_grid:
+        return "scatter"
+    if len(cells.dimensions) == 1:
+        return "lines"
+    sides = _directions(cells, given)
+    ordered = [one is not None and _is_side(one) for one in sides]
+    few = sides[1] is not None and len(sides[1]) <= MOST_LINES
+    # Two texts have no order in which a line could connect them.
+    return "lines" if ordered == [True, False] and few else "heat-map"
+
+
+def _directions(cells: Cells, given: list[Dimension | None]) -> tuple[Dimension, Dimension | None]:
+    """Return x and y; those that are not given are the first axes that are left, those of many numbers first."""
+    free = sorted((one for one in cells.dimensions if one not in given), key=lambda one: not _is_side(one))
+    x = given[0] or free.pop(0)
+    return x, given[1] or (free.pop(0) if free else None)
+
+
+def _is_side(dimension: Dimension) -> bool:
+    return dimension.numbers is not None and len(dimension) >= _LEAST_SIDE
+
+
+def panels_of(choice: Choice, settings: int) -> list[tuple[str, NDArray[np.bool_]]]:
+    """Return title and settings of each panel."""
+    found = []
+    for levels in product(*(range(len(one)) for one in choice.panels)):
+        chosen = list(zip(choice.panels, levels, strict=True))
+        title = ", ".join(f"{one.label} = {one.texts[level]}" for one, level in chosen)
+        own = np.ones(settings, bool)
+        for one, level in chosen:
+            own &= one.levels == level
+        found.append((title, own))
+    return found
+
+
+def _where(dimensions: tuple[Dimension, ...]) -> str:
+    widest = max(dimensions, key=len)
+    # The value alone: texts are shortened, and those of axes that advance together are joined.
+    given = f"{widest.names[0]}={text_of(widest.values[0][0])}"
+    return f"choose a value, as in --where {shlex.quote(given)}"

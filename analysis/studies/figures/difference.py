@@ -15,7 +15,7 @@ from teamsight.analysis.studies.figures.cells import is_same
 from teamsight.core import checks
 
 if TYPE_CHECKING:
-    from teamsight.analysis.studies.results import StudyTables
+    from teamsight.analysis.studies.results import Results
 
 #: The name of the model among the parameters in which two studies may differ.
 MODEL = "model"
@@ -41,7 +41,7 @@ class Pairs(NamedTuple):
 
 
 def check_comparable(
-    results: StudyTables, minus: StudyTables, across: Collection[str] = (), where: Collection[str] = ()
+    results: Results, minus: Results, across: Collection[str] = (), where: Collection[str] = ()
 ) -> None:
     """Raise an error if the runs of two studies have so little in common that a difference would mean nothing.
 
@@ -51,7 +51,7 @@ def check_comparable(
 
     Parameters
     ----------
-    results, minus : StudyTables
+    results, minus : Results
         The study, and the one that is subtracted.
     across : collection of str
         Parameters, or "model", that may differ nevertheless.
@@ -64,8 +64,11 @@ def check_comparable(
         If steps, model or such a parameter differ, naming the values of both.
     """
     one, other = results.study, minus.study
+    if one is None or other is None:
+        raise ValueError("minus: needs two studies, whose runs are paired by their settings; give their folders")
     for name in across:
-        checks.choice("across", name, [MODEL, *dict.fromkeys((*results.plan.names, *minus.plan.names))])
+        names = (*one.fixed, *results.axes, *other.fixed, *minus.axes)
+        checks.choice("across", name, [MODEL, *dict.fromkeys(names)])
     if one.steps != other.steps:
         raise ValueError(f"minus: has runs of {other.steps:,} steps, not {one.steps:,}; run both with the same steps")
     if one.model != other.model and MODEL not in across:
@@ -76,11 +79,11 @@ def check_comparable(
     for name in dict.fromkeys((*results.axes, *minus.axes)):
         if (name in results.axes and name in minus.axes) or name in across or name in where:
             continue
-        varied, fixed = (results, minus) if name in results.axes else (minus, results)
+        varied, fixed = (results, other.fixed) if name in results.axes else (minus, one.fixed)
         values: list[object] = list(varied.settings[name].unique())
         wanted: object = "not given"
-        if name in fixed.study.fixed:
-            wanted = scalars([fixed.study.fixed[name]])[0]
+        if name in fixed:
+            wanted = scalars([fixed[name]])[0]
             if all(is_same(value, wanted) for value in values):
                 continue
         elif varied is minus:

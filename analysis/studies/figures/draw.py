@@ -33,9 +33,17 @@ from teamsight.analysis.plot.style import (
     to_picture,
 )
 from teamsight.analysis.runs.files import check_replaceable, write_bytes
-from teamsight.analysis.studies.describe import conditions, what_is_missing
-from teamsight.analysis.studies.figures.cells import Cells, Dimension, Quantity, cells_of, matching
-from teamsight.analysis.studies.figures.choose import MOST_PANELS, Choice, choose, panels_of
+from teamsight.analysis.studies.figures.cells import (
+    MOST_PANELS,
+    Cells,
+    Choice,
+    Dimension,
+    Quantity,
+    cells_of,
+    choose,
+    matching,
+    panels_of,
+)
 from teamsight.analysis.studies.figures.difference import check_comparable, pair
 
 if TYPE_CHECKING:
@@ -44,7 +52,7 @@ if TYPE_CHECKING:
     from matplotlib.colors import Colormap, Normalize
     from matplotlib.figure import Figure as Canvas
 
-    from teamsight.analysis.studies.results import StudyTables
+    from teamsight.analysis.studies.results import Results
 
 _EMPTY = "#dadada"
 # Ticks with a text along one side, and numbers of which some get no text; the width and height of a tick [inches].
@@ -135,13 +143,13 @@ class Picture(NamedTuple):
 
 
 def draw(
-    results: StudyTables,
+    results: Results,
     *,
     kind: str = "auto",
     x: str | None = None,
     y: str | None = None,
     measure: str | None = None,
-    minus: StudyTables | None = None,
+    minus: Results | None = None,
     across: Collection[str] = (),
     where: Mapping[str, object] | None = None,
 ) -> Canvas:
@@ -149,9 +157,9 @@ def draw(
 
     Parameters
     ----------
-    results : StudyTables
+    results : Results
         The study.
-    minus : StudyTables, optional
+    minus : Results, optional
         A study that is subtracted, run by run, where both have the same values of their common axes, the same
         replicate and the same seed; see `check_comparable`.
     kind, x, y, measure, across, where
@@ -179,11 +187,11 @@ def draw(
 
 
 def _picture(
-    results: StudyTables, quantity: Quantity, minus: StudyTables | None, where: Mapping[str, object]
+    results: Results, quantity: Quantity, minus: Results | None, where: Mapping[str, object]
 ) -> Picture:
     frame, setting = results.frame, results.setting_numbers
     values = frame[quantity.name].to_numpy(float) * quantity.factor
-    source, warning = conditions(results), what_is_missing(results)
+    source, warning = results.source, results.warning
     # An axis of the study that is subtracted may be chosen, too.
     others = set(minus.axes if minus is not None else ()) - set(results.axes)
     own = {axis: value for axis, value in where.items() if axis not in others}
@@ -195,9 +203,8 @@ def _picture(
         minus.measured(quantity.name)
         pairs = pair(frame[kept], minus.frame[rest], shared, quantity.name)
         values, setting = pairs.values * quantity.factor, setting[kept][pairs.row]
-        source = f"{source} minus {conditions(minus)}; {len(values):,} pairs of runs"
-        missing = what_is_missing(minus)
-        warning = "; ".join(text for text in (warning, missing and f"{minus.name}: {missing}") if text)
+        source = f"{source} minus {minus.source}; {len(values):,} pairs of runs"
+        warning = "; ".join(filter(None, (warning, minus.warning and f"{minus.name}: {minus.warning}")))
     # The difference of two flags is a number, and a flag named as a fraction is drawn in percent.
     are_flags = minus is None and not quantity.is_percent and results.is_flag(quantity.name)
     cells = cells_of(results.settings, results.groups, values, setting, are_flags=are_flags)

@@ -22,6 +22,7 @@ from teamsight.core.checks import shown
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    import pyarrow.parquet as pq
 
 MANIFEST, SWEEPS, PROGRESS, LOCK = "manifest.json", "sweeps.jsonl", "progress.json", "lock"
 #: Locks and heartbeats of the shards i/n of a job array.
@@ -41,21 +42,19 @@ DONE = ("failed", "runs")
 _OWN = frozenset({MANIFEST, SWEEPS, PROGRESS, LOCK, ARRAY, DAMAGED, *KINDS})
 
 
-def is_own(name: str) -> bool:
-    """Whether a file of this name may stand in the folder of a study. Hidden files of the system may, too."""
-    return name in _OWN or name.startswith(".")
+def foreign(folder: Path) -> Iterator[str]:
+    """Yield what is in a folder that is not of a study, below the folder; hidden files of the system are ignored."""
+    yield from (name for name in sorted(os.listdir(folder)) if name not in _OWN and not name.startswith("."))
+    yield from foreign_parts(folder)
 
 
-def foreign_parts(folder: Path, kind: str) -> list[str]:
-    """Return what stands among the parts of a kind and is neither a part nor a draft nor hidden, below the folder.
-
-    Raises
-    ------
-    OSError
-        If the folder of the kind cannot be listed.
-    """
-    names = sorted(os.listdir(folder / kind))
-    return [f"{kind}/{name}" for name in names if not (PART.fullmatch(name) or name.startswith("."))]
+def foreign_parts(folder: Path) -> Iterator[str]:
+    """Yield what stands among the parts and is neither a part nor a draft nor hidden, below the folder."""
+    for kind in KINDS:
+        with contextlib.suppress(FileNotFoundError):
+            for name in sorted(os.listdir(folder / kind)):
+                if not (PART.fullmatch(name) or name.startswith(".")):
+                    yield f"{kind}/{name}"
 
 
 def make_folder(folder: Path, *, parents: bool = False) -> None:
@@ -110,41 +109,45 @@ class RunSet(NamedTuple):
         """The number of runs."""
         return len(self.ids)
 
+    def where(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> RunSet:
+        """Return the runs at some places."""
+        return RunSet(self.ids[chosen], self.replicates[chosen])
+
     def distinct(self) -> RunSet:
         """Return each run once, in ascending order of setting and replicate."""
         order, first = self.sorted_firsts()
-        chosen = order[first]
-        return RunSet(self.ids[chosen], self.replicates[chosen])
+        return self.where(order[first])
 
     def without(self, others: RunSet) -> RunSet:
         """Return the distinct runs that are not among `others`, in order."""
-        # The order is stable: of equal runs, that of `others` comes first.
-        order, first = joined((others, self)).sorted_firsts()
-        chosen = order[first & (order >= others.size)] - others.size
-        return RunSet(self.ids[chosen], self.replicates[chosen])
+        found = self.distinct()
+        return found.where(~found.are_in(others))
 
-    def firsts(self) -> NDArray[np.bool_]:
-        """Return whether each run is the first of those that equal it, shape (N,)."""
-        order, first = self.sorted_firsts()
-        found = np.empty(self.size, bool)
-        found[order] = first
-        return found
+    def are_in(self, others: RunSet) -> NDArray[np.bool_]:
+        """Return whether each run is among `others`, shape (N,)."""
+        if not others.size:
+            return np.zeros(self.size, bool)
+        order, first = joined([others, self]).sorted_firsts()
+        # The order is stable: of equal runs, that of `others` comes first.
+        is_other = (order < others.size)[first]
+        found = np.empty(len(order), bool)
+        found[order] = is_other[np.cumsum(first) - 1]
+        return found[others.size :]
 
     def sorted_firsts(self) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """Return the indices that sort the runs, and which of these come first among equal runs."""
         order = np.lexsort((self.replicates, self.ids))
-        ids, replicates = self.ids[order], self.replicates[order]
+        ids, replicates = self.where(order)
         first = np.ones(self.size, bool)
         first[1:] = (ids[1:] != ids[:-1]) | (replicates[1:] != replicates[:-1])
         return order, first
 
-    def names(self, most: int | None = None) -> list[str]:
-        """Return the run ids, at most `most` of them."""
-        rows = zip(self.ids[:most].tolist(), self.replicates[:most].tolist(), strict=True)
-        return [run_id(setting, replicate) for setting, replicate in rows]
+    def names(self) -> list[str]:
+        """Return the run ids."""
+        return [run_id(*run) for run in zip(self.ids.tolist(), self.replicates.tolist(), strict=True)]
 
 
-def joined(sets: tuple[RunSet, ...] | list[RunSet]) -> RunSet:
+def joined(sets: Collection[RunSet]) -> RunSet:
     """Return the runs of several sets one after the other, equal ones as often as they occur."""
     if not sets:
         return RunSet(np.empty(0, np.uint64), np.empty(0, np.int64))
@@ -174,16 +177,12 @@ def runs_in(table: pa.Table) -> RunSet:
         replicates = table["replicate"].cast(pa.int64()).to_numpy()
     except pa.ArrowException:
         raise ValueError("has another type of settings or replicates than a part") from None
-    digits = np.frombuffer(settings.buffers()[1] or b"", np.uint8)[settings.offset * _DIGITS :]
-    return RunSet(_ids(digits[: len(settings) * _DIGITS]), replicates.astype(np.int64, copy=False))
-
-
-def _ids(texts: NDArray[np.uint8]) -> NDArray[np.uint64]:
-    """Return the numbers that the bytes of consecutive texts of 16 hexadecimal digits spell."""
-    digits = _VALUES[texts]
+    texts = np.frombuffer(settings.buffers()[1] or b"", np.uint8)[settings.offset * _DIGITS :]
+    digits = _VALUES[texts[: len(settings) * _DIGITS]]
     if (digits == 255).any():
         raise ValueError("has a setting that is not 16 hexadecimal digits")
-    return (digits[0::2] << 4 | digits[1::2]).view(">u8").astype(np.uint64)
+    ids = (digits[0::2] << 4 | digits[1::2]).view(">u8").astype(np.uint64)
+    return RunSet(ids, replicates.astype(np.int64, copy=False))
 
 
 #: Metadata of parts of "runs": digests of the parts that were written beside it, and what measured columns hold.
@@ -239,21 +238,18 @@ class DamagedError(ValueError):
         self.damaged = Damaged(part.kind, part.path.name, reason)
 
 
+def digest(content: bytes) -> str:
+    """Return the digest by which bytes are named, 16 hexadecimal digits."""
+    return hashlib.blake2b(content, digest_size=8).hexdigest()
+
+
 def shard_of(run_ids: Iterable[str]) -> str:
     """Return the digest of the ids of a shard's runs, 16 hexadecimal digits; their order does not matter."""
     return digest("\n".join(sorted(run_ids)).encode())
 
 
 def listed(folder: Path, kind: str) -> list[Part]:
-    """Return the parts of a kind in the order of their names; files of other names are left out.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of the study.
-    kind : str
-        Name of the folder below it.
-    """
+    """Return the parts of a kind in the folder of a study, in the order of their names; other files are left out."""
     try:
         names = sorted(os.listdir(folder / kind))
     except FileNotFoundError:
@@ -273,14 +269,16 @@ def load(part: Part) -> bytes:
         If the part has been moved away.
     """
     content = bytes_of(part)
-    if not is_whole(part, content):
-        raise DamagedError(part, _damage(content))
-    return content
-
-
-def is_whole(part: Part, content: bytes) -> bool:
-    """Whether these are the bytes that the name of a part promises."""
-    return digest(content) == part.digest
+    if digest(content) == part.digest:
+        return content
+    reason = "is damaged (its bytes are not those that were written)"
+    if not content:
+        reason = "is empty"
+    elif not content.startswith(_BEGINNING):
+        reason = "is no Parquet file"
+    elif not content.endswith(_END):
+        reason = f"is cut off after {len(content)} bytes, or its end is damaged"
+    raise DamagedError(part, reason)
 
 
 def bytes_of(part: Part) -> bytes:
@@ -304,61 +302,46 @@ def bytes_of(part: Part) -> bytes:
         raise
 
 
-def rows(part: Part, content: bytes, columns: Iterable[str] | None = None) -> pa.Table:
-    """Return the rows of a part.
-
-    Parameters
-    ----------
-    part : Part
-        The part.
-    content : bytes
-        Its bytes.
-    columns : iterable of str, optional
-        Names of columns; all by default. Those that it does not have are left out.
+@contextlib.contextmanager
+def reading(part: Part, content: bytes) -> Iterator[pq.ParquetFile]:
+    """Open a part; what fails within the block says that it is damaged.
 
     Raises
     ------
     DamagedError
-        If it cannot be read as Parquet.
+        If it cannot be read as Parquet, or the block raises a ValueError.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
-        file = pq.ParquetFile(pa.BufferReader(content))
-        names = None if columns is None else [name for name in columns if name in file.schema_arrow.names]
-        # Without threads, whose overhead is larger than a part.
-        return file.read(names, use_threads=False)
-    except (pa.ArrowException, OSError) as error:
+        yield pq.ParquetFile(pa.BufferReader(content))
+    except (pa.ArrowException, OSError, json.JSONDecodeError) as error:
         raise DamagedError(part, f"is no Parquet file ({shown(str(error))})") from error
+    except ValueError as error:
+        raise DamagedError(part, str(error)) from None
 
 
-def noted(part: Part, content: bytes, key: str) -> dict[str, str]:
-    """Return what the metadata of a part says under a key, without what is not known; empty if it says nothing.
+def rows(file: pq.ParquetFile, columns: Iterable[str] | None = None) -> pa.Table:
+    """Return the rows of a part: all columns, or those of these names that it has."""
+    names = None if columns is None else [name for name in columns if name in file.schema_arrow.names]
+    # Without threads, whose overhead is larger than a part.
+    return file.read(names, use_threads=False)
 
-    Raises
-    ------
-    DamagedError
-        If it cannot be read as Parquet.
-    """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
 
-    try:
-        metadata = pq.read_schema(pa.BufferReader(content)).metadata or {}
-        found = json.loads(metadata.get(key.encode(), b"{}"))
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise DamagedError(part, f"is no Parquet file ({shown(str(error))})") from error
+def noted(file: pq.ParquetFile, key: str) -> dict[str, str]:
+    """Return what the metadata of a part says under a key, without what is not known; empty if it says nothing."""
+    found = json.loads((file.schema_arrow.metadata or {}).get(key.encode(), b"{}"))
     return {str(name): str(value) for name, value in found.items() if value is not None}
 
 
-def beside(part: Part, content: bytes) -> dict[str, str]:
+def beside(part: Part, file: pq.ParquetFile) -> dict[str, str]:
     """Return the names of the other parts of a shard by kind, as its part of "runs" says."""
-    return {kind: f"{part.shard}-{digest}.parquet" for kind, digest in noted(part, content, BESIDE).items()}
+    return {kind: f"{part.shard}-{digest}.parquet" for kind, digest in noted(file, BESIDE).items()}
 
 
-def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
-    """Write a part and return its path. It is there completely, or not at all.
+def write(folder: Path, kind: str, shard: str, content: bytes) -> None:
+    """Write a part. It is there completely, or not at all.
 
     Parameters
     ----------
@@ -399,23 +382,6 @@ def write(folder: Path, kind: str, shard: str, content: bytes) -> Path:
                 "command, which goes on where it stopped"
             ) from error
         raise
-    return target
-
-
-def digest(content: bytes) -> str:
-    """Return the digest by which bytes are named, 16 hexadecimal digits."""
-    return hashlib.blake2b(content, digest_size=8).hexdigest()
-
-
-def _damage(content: bytes) -> str:
-    """Return what is wrong with bytes that have another digest than their name says."""
-    if not content:
-        return "is empty"
-    if not content.startswith(_BEGINNING):
-        return "is no Parquet file"
-    if not content.endswith(_END):
-        return f"is cut off after {len(content)} bytes, or its end is damaged"
-    return "is damaged (its bytes are not those that were written)"
 
 
 def set_aside(folder: Path, shards: Collection[str]) -> list[str]:
@@ -438,23 +404,23 @@ def set_aside(folder: Path, shards: Collection[str]) -> list[str]:
     found = []
     for kind in reversed(KINDS):
         for part in listed(folder, kind):
-            if part.shard in shards:
-                found.append(_moved(part.path, folder / DAMAGED / kind))
-    return [path.relative_to(folder).as_posix() for path in found]
-
-
-def remove_drafts(folder: Path) -> int:
-    """Remove the drafts that killed processes have left; return how many. No process may write meanwhile."""
-    count = 0
-    for path in drafts(folder):
-        with contextlib.suppress(OSError):
-            path.unlink()
-            count += 1
-    return count
+            if part.shard not in shards:
+                continue
+            try:
+                make_folder(folder / DAMAGED / kind, parents=True)
+                target, number = folder / DAMAGED / kind / part.path.name, 1
+                while os.path.lexists(target):
+                    number += 1
+                    target = target.with_name(f"{part.path.name}.{number}")
+                os.rename(part.path, target)
+            except OSError as error:
+                raise files.unwritable(part.path, error) from error
+            found.append(target.relative_to(folder).as_posix())
+    return found
 
 
 def drafts(folder: Path) -> list[Path]:
-    """Return the drafts in the folder of a study."""
+    """Return the drafts that killed processes have left in the folder of a study."""
     found: list[Path] = []
     for place in (folder, folder / ARRAY, *(folder / kind for kind in KINDS)):
         with contextlib.suppress(OSError):
@@ -462,22 +428,11 @@ def drafts(folder: Path) -> list[Path]:
     return found
 
 
-def _moved(path: Path, place: Path) -> Path:
-    """Move a file into a folder, under a name that is free there."""
-    try:
-        make_folder(place, parents=True)
-        target, number = place / path.name, 1
-        while os.path.lexists(target):
-            number += 1
-            target = place / f"{path.name}.{number}"
-        os.rename(path, target)
-    except OSError as error:
-        raise files.unwritable(path, error) from error
-    return target
-
-
-# What changes if a file is replaced or written to.
-_Stamp = tuple[int, int, int, int]
+def remove_drafts(folder: Path) -> None:
+    """Remove the drafts that killed processes have left. No process may write meanwhile."""
+    for path in drafts(folder):
+        with contextlib.suppress(OSError):
+            path.unlink()
 
 
 class Examined(NamedTuple):
@@ -534,42 +489,49 @@ class Index:
     """
 
     def __init__(self, folder: Path, kind: str) -> None:
-        self._folder = folder
-        self._kind = kind
-        self._known: dict[str, tuple[_Stamp, Examined | Damaged]] = {}
+        self._folder, self._kind = folder, kind
+        # By what changes if a file is replaced or written to.
+        self._known: dict[tuple[str, int, int, int, int], Examined | Damaged] = {}
 
     def update(self) -> Contents:
         """Return what the parts have that are there now."""
         known, self._known = self._known, {}
         for part in listed(self._folder, self._kind):
-            name = part.path.name
-            try:
-                stamp = _stamp(part.path)
-                if name in known and known[name][0] == stamp:
-                    self._known[name] = known[name]
-                else:
-                    self._known[name] = stamp, examined(part)
-            except FileNotFoundError:
-                # It was set aside meanwhile.
-                continue
-        entries = [entry for _, entry in self._known.values()]
-        found = list(complete(self._folder, entries))
+            # Unless it was set aside meanwhile.
+            with contextlib.suppress(FileNotFoundError):
+                stat = os.lstat(part.path)
+                stamp = part.path.name, stat.st_ino, stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns
+                self._known[stamp] = known[stamp] if stamp in known else examined(part)
+        found = list(complete(self._folder, self._known.values()))
         whole = [entry for entry in found if isinstance(entry, Examined)]
         runs = joined([entry.runs for entry in whole]).distinct()
-        lost = joined([entry.runs for entry in entries if isinstance(entry, Examined)]).without(runs)
-        names = dict.fromkeys(name for entry in whole for name in entry.not_finite)
-        odd = {name: joined([entry.not_finite[name] for entry in whole if name in entry.not_finite]) for name in names}
+        lost = joined([entry.runs for entry in self._known.values() if isinstance(entry, Examined)]).without(runs)
+        odd: dict[str, list[RunSet]] = {}
+        for entry in whole:
+            for name, some in entry.not_finite.items():
+                odd.setdefault(name, []).append(some)
         return Contents(
             runs, [entry for entry in found if isinstance(entry, Damaged)], lost,
-            {name: given.distinct().size for name, given in odd.items()},
+            {name: joined(given).distinct().size for name, given in odd.items()},
         )  # fmt: skip
 
 
 def examined(part: Part) -> Examined | Damaged:
     """Read a part and return what it has, or how it is damaged."""
+    import pyarrow.compute as pc
+
     try:
-        content = load(part)
-        return Examined(part, runs_of(part, content), beside(part, content), _not_finite(part, content))
+        with reading(part, load(part)) as file:
+            # What events hold is listed beside the measures, with a prefix that no column has.
+            names = [name for name, kind in noted(file, HOLDS).items() if kind == "number"]
+            table = rows(file, [*IDENTITY, *names])
+            runs, odd = runs_in(table), {}
+            for name in table.column_names[len(IDENTITY) :]:
+                # None is neither finite nor not.
+                is_odd = pc.invert(pc.fill_null(pc.is_finite(table[name]), True))
+                if pc.any(is_odd).as_py():
+                    odd[name] = runs.where(is_odd.to_numpy())
+            return Examined(part, runs, beside(part, file), odd)
     except DamagedError as error:
         return error.damaged
 
@@ -579,49 +541,12 @@ def complete(folder: Path, found: Iterable[Examined | Damaged]) -> Iterator[Exam
     # After the parts themselves were listed: those beside them are written first, and set aside last.
     there = {kind: {part.path.name for part in listed(folder, kind)} for kind in KINDS if kind not in DONE}
     for one in found:
-        lost = [] if isinstance(one, Damaged) else [
-            kind for kind, name in one.beside.items() if name not in there.get(kind, ())
-        ]  # fmt: skip
-        if isinstance(one, Examined) and lost:
-            yield Damaged(one.part.kind, one.part.path.name, f"its part of {lost[0]} is lost")
-        else:
+        others = {} if isinstance(one, Damaged) else one.beside
+        lost = next((kind for kind, name in others.items() if name not in there.get(kind, ())), None)
+        if lost is None or isinstance(one, Damaged):
             yield one
-
-
-def runs_of(part: Part, content: bytes) -> RunSet:
-    """Return the run of each row of a part.
-
-    Raises
-    ------
-    DamagedError
-        If it has no such rows.
-    """
-    try:
-        return runs_in(rows(part, content, IDENTITY))
-    except DamagedError:
-        raise
-    except ValueError as error:
-        raise DamagedError(part, str(error)) from None
-
-
-def _not_finite(part: Part, content: bytes) -> dict[str, RunSet]:
-    """Return the runs of which a measure is NaN or infinite, by its name; None is neither."""
-    import pyarrow.compute as pc
-
-    # What events hold is listed beside the measures, with a prefix that no column has.
-    names = [name for name, kind in noted(part, content, HOLDS).items() if kind == "number"]
-    table = rows(part, content, [*IDENTITY, *names]) if names else None
-    if table is None:
-        return {}
-    odd = {
-        name: pc.invert(pc.fill_null(pc.is_finite(table[name]), True)) for name in names if name in table.column_names
-    }
-    return {name: runs_in(table.filter(mask)) for name, mask in odd.items() if pc.any(mask).as_py()}
-
-
-def _stamp(path: Path) -> _Stamp:
-    found = os.lstat(path)
-    return found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+        else:
+            yield Damaged(one.part.kind, one.part.path.name, f"its part of {lost} is lost")
 
 
 def read_parts(
@@ -655,8 +580,9 @@ def read_parts(
     tables, keys = [], []
     for part in _counting(folder, kind):
         try:
-            table = rows(part, load(part), needed)
-            keys.append(_runs(part, table))
+            with reading(part, load(part)) as file:
+                table = rows(file, needed)
+                keys.append(runs_in(table))
         except FileNotFoundError:
             # It was set aside meanwhile, and its runs are missing now.
             continue
@@ -665,7 +591,7 @@ def read_parts(
                 continue
             raise
         tables.append(table)
-    whole = _joined(folder / kind, tables, _kept(keys, without))
+    whole = _joined(folder / kind, tables, _kept(keys, without or joined([])))
     return whole if wanted is None else whole.select([name for name in wanted if name in whole.column_names])
 
 
@@ -681,19 +607,15 @@ def _joined(place: Path, tables: list[pa.Table], kept: list[NDArray[np.bool_]]) 
             whole = pa.concat_tables(chosen, promote_options="permissive")
         except (pa.ArrowInvalid, pa.ArrowTypeError):
             # A column without a value has the type of numbers, whatever it holds in other parts.
-            whole = pa.concat_tables([_without_empty(table) for table in chosen], promote_options="permissive")
+            filled = [[name for name in one.column_names if one[name].null_count < one.num_rows] for one in chosen]
+            chosen = [table.select(names) for table, names in zip(chosen, filled, strict=True)]
+            whole = pa.concat_tables(chosen, promote_options="permissive")
         return whole.replace_schema_metadata(None)
     except (pa.ArrowInvalid, pa.ArrowTypeError) as error:
         raise ValueError(
             f"{place}: its parts have columns of different types ({shown(str(error))}); give columns=[…] of the "
             "others, or read the parts one by one"
         ) from error
-
-
-def _without_empty(table: pa.Table) -> pa.Table:
-    """Return a table without the columns in which all is null."""
-    names = zip(table.column_names, table.columns, strict=True)
-    return table.select([name for name, column in names if column.null_count < table.num_rows])
 
 
 def _counting(folder: Path, kind: str) -> list[Part]:
@@ -704,60 +626,26 @@ def _counting(folder: Path, kind: str) -> list[Part]:
     runs: dict[str, Part] = {}
     for part in listed(folder, "runs"):
         runs.setdefault(part.shard, part)
-    several = {shard for shard, count in Counter(part.shard for part in found).items() if count > 1}
+    chosen: dict[str, str] = {}
     # Rarely are there several: a sweep was killed before it wrote the runs, and another version made them again.
-    beside = {shard: _beside(runs[shard], kind) for shard in several.intersection(runs)}
+    for shard, count in Counter(part.shard for part in found).items():
+        if count > 1 and shard in runs:
+            chosen[shard] = ""
+            with contextlib.suppress(FileNotFoundError, DamagedError), reading(runs[shard], load(runs[shard])) as file:
+                chosen[shard] = beside(runs[shard], file).get(kind, "")
     return [
-        part for part in found if part.shard in runs and beside.get(part.shard, part.path.name) == part.path.name
+        part for part in found if part.shard in runs and chosen.get(part.shard, part.path.name) == part.path.name
     ]  # fmt: skip
 
 
-def _beside(runs: Part, kind: str) -> str | None:
-    """Return the name of the part of a kind that was written beside one of runs; None if none was."""
-    with contextlib.suppress(FileNotFoundError, DamagedError):
-        return beside(runs, load(runs)).get(kind)
-    return None
-
-
-def _runs(part: Part, table: pa.Table) -> RunSet:
-    try:
-        return runs_in(table)
-    except ValueError as error:
-        raise DamagedError(part, str(error)) from None
-
-
-def _kept(keys: list[RunSet], without: RunSet | None) -> list[NDArray[np.bool_]]:
+def _kept(keys: list[RunSet], without: RunSet) -> list[NDArray[np.bool_]]:
     """Return which rows of each part are kept: those of runs that no part before it has."""
     if not keys:
         return []
-    # Runs have many rows each in some kinds: first come the runs of each part, then their rows.
-    starts = [_starts(key) for key in keys]
-    blocks = joined([RunSet(key.ids[start], key.replicates[start]) for key, start in zip(keys, starts, strict=True)])
-    number = np.repeat(np.arange(len(keys)), [start.sum() for start in starts])
-    kept = _first_part(blocks, number)
-    if without is not None and without.size:
-        left = blocks.without(without)
-        kept &= ~joined((left, blocks)).firsts()[left.size :]
-    ends = np.cumsum([start.sum() for start in starts])[:-1]
-    per_part = np.split(kept, ends)
-    return [
-        chosen[np.cumsum(start) - 1] if len(start) else np.empty(0, bool)
-        for chosen, start in zip(per_part, starts, strict=True)
-    ]
-
-
-def _starts(key: RunSet) -> NDArray[np.bool_]:
-    """Return in which rows another run begins than that of the row before."""
-    start = np.ones(key.size, bool)
-    start[1:] = (key.ids[1:] != key.ids[:-1]) | (key.replicates[1:] != key.replicates[:-1])
-    return start
-
-
-def _first_part(blocks: RunSet, number: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return whether each block of rows is of the first part that has its run."""
-    order, first = blocks.sorted_firsts()
-    # The order is stable, so the first of equal blocks is of the first part.
-    group = np.cumsum(first) - 1
-    found = np.empty(blocks.size, bool)
-    found[order] = number[order] == number[order[first]][group] if blocks.size else True
-    return found
+    every, sizes = joined(keys), [key.size for key in keys]
+    number = np.repeat(np.arange(len(keys)), sizes)
+    order, first = every.sorted_firsts()
+    kept = np.empty(every.size, bool)
+    # The order is stable, so the first of equal rows is of the first part.
+    kept[order] = number[order] == number[order[first]][np.cumsum(first) - 1]
+    return np.split(kept & ~every.are_in(without), np.cumsum(sizes)[:-1])

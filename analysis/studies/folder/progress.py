@@ -41,10 +41,9 @@ def versions() -> dict[str, str]:
 
 def machine() -> dict[str, str | int]:
     """Return host, operating system, processor and number of cores."""
-    system = platform.system(), platform.release()
     return {
-        "host": socket.gethostname(), "system": " ".join(system), "processor": platform.machine(),
-        "cores": os.cpu_count() or 1,
+        "host": socket.gethostname(), "system": f"{platform.system()} {platform.release()}",
+        "processor": platform.machine(), "cores": os.cpu_count() or 1,
     }  # fmt: skip
 
 
@@ -56,23 +55,17 @@ def commits(study_folder: Path | None) -> dict[str, dict[str, str | bool]]:
     study_folder : Path or None
         Where the modules of the study are.
     """
-    found = {"teamsight": _commit(_CODE)}
-    if found["teamsight"]:
-        found["teamsight"]["has_changes"] = bool(_git(_CODE, "status", "--porcelain", "--untracked-files=no"))
-    if study_folder is not None:
-        # Not its changes: to compare files, git runs the filters that the configuration of that folder names. The
-        # digests of the study's modules say more.
-        found["study"] = _commit(study_folder)
-    return {name: commit for name, commit in found.items() if commit}
-
-
-def _commit(folder: Path) -> dict[str, str | bool]:
-    """Return the commit that is checked out in a folder; empty if it is not under version control."""
-    head = _git(folder, "rev-parse", "HEAD")
-    if not head or _git(folder, "check-ignore", "--quiet", ".") is not None:
+    found: dict[str, dict[str, str | bool]] = {}
+    for name, folder in (("teamsight", _CODE), ("study", study_folder)):
+        head = None if folder is None else _git(folder, "rev-parse", "HEAD")
         # An installed package below a repository, as in its .venv, is none of its files.
-        return {}
-    return {"commit": head.strip()}
+        if folder is not None and head and _git(folder, "check-ignore", "--quiet", ".") is None:
+            found[name] = {"commit": head.strip()}
+    if "teamsight" in found:
+        # Not the changes of the study: to compare files, git runs the filters that the configuration of that folder
+        # names. The digests of the study's modules say more.
+        found["teamsight"]["has_changes"] = bool(_git(_CODE, "status", "--porcelain", "--untracked-files=no"))
+    return found
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
@@ -144,36 +137,27 @@ class Heartbeat:
         The file.
     engine, workers, shard
         See `Progress`.
+
+    Attributes
+    ----------
+    last : Progress
+        What the next heartbeat says.
     """
 
     def __init__(self, path: Path, engine: str = "local", workers: int = 1, shard: str = "") -> None:
         self.path = path
-        self._last = Progress(os.getpid(), socket.gethostname(), engine, workers, shard, 0, 0, 0, 0, 0, None, False)
+        self.last = Progress(os.getpid(), socket.gethostname(), engine, workers, shard, 0, 0, 0, 0, 0, None, False)
         # When how many runs had been made.
         self._made: deque[tuple[float, int]] = deque()
         self._unwritten = 0
         self._written, self._period = -math.inf, _PERIOD
 
     @property
-    def made(self) -> int:
-        """The number of runs that this sweep has made, done or failed."""
-        return self._last.made
-
-    @property
-    def failed(self) -> int:
-        """The number of runs that have failed; see `update`."""
-        return self._last.failed
-
-    @property
-    def rate(self) -> float | None:
-        """Runs per second over the last minute; None until it is known."""
-        return self._last.rate
-
-    @property
     def seconds_left(self) -> float | None:
         """Time until all runs are made at the present rate [s]; None until the rate is known."""
-        last = self._last
-        return seconds_left(last.total - last.done - last.failed - self._unwritten, last.rate)
+        last = self.last
+        missing = last.total - last.done - last.failed - self._unwritten
+        return max(0, missing) / last.rate if last.rate else None
 
     def update(
         self, done: int, total: int, *, failed: int = 0, running: int = 0, made: int = 0, unwritten: int = 0
@@ -197,9 +181,10 @@ class Heartbeat:
         self._made.append((now, made + unwritten))
         while len(self._made) > 2 and now - self._made[1][0] > _WINDOW:
             self._made.popleft()
-        self._last = self._last._replace(
-            done=done, failed=failed, total=total, running=running, made=made, rate=self._rate()
-        )
+        began, first = self._made[0]
+        more = made + unwritten - first
+        rate = more / (now - began) if more > 0 and now > began else None
+        self.last = self.last._replace(done=done, failed=failed, total=total, running=running, made=made, rate=rate)
         if now - self._written >= self._period:
             self._write()
             self._written = time.monotonic()
@@ -207,22 +192,13 @@ class Heartbeat:
 
     def end(self) -> None:
         """Write that the sweep has ended."""
-        self._last = self._last._replace(running=0, has_ended=True)
+        self.last = self.last._replace(running=0, has_ended=True)
         self._write()
-
-    def _rate(self) -> float | None:
-        (began, first), (now, last) = self._made[0], self._made[-1]
-        return (last - first) / (now - began) if last > first and now > began else None
 
     def _write(self) -> None:
         # A full disk must not stop a sweep here: the parts of its runs say so.
         with contextlib.suppress(files.UnwritableError), files.complete(self.path) as draft:
-            draft.write(json.dumps(self._last._asdict()).encode())
-
-
-def seconds_left(missing: int, rate: float | None) -> float | None:
-    """Return how long missing runs take at a rate [s]; None if that is not known."""
-    return max(0, missing) / rate if rate else None
+            draft.write(json.dumps(self.last._asdict()).encode())
 
 
 def read_progress(path: Path) -> Progress | None:
@@ -263,7 +239,8 @@ def recorded(
         heartbeat.end()
         # The error that ends a sweep on a full disk must not be hidden by this one.
         with contextlib.suppress(files.UnwritableError):
-            found = {"outcome": outcome, "seconds": seconds, "made": heartbeat.made, "failed": heartbeat.failed}
+            last = heartbeat.last
+            found = {"outcome": outcome, "seconds": seconds, "made": last.made, "failed": last.failed}
             _append(folder, "end", number, found)
 
 
@@ -281,16 +258,6 @@ def read_sweeps(folder: Path) -> list[Record]:
 
 def _append(folder: Path, event: str, number: str, about: Record) -> None:
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    record = json.dumps({"event": event, "sweep": number, "time": now, **about}).encode() + b"\n"
-    files.append(folder / SWEEPS, (b"" if _ends_whole(folder / SWEEPS) else b"\n") + record)
-
-
-def _ends_whole(path: Path) -> bool:
-    """Return whether a file ends with a line break, or is empty or absent."""
-    try:
-        with files.open_regular(path) as file:
-            size = file.seek(0, os.SEEK_END)
-            file.seek(max(0, size - 1))
-            return file.read() in (b"", b"\n")
-    except OSError:
-        return True
+    record = json.dumps({"event": event, "sweep": number, "time": now, **about})
+    # A line break before it as well, since the line before may have been cut off.
+    files.append(folder / SWEEPS, f"\n{record}\n".encode())

@@ -1,25 +1,22 @@
-"""The folder of a study: its manifest, and what a sweep writes and reads."""
+"""The folder of a study: its manifest, what a sweep writes and reads, and `verify`, which finds damaged parts."""
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import os
-import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from teamsight.analysis.studies.definition.model import TASK_PREFIX
 from teamsight.analysis.studies.definition.values import hex_of, run_id
 from teamsight.analysis.studies.folder import parts, progress
-from teamsight.analysis.studies.folder import parts as part_files
-from teamsight.analysis.studies.folder.file_lock import opened
-from teamsight.analysis.studies.folder.lock import check_shard, locked
+from teamsight.analysis.studies.folder.lock import check_shard, exclusively, locked
 from teamsight.analysis.studies.folder.parts import (
     ARRAY,
     DONE,
@@ -32,13 +29,6 @@ from teamsight.analysis.studies.folder.parts import (
     Index,
     Part,
     RunSet,
-    foreign_parts,
-    is_own,
-    make_folder,
-    read_parts,
-    remove_drafts,
-    runs_in,
-    set_aside,
 )
 from teamsight.analysis.studies.folder.progress import Heartbeat, Progress, Record, read_progress, read_sweeps, recorded
 from teamsight.core import checks, files, references
@@ -53,6 +43,10 @@ if TYPE_CHECKING:
 FORMAT = 1
 _MARK = {"software": "teamsight", "format": FORMAT}
 _MOST_BYTES = 2_000_000_000
+# Lines of the difference of two studies that an error shows.
+_MOST_LINES = 6
+# Studies of another root or pairing differ in every seed, so a few of each part are computed.
+_MOST_SEEDS = 16
 
 
 class Manifest(NamedTuple):
@@ -95,301 +89,13 @@ class Manifest(NamedTuple):
     changed: str
 
 
-def read_manifest(folder: Path) -> Manifest:
-    """Return the manifest of a folder.
-
-    Raises
-    ------
-    ValueError
-        If there is none, it is damaged or changed by hand, or a newer version has written it.
-    """
-    path = folder / MANIFEST
-    try:
-        with files.open_regular(path) as file:
-            content = file.read(_MOST_BYTES)
-    except (FileNotFoundError, NotADirectoryError):
-        raise ValueError(
-            f"{folder}: is not the folder of a study (it has no {MANIFEST}); give one that teamsight sweep has made"
-        ) from None
-    try:
-        found = json.loads(content)
-    except (ValueError, RecursionError):
-        _refuse(path, "it is not JSON")
-    if not isinstance(found, dict) or found.get("software") != _MARK["software"]:
-        _refuse(path, "teamsight did not write it")
-    if found.get("format") != FORMAT:
-        versions = found.get("versions")
-        wrote = versions.get("teamsight") if isinstance(versions, dict) else None
-        raise ValueError(checks.other_format(path, found.get("format"), FORMAT, wrote))
-    digest = found.pop("digest", None)
-    if digest != _digest(found):
-        _refuse(path, "its digest differs")
-    try:
-        values = {name: found[name] for name in Manifest._fields}
-    except KeyError as error:
-        _refuse(path, f"it has no {error}")
-    return Manifest(**{**values, "earlier": tuple(values["earlier"])})
-
-
-def write_manifest(folder: Path, manifest: Manifest) -> None:
-    """Write the manifest of a folder, or replace it.
-
-    Raises
-    ------
-    UnwritableError
-        If it cannot be written.
-    """
-    values: dict[str, Any] = {**_MARK, **manifest._asdict(), "earlier": list(manifest.earlier)}
-    values["digest"] = _digest(values)
-    # A line for each key: an indent would write a line for each value of a long list, and take minutes.
-    lines = (f"  {json.dumps(name)}: {_written(value)}" for name, value in values.items())
-    with files.complete(folder / MANIFEST) as draft:
-        draft.write(("{\n" + ",\n".join(lines) + "\n}\n").encode())
-
-
-def _written(value: object) -> str:
-    return json.dumps(value, ensure_ascii=False, allow_nan=False)
-
-
 def _digest(values: Mapping[str, object]) -> str:
     """Return a digest of values, which finds damage and changes by hand."""
-    text = json.dumps(values, sort_keys=True, separators=(",", ":"))
-    return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
+    return parts.digest(json.dumps(values, sort_keys=True, separators=(",", ":")).encode())
 
 
-def _refuse(path: Path, reason: str) -> NoReturn:
-    raise ValueError(
-        f"{path}: is damaged or was changed ({reason}); restore it from a copy, or move it away and run teamsight "
-        "sweep with the study file again: it writes a new one if all parts belong to the study"
-    )
-
-
-#: The columns by which a part is recognised.
-RECOGNISED = (*IDENTITY, "seed", "steps")
-# Studies of another root or pairing differ in every seed, so a few of each part are computed.
-_MOST_SEEDS = 16
-
-
-class HasSteps(Protocol):
-    """What is read of a `Study`."""
-
-    @property
-    def steps(self) -> int:
-        """Steps of each run."""
-
-
-def stranger(table: pa.Table, study: HasSteps, plan: Plan) -> str | None:
-    """Return why rows are not of a study; None if they are.
-
-    Parameters
-    ----------
-    table : Table
-        Rows with the columns `RECOGNISED`, of which only the identity must be there.
-    study, plan : Study, Plan
-        The study.
-    """
-    runs = runs_in(table)
-    index = plan.index_of(runs.ids)
-    if (index < 0).any():
-        return f"belongs to another study (setting {hex_of(runs.ids[index < 0][0])} is not planned)"
-    columns: Mapping[str, np.ndarray] = {
-        name: table[name].to_numpy() for name in ("seed", "steps") if name in table.column_names
-    }
-    if "steps" in columns and (columns["steps"] != study.steps).any():
-        wrong = int(columns["steps"][columns["steps"] != study.steps][0])
-        return f"belongs to another study (runs of {wrong} steps, not {study.steps})"
-    # The seeds of a task follow from its scenario, and no module that a study names is imported here.
-    task = plan.study.model.partition(TASK_PREFIX)[2]
-    if "seed" in columns and not references.is_reference(task):
-        chosen = slice(None, None, -(-runs.size // _MOST_SEEDS) or 1)
-        seen = (index[chosen].tolist(), runs.replicates[chosen].tolist(), columns["seed"][chosen].tolist())
-        for setting, replicate, seed in zip(*seen, strict=True):
-            if plan.seed(setting, replicate) != seed:
-                return f"belongs to another study (seed {seed} of run {_name(plan, setting, replicate)} is not planned)"
-    return None
-
-
-def why_strange(part: Part, content: bytes, study: HasSteps, plan: Plan) -> str | None:
-    """Return why a part is not of a study; None if it is.
-
-    Raises
-    ------
-    DamagedError
-        If it cannot be read.
-    """
-    table = parts.rows(part, content, RECOGNISED if part.kind in DONE else IDENTITY)
-    try:
-        return stranger(table, study, plan)
-    except ValueError as error:
-        raise DamagedError(part, str(error)) from None
-
-
-def check_belongs(folder: Path, study: HasSteps, plan: Plan) -> None:
-    """Raise an error if a folder without a manifest has parts that are not of a study. Damaged parts do not count.
-
-    Raises
-    ------
-    UnwritableError
-        If there are such parts.
-    """
-    for kind in DONE:
-        for part in parts.listed(folder, kind):
-            try:
-                why = why_strange(part, parts.load(part), study, plan)
-            except DamagedError:
-                continue
-            if why:
-                raise files.UnwritableError(f"{part.path}: {why}; move it away, or give another folder")
-
-
-def _name(plan: Plan, setting: int, replicate: int) -> str:
-    return run_id(plan.ids[setting], replicate)
-
-
-# Lines of the difference of two studies that an error shows.
-_MOST_LINES = 6
-
-
-def check_own(folder: Path) -> None:
-    """Raise an error if a folder holds something else than a study.
-
-    Raises
-    ------
-    UnwritableError
-        If it does, or it cannot be examined.
-    """
-    files.check_name(folder)
-    try:
-        if os.path.lexists(folder / MANIFEST):
-            return
-        foreign = sorted(_foreign(folder))
-    except FileNotFoundError:
-        return
-    except NotADirectoryError:
-        raise files.UnwritableError(f"{folder}: is a file; give a folder") from None
-    except OSError as error:
-        raise files.unwritable(folder, error) from error
-    if foreign:
-        more = f" and {len(foreign) - 1} more" if len(foreign) > 1 else ""
-        raise files.UnwritableError(
-            f"{folder}: holds something else ({foreign[0]}{more}); give an empty or a new folder"
-        )
-
-
-def _foreign(folder: Path) -> Iterator[str]:
-    """Yield what is in a folder, and in its folders of parts, that is not of a study."""
-    for name in os.listdir(folder):
-        if not is_own(name):
-            yield name
-        elif name in KINDS:
-            yield from foreign_parts(folder, name)
-
-
-def make_own_folder(folder: Path) -> None:
-    """Create the folder of a study, unless it is there.
-
-    Raises
-    ------
-    UnwritableError
-        If it cannot be created or holds something else.
-    """
-    check_own(folder)
-    make_folder(folder, parents=True)
-
-
-def prepared(
-    folder: Path,
-    study: Study,
-    plan: Plan,
-    code: str,
-    sources: Mapping[str, str],
-    types: Mapping[str, str],
-    mixed_code: bool,
-) -> Manifest:
-    """Create or check a folder; see `StudyFolder.prepare`."""
-    make_own_folder(folder)
-    if not os.path.lexists(folder / MANIFEST):
-        check_belongs(folder, study, plan)
-        _check_recorded_code(folder, code, mixed_code)
-        return _created(folder, study, code, sources, types)
-    found = read_manifest(folder)
-    wanted = _grown(folder, found, study, types)
-    wanted = _with_code(folder, wanted, code, sources, mixed_code)
-    if wanted != found:
-        wanted = wanted._replace(changed=_now())
-        write_manifest(folder, wanted)
-    return wanted
-
-
-def _created(folder: Path, study: Study, code: str, sources: Mapping[str, str], types: Mapping[str, str]) -> Manifest:
-    place = None if study.path is None else Path(study.path)
-    now = _now()
-    made = Manifest(
-        _values(study), dict(types), code, dict(sources), _held(folder), (), progress.versions(),
-        progress.commits(place),
-        progress.machine(), now, now,
-    )  # fmt: skip
-    write_manifest(folder, made)
-    return made
-
-
-def _held(folder: Path) -> dict[str, str]:
-    """Return what measured columns hold in the undamaged parts of a folder whose manifest is lost."""
-    found: dict[str, str] = {}
-    for part in parts.listed(folder, "runs"):
-        with contextlib.suppress(DamagedError):
-            found = {**parts.noted(part, parts.load(part), parts.HOLDS), **found}
-    return found
-
-
-def settled(folder: Path, kinds: Mapping[str, str | None]) -> Mapping[str, str]:
-    """Take over what measured columns hold, where it is not decided, and return what is decided now."""
-    found = read_manifest(folder)
-    holds = {**{name: kind for name, kind in kinds.items() if kind is not None}, **found.holds}
-    if holds != found.holds:
-        write_manifest(folder, found._replace(holds=holds))
-    return holds
-
-
-def _grown(folder: Path, found: Manifest, study: Study, types: Mapping[str, str]) -> Manifest:
-    """Return the manifest with the additions of a study to that of the folder."""
-    from teamsight.analysis.studies.definition.check import difference
-    from teamsight.analysis.studies.study import Study
-
-    lines = difference(Study.from_dict(found.study), study)
-    lines += [
-        f"type of {name}: {old} in the folder, {types[name]} now"
-        for name, old in found.types.items()
-        if name in types and types[name] != old
-    ]
-    if lines:
-        more = [f"and {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else []
-        raise ValueError(
-            f"{folder}: is the folder of another study ({'; '.join([*lines[:_MOST_LINES], *more])}); give another "
-            "folder, or the study that it was made with"
-        )
-    return found._replace(study=_values(study), types=dict(types))
-
-
-def _with_code(folder: Path, found: Manifest, code: str, sources: Mapping[str, str], mixed_code: bool) -> Manifest:
-    """Return the manifest with the code that makes runs now, if it is the same or may differ."""
-    changed = [name for name, digest in found.sources.items() if sources.get(name, digest) != digest]
-    wanted = found._replace(code=code, sources={**found.sources, **sources})
-    if found.code == code and not changed:
-        return wanted
-    if not mixed_code:
-        what = f"module {changed[0]!r}" if found.code == code else "teamsight"
-        old, new = (found.code, code) if found.code != code else (found.sources[changed[0]], sources[changed[0]])
-        raise _other_code(folder, what, old, new)
-    before = {"code": found.code, "sources": dict(found.sources), "until": _now()}
-    return wanted._replace(earlier=(*found.earlier, before))
-
-
-def _check_recorded_code(folder: Path, code: str, mixed_code: bool) -> None:
-    """Refuse other code than that of earlier sweeps, where the manifest that says so is lost."""
-    used = [record["code"] for record in read_sweeps(folder) if "code" in record]
-    if used and code not in used and not mixed_code:
-        raise _other_code(folder, "teamsight", str(used[-1]), code)
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def _other_code(folder: Path, what: str, old: str, new: str) -> ValueError:
@@ -399,14 +105,30 @@ def _other_code(folder: Path, what: str, old: str, new: str) -> ValueError:
     )
 
 
-def _values(study: Study) -> dict[str, Any]:
-    """Return the values of a study, with a folder that is found from everywhere."""
-    place = None if study.path is None else os.path.abspath(study.path)
-    return {**study.as_dict(), "path": place}
+def _why_strange(part: Part, content: bytes, plan: Plan) -> str | None:
+    """Return why a part is not of a study; None if it is.
 
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="seconds")
+    Raises
+    ------
+    DamagedError
+        If it cannot be read.
+    """
+    with parts.reading(part, content) as file:
+        table = parts.rows(file, (*IDENTITY, *(("seed", "steps") if part.kind in DONE else ())))
+        runs = parts.runs_in(table)
+        index = plan.index_of(runs.ids)
+        if (index < 0).any():
+            return f"belongs to another study (setting {hex_of(runs.ids[index < 0][0])} is not planned)"
+        seeds, steps = (table[name].to_numpy() if name in table.column_names else () for name in ("seed", "steps"))
+    if len(wrong := [one for one in set(steps) if one != plan.study.steps]):
+        return f"belongs to another study (runs of {wrong[0]} steps, not {plan.study.steps})"
+    # The seeds of a task follow from its scenario, and no module that a study names is imported here.
+    if not references.is_reference(plan.study.model.partition(TASK_PREFIX)[2]):
+        for row in range(0, len(seeds), -(-len(seeds) // _MOST_SEEDS) or 1):
+            if plan.seed(int(index[row]), int(runs.replicates[row])) != seeds[row]:
+                name = run_id(runs.ids[row], runs.replicates[row])
+                return f"belongs to another study (seed {seeds[row]} of run {name} is not planned)"
+    return None
 
 
 class StudyFolder:
@@ -442,9 +164,52 @@ class StudyFolder:
         Raises
         ------
         ValueError
-            If this is not the folder of a study, or the manifest is damaged or of a newer version.
+            If this is not the folder of a study, or the manifest is damaged, changed by hand, or of a newer version.
         """
-        return read_manifest(self.path)
+        path = self.path / MANIFEST
+
+        def refuse(reason: str) -> NoReturn:
+            raise ValueError(
+                f"{path}: is damaged or was changed ({reason}); restore it from a copy, or move it away and run "
+                "teamsight sweep with the study file again: it writes a new one if all parts belong to the study"
+            )
+
+        try:
+            with files.open_regular(path) as file:
+                found = json.loads(file.read(_MOST_BYTES))
+        except (FileNotFoundError, NotADirectoryError):
+            raise ValueError(
+                f"{self.path}: is not the folder of a study (it has no {MANIFEST}); give one that teamsight sweep has "
+                "made"
+            ) from None
+        except (ValueError, RecursionError):
+            refuse("it is not JSON")
+        if not isinstance(found, dict) or found.get("software") != _MARK["software"]:
+            refuse("teamsight did not write it")
+        if found.get("format") != FORMAT:
+            versions = found.get("versions")
+            wrote = versions.get("teamsight") if isinstance(versions, dict) else None
+            raise ValueError(checks.other_format(path, found.get("format"), FORMAT, wrote))
+        if found.pop("digest", None) != _digest(found):
+            refuse("its digest differs")
+        try:
+            values = {name: found[name] for name in Manifest._fields}
+        except KeyError as error:
+            refuse(f"it has no {error}")
+        return Manifest(**{**values, "earlier": tuple(values["earlier"])})
+
+    def _write_manifest(self, manifest: Manifest) -> Manifest:
+        """Write the manifest, or replace it, and return it."""
+        values: dict[str, Any] = {**_MARK, **manifest._asdict(), "earlier": list(manifest.earlier)}
+        values["digest"] = _digest(values)
+        # A line for each key: an indent would write a line for each value of a long list, and take minutes.
+        lines = (
+            f"  {json.dumps(name)}: {json.dumps(value, ensure_ascii=False, allow_nan=False)}"
+            for name, value in values.items()
+        )
+        with files.complete(self.path / MANIFEST) as draft:
+            draft.write(("{\n" + ",\n".join(lines) + "\n}\n").encode())
+        return manifest
 
     @property
     def study(self) -> Study:
@@ -496,10 +261,91 @@ class StudyFolder:
         ValueError
             If it is that of another study, which the message compares with this, or of other code.
         """
-        given = plan.types if types is None else types
+        place, types = study.path, dict(plan.types if types is None else types)
+        # With a folder that is found from everywhere.
+        values = {**study.as_dict(), "path": None if place is None else os.path.abspath(place)}
+        self._make()
         # Shards of a job array do this at the same time.
-        with self._exclusively(".prepare"):
-            return prepared(self.path, study, plan, code, sources, given, mixed_code)
+        with exclusively(self.path):
+            if not self.is_prepared:
+                holds = self._check_parts(plan, code, mixed_code)
+                about = progress.versions(), progress.commits(Path(place) if place else None), progress.machine()
+                return self._write_manifest(
+                    Manifest(values, types, code, dict(sources), holds, (), *about, now := _now(), now)
+                )
+            found = self.manifest
+            self._check_same(found, study, types)
+            changed = [name for name, old in found.sources.items() if sources.get(name, old) != old]
+            earlier = found.earlier
+            if found.code != code or changed:
+                if not mixed_code:
+                    what, old, new = "teamsight", found.code, code
+                    if old == new:
+                        what, old, new = f"module {changed[0]!r}", found.sources[changed[0]], sources[changed[0]]
+                    raise _other_code(self.path, what, old, new)
+                earlier = (*earlier, {"code": found.code, "sources": dict(found.sources), "until": _now()})
+            wanted = found._replace(
+                study=values, types=types, code=code, sources={**found.sources, **sources}, earlier=earlier
+            )
+            return found if wanted == found else self._write_manifest(wanted._replace(changed=_now()))
+
+    def _check_parts(self, plan: Plan, code: str, mixed_code: bool) -> dict[str, str]:
+        """Refuse parts of another study or of other code, where the manifest is lost; return what columns hold.
+
+        Damaged parts do not count.
+        """
+        holds: dict[str, str] = {}
+        for part in (part for kind in DONE for part in parts.listed(self.path, kind)):
+            with contextlib.suppress(DamagedError):
+                content = parts.load(part)
+                if why := _why_strange(part, content, plan):
+                    raise files.UnwritableError(f"{part.path}: {why}; move it away, or give another folder")
+                with parts.reading(part, content) as file:
+                    holds = {**parts.noted(file, parts.HOLDS), **holds}
+        used = [str(record["code"]) for record in self.sweeps if "code" in record]
+        if used and code not in used and not mixed_code:
+            raise _other_code(self.path, "teamsight", used[-1], code)
+        return holds
+
+    def _check_same(self, found: Manifest, study: Study, types: Mapping[str, str]) -> None:
+        """Refuse another study than that of the folder, unless it only adds to it."""
+        from teamsight.analysis.studies.definition.check import difference
+        from teamsight.analysis.studies.study import Study
+
+        lines = difference(Study.from_dict(found.study), study)
+        for name, old in found.types.items():
+            if types.get(name, old) != old:
+                lines.append(f"type of {name}: {old} in the folder, {types[name]} now")
+        if lines:
+            more = [f"and {len(lines) - _MOST_LINES} more"] if len(lines) > _MOST_LINES else []
+            raise ValueError(
+                f"{self.path}: is the folder of another study ({'; '.join([*lines[:_MOST_LINES], *more])}); give "
+                "another folder, or the study that it was made with"
+            )
+
+    def _make(self) -> None:
+        """Create the folder, unless it is there.
+
+        Raises
+        ------
+        UnwritableError
+            If it cannot be created or holds something else.
+        """
+        files.check_name(self.path)
+        try:
+            found = [] if self.is_prepared else list(parts.foreign(self.path))
+        except FileNotFoundError:
+            found = []
+        except NotADirectoryError:
+            raise files.UnwritableError(f"{self.path}: is a file; give a folder") from None
+        except OSError as error:
+            raise files.unwritable(self.path, error) from error
+        if found:
+            more = f" and {len(found) - 1} more" if len(found) > 1 else ""
+            raise files.UnwritableError(
+                f"{self.path}: holds something else ({found[0]}{more}); give an empty or a new folder"
+            )
+        parts.make_folder(self.path, parents=True)
 
     def settle(self, kinds: Mapping[str, str | None]) -> Mapping[str, str]:
         """Decide what measured columns hold, where it is not decided yet, and return what all of them hold.
@@ -509,8 +355,12 @@ class StudyFolder:
         kinds : mapping of str to str or None
             "int", "number", "flag" or "text" by column.
         """
-        with self._exclusively(".prepare"):
-            return settled(self.path, kinds)
+        with exclusively(self.path):
+            found = self.manifest
+            holds = {**{name: kind for name, kind in kinds.items() if kind is not None}, **found.holds}
+            if holds != found.holds:
+                self._write_manifest(found._replace(holds=holds))
+            return holds
 
     @contextlib.contextmanager
     def lock(
@@ -540,14 +390,13 @@ class StudyFolder:
             If the folder cannot be written, or holds something else.
         """
         check_shard(shard)
-        make_own_folder(self.path)
+        self._make()
         with locked(self.path, shard, wait, waiting):
             yield
 
-    @contextlib.contextmanager
     def recorded(
         self, *, engine: str, workers: int, code: str, shard: tuple[int, int] | None = None
-    ) -> Iterator[Heartbeat]:
+    ) -> contextlib.AbstractContextManager[Heartbeat]:
         """Record begin and end of a sweep; call `Heartbeat.update` of what is returned with what is done.
 
         Parameters
@@ -559,24 +408,23 @@ class StudyFolder:
         shard : (int, int), optional
             See `lock`.
         """
-        with recorded(self.path, engine, workers, code, shard) as heartbeat:
-            yield heartbeat
+        return recorded(self.path, engine, workers, code, shard)
 
     def tidy(self) -> list[Damaged]:
         """Remove drafts that killed processes have left, and set damaged parts of runs aside; return these.
 
         Only under `lock` of all. Parts of the other kinds are checked by `read` and by `verify`.
         """
-        remove_drafts(self.path)
+        parts.remove_drafts(self.path)
         damaged = self.damaged()
-        set_aside(self.path, {each.name.partition("-")[0] for each in damaged})
+        parts.set_aside(self.path, {each.name.partition("-")[0] for each in damaged})
         return damaged
 
     def damaged(self) -> list[Damaged]:
         """Return the damaged parts among those of which runs are done or failed; their runs are missing."""
         return [each for kind in DONE for each in self._indexes[kind].update().damaged]
 
-    def write(self, parts: Mapping[str, bytes], run_ids: Iterable[str]) -> None:
+    def write(self, contents: Mapping[str, bytes], run_ids: Iterable[str]) -> None:
         """Write the parts of a shard; those of "failed" and "runs" last, since they make it done.
 
         Each is written beside its place, brought to disk, read back and moved there. After an error nothing of it
@@ -584,7 +432,7 @@ class StudyFolder:
 
         Parameters
         ----------
-        parts : mapping of str to bytes
+        contents : mapping of str to bytes
             Parquet files by kind: "runs", "failed", "steps", "trajectories", "events".
         run_ids : iterable of str
             The runs of the shard; their order does not matter.
@@ -594,12 +442,12 @@ class StudyFolder:
         UnwritableError
             If a part cannot be written, such as on a full disk.
         """
-        for kind in parts:
+        for kind in contents:
             checks.choice("kind", kind, KINDS)
-        shard = part_files.shard_of(run_ids)
+        shard = parts.shard_of(run_ids)
         for kind in KINDS:
-            if kind in parts:
-                part_files.write(self.path, kind, shard, parts[kind])
+            if kind in contents:
+                parts.write(self.path, kind, shard, contents[kind])
 
     def done(self) -> RunSet:
         """Return the distinct runs that are in undamaged parts, in the order of their ids."""
@@ -640,13 +488,141 @@ class StudyFolder:
         if not self.is_prepared:
             _ = self.manifest  # which says so
         without = self.done() if kind == "failed" else None
-        return read_parts(self.path, kind, columns, without, skip_damaged=skip_damaged)
+        return parts.read_parts(self.path, kind, columns, without, skip_damaged=skip_damaged)
 
-    @contextlib.contextmanager
-    def _exclusively(self, name: str) -> Iterator[None]:
-        """Hold a lock for a moment, after waiting for it."""
-        make_own_folder(self.path)
-        with opened(self.path / name) as lock:
-            while not lock.take():
-                time.sleep(0.02)
-            yield
+
+class Verification(NamedTuple):
+    """What `verify` found.
+
+    Attributes
+    ----------
+    parts : int
+        Parts that were read.
+    damaged : tuple of Damaged
+        Parts that are damaged or belong to another study.
+    aside : tuple of str
+        Where parts were moved, below the folder; with a damaged part go the others of its shard.
+    runs : tuple of str
+        Ids of the runs of their shards, as far as they are known for certain.
+    unnamed : int
+        Shards among them whose runs are not all known.
+    foreign : tuple of str
+        Files among the parts that are none, which are left where they are.
+    drafts : int
+        Drafts that killed processes have left; they are removed by a repair.
+    """
+
+    parts: int
+    damaged: tuple[Damaged, ...]
+    aside: tuple[str, ...]
+    runs: tuple[str, ...]
+    unnamed: int
+    foreign: tuple[str, ...]
+    drafts: int
+
+
+def verify(folder: str | os.PathLike[str], repair: bool = True) -> Verification:
+    """Read all parts of a study; set those aside that are damaged.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of the study.
+    repair : bool
+        Move damaged parts to ``damaged/`` below it; they are never deleted. Without, nothing is changed.
+
+    Raises
+    ------
+    LockedError
+        If a sweep runs, and `repair` is set.
+    ValueError
+        If this is not the folder of a study.
+    """
+    place = StudyFolder(folder)
+    plan = place.study.plan()
+    with place.lock() if repair else contextlib.nullcontext():
+        found = [part for kind in KINDS for part in parts.listed(place.path, kind)]
+        damaged = tuple(_damage(place.path, found, plan))
+        shards = {each.name.partition("-")[0]: list[Part]() for each in damaged}
+        for part in found:
+            if part.shard in shards:
+                shards[part.shard].append(part)
+        # Parts that are set aside can no longer be read.
+        named = [_runs_of(*shard) for shard in sorted(shards.items())]
+        runs, unnamed = sorted(set().union(*named)), sum(parts.shard_of(names) not in shards for names in named)
+        foreign, left = tuple(parts.foreign_parts(place.path)), len(parts.drafts(place.path))
+        aside = parts.set_aside(place.path, shards) if repair else []
+        if repair:
+            parts.remove_drafts(place.path)
+    return Verification(len(found), damaged, tuple(aside), tuple(runs), unnamed, foreign, left)
+
+
+def _damage(folder: Path, found: Iterable[Part], plan: Plan) -> Iterator[Damaged]:
+    """Yield each part that is damaged, of another study, or without the parts that were written beside it."""
+    whole = []
+    for part in found:
+        # Unless it was set aside by another process, where this one only looks.
+        with contextlib.suppress(FileNotFoundError):
+            try:
+                content = parts.load(part)
+                why = _why_strange(part, content, plan)
+                with parts.reading(part, content) as file:
+                    entry = parts.Examined(part, parts.joined([]), parts.beside(part, file), {})
+            except DamagedError as error:
+                yield error.damaged
+                continue
+            if why:
+                yield Damaged(part.kind, part.path.name, why)
+            else:
+                whole.append(entry)
+    yield from (one for one in parts.complete(folder, whole) if isinstance(one, Damaged))
+
+
+def _runs_of(shard: str, found: list[Part]) -> set[str]:
+    """Return the ids of the runs of a shard: those of its undamaged parts, and all if its name confirms them."""
+    certain, names = set[str](), set[str]()
+    for part in found:
+        # A damaged part may still be readable; its reader raises errors of many kinds.
+        with contextlib.suppress(Exception):
+            content = parts.bytes_of(part)
+            with parts.reading(part, content) as file:
+                here = parts.runs_in(parts.rows(file, IDENTITY)).names()
+            names.update(here)
+            certain.update(here if parts.digest(content) == part.digest else ())
+    return names if parts.shard_of(names) == shard else certain
+
+
+def runs_to_repeat(folder: str | os.PathLike[str], found: Verification) -> RunSet | None:
+    """Return the runs that were in damaged parts and are missing now; None for all that are missing.
+
+    All are meant if some are not known by name, and none was missing before: the last sweeps had ended with all made.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of the study.
+    found : Verification
+        What `verify` has set aside.
+    """
+    place = StudyFolder(folder)
+    if found.unnamed and _were_complete(place):
+        return None
+    ids = np.array([int(run.partition("-")[0], 16) for run in found.runs], np.uint64)
+    replicates = np.array([int(run.partition("-")[2]) for run in found.runs], np.int64)
+    return RunSet(ids, replicates).without(place.done()).without(place.failed())
+
+
+def _were_complete(place: StudyFolder) -> bool:
+    """Return whether the last sweep of all, or the last one of every shard of a job array, has left nothing missing."""
+    # Each shard of a job array knows of its own runs; of an adaptive study, as far as it has found out.
+    arrays: defaultdict[str, list[Progress]] = defaultdict(list)
+    for each in place.progress:
+        arrays[each.shard.partition("/")[2]].append(each)
+    totals = {count: sum(each.total for each in shards) for count, shards in arrays.items()}
+    planned = max(place.study.runs, *totals.values(), 0)
+    return any(
+        len(shards) == int(count or 1)
+        and totals[count] >= planned
+        and all(each.has_ended and each.done + each.failed == each.total for each in shards)
+        for count, shards in arrays.items()
+    )

@@ -41,7 +41,7 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(
             draft.write(b"half")
             raise trouble
 
-    files.write_text(tmp_path / "result.md", "old")
+    files.write_bytes(tmp_path / "result.md", b"old")
     with pytest.raises(trouble):
         write_half()
     assert [path.name for path in tmp_path.iterdir()] == ["result.md"]
@@ -59,7 +59,7 @@ def test_an_unwritable_place_is_reported_in_one_line(tmp_path: Path) -> None:
         files.prepare_folder(tmp_path / "file" / "sub")
     assert "\n" not in str(caught.value)
     with pytest.raises(files.UnwritableError, match="gone"):
-        files.write_text(tmp_path / "gone" / "x.md", "text")
+        files.write_bytes(tmp_path / "gone" / "x.md", b"text")
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() == 0, reason="root may write anywhere")
@@ -166,7 +166,7 @@ def test_a_place_that_cannot_be_meant_is_refused(
     name: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for write in (files.prepare_folder, lambda path: files.write_text(path, "text")):
+    for write in (files.prepare_folder, lambda path: files.write_bytes(path, b"text")):
         with pytest.raises(files.UnwritableError, match=message):
             write(name)
     assert list(tmp_path.iterdir()) == []

@@ -11,10 +11,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
+from teamsight.analysis.studies import standing
 from teamsight.analysis.studies.definition.model import Until
-from teamsight.analysis.studies.standing import FIRST_LOOK, _Intervals, all_needed, looks, replicates_needed
+from teamsight.analysis.studies.standing import FIRST_LOOK, Present, looks
+from teamsight.analysis.studies.summary import intervals
 
 Values = list[float]
+
+
+def all_needed(
+    until: Until, start: int, setting: Any, replicate: Any, value: Any, settings: int, *, is_flag: bool = False
+) -> tuple[Any, Any]:
+    """Return what is needed by runs of which none has failed."""
+    present = Present(setting, replicate, np.zeros(len(value), bool), value, is_flag)
+    return standing.all_needed(until, start, present, settings)
+
+
+def replicates_needed(until: Until, start: int, values: Values) -> int:
+    """Return what a single setting needs."""
+    given = np.array(values, float)
+    return int(all_needed(until, start, np.zeros(len(given), int), np.arange(len(given)), given, 1)[0][0])
 
 
 def naive(until: Until, start: int, values: Values) -> int:
@@ -69,7 +85,7 @@ def test_what_is_needed_is_that_of_the_naive_twin_in_any_order(
     expected = [naive(until, start, values) for values in several]
     assert [replicates_needed(until, start, values) for values in several] == expected
     found = all_needed(until, start, *columns(several, np.random.default_rng(seed).permutation))
-    assert found.replicates.tolist() == expected
+    assert found[0].tolist() == expected
 
 
 @given(settings_with_values())
@@ -89,10 +105,10 @@ def test_the_order_of_runs_does_not_change_the_last_digit() -> None:
     generator = np.random.default_rng(3)
     # The first look is narrower than the second, which decides.
     values = np.concatenate([generator.normal(0, 0.1, 30), generator.normal(0, 1, 8)])
-    width = float(_Intervals.of(np.zeros(38, int), values, 1, False).width[0])
+    width = float(intervals(values, np.zeros(38, int), 1)[-1][0])
     for _ in range(50):
         setting, replicate, value, count = columns([values.tolist()], generator.permutation)
-        assert all_needed(Until(width, "x", 99), 1, setting, replicate, value, count).replicates.tolist() == [38]
+        assert all_needed(Until(width, "x", 99), 1, setting, replicate, value, count)[0].tolist() == [38]
 
 
 @pytest.mark.short
@@ -116,8 +132,8 @@ def test_ends() -> None:
     assert replicates_needed(until, 1, [math.nan, 1.0] * 100) == 100
     # A gap, as an interruption leaves it, is filled before anything is decided.
     index = np.array([*range(20), *range(21, 45)])
-    assert all_needed(until, 1, np.zeros(44, int), index, np.ones(44), 1).replicates.tolist() == [30]
-    assert all_needed(until, 1, np.zeros(0, int), np.zeros(0, int), np.zeros(0), 3).replicates.tolist() == [30] * 3
+    assert all_needed(until, 1, np.zeros(44, int), index, np.ones(44), 1)[0].tolist() == [30]
+    assert all_needed(until, 1, np.zeros(0, int), np.zeros(0, int), np.zeros(0), 3)[0].tolist() == [30] * 3
 
 
 @pytest.mark.parametrize("chance", [0.5, 0.1, 0.02])
@@ -143,8 +159,8 @@ def test_the_interval_of_what_may_happen_covers_its_chance(chance: float) -> Non
 def test_the_width_for_flags_is_that_of_scipy(count: int, hits: int) -> None:
     values = np.array([1.0] * hits + [0.0] * (count - hits))
     low, high = stats.binomtest(hits, count).proportion_ci(0.95, "wilson")
-    found = _Intervals.of(np.zeros(count, int), values, 2, True).width
-    assert found.tolist() == [pytest.approx(high - low), math.inf]
+    found = intervals(values, np.zeros(count, int), 2, are_flags=True)[-1]
+    assert found.tolist() == [pytest.approx(high - low), pytest.approx(math.nan, nan_ok=True)]
 
 
 def test_which_settings_reach_the_limit_with_wide_intervals() -> None:
@@ -179,7 +195,7 @@ def test_the_final_interval_covers_the_mean(shape: str) -> None:
     # An interval that 30 replicates would have on average: hardly more than the first look.
     until = Until(2 * 1.96 * deviation / math.sqrt(30), "x", most)
     setting, replicate = np.divmod(np.arange(settings * most), most)
-    needed = all_needed(until, 1, setting, replicate, values.ravel(), settings).replicates
+    needed = all_needed(until, 1, setting, replicate, values.ravel(), settings)[0]
     assert 38 <= needed.min() < needed.mean() < 60
     shown = np.where(np.arange(most) < needed[:, None], values, np.nan)
     middle, error = np.nanmean(shown, axis=1), np.nanstd(shown, axis=1, ddof=1) / np.sqrt(needed)

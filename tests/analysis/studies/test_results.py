@@ -13,9 +13,9 @@ from made_up_results import filled, results, row_of
 
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.results import open_study
-from teamsight.analysis.studies.standing import replicates_needed
 from teamsight.analysis.studies.study import Study
 from tests.analysis.studies.folders import odd
+from tests.analysis.studies.test_adaptive import replicates_needed
 
 GRID = Study(fixed={"policy": "a-cmommt"}, axes={"robots": [2, 4, 8], "radius": [2.5, 4.0]}, replicates=4, seed=7)
 

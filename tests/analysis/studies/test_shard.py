@@ -18,9 +18,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from teamsight import CMOMMT, Failures, run_many
-from teamsight.analysis.studies import same_code
-from teamsight.analysis.studies.same_code import SourceError
-from teamsight.analysis.studies.shard import Shard, ShardResult, ShardRun, died, make_shard
+from teamsight.analysis.studies import shard as same_code
+from teamsight.analysis.studies.shard import Shard, ShardResult, ShardRun, SourceError, died, make_shard
 from teamsight.analysis.studies.study import Record, Study
 from teamsight.analysis.studies.sweep import Selection, common_of
 

@@ -13,11 +13,11 @@ import pytest
 
 from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.folder.parts import RunSet
-from teamsight.analysis.studies.folder.status import status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.rerun import planned_run
 from teamsight.analysis.studies.results import open_study
 from teamsight.analysis.studies.shard import _parquet
+from teamsight.analysis.studies.standing import status
 from teamsight.analysis.studies.study import Until
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.studies.folders import Engine, odd, rows, same_rows, small

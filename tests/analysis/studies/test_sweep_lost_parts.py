@@ -11,10 +11,9 @@ import pytest
 
 from teamsight.analysis.studies import sweep as sweeping
 from teamsight.analysis.studies.folder import parts as part_files
-from teamsight.analysis.studies.folder.status import status
-from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.folder.verify import verify
+from teamsight.analysis.studies.folder.study_folder import StudyFolder, verify
 from teamsight.analysis.studies.results import open_study
+from teamsight.analysis.studies.standing import status
 from teamsight.analysis.studies.study import Record, Until
 from teamsight.analysis.studies.sweep import sweep
 from tests.analysis.studies.folders import odd, parts

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import teamsight
-from teamsight.analysis.studies.folder.status import status
-from teamsight.analysis.studies.folder.verify import verify
+from teamsight.analysis.studies.folder.study_folder import verify
+from teamsight.analysis.studies.standing import status
 
 _MODEL = """
 from teamsight import CMOMMT

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight.analysis.studies.figures.cells import Cells, cells_of, matching
-from teamsight.analysis.studies.figures.choose import choose, panels_of
+from teamsight.analysis.studies.figures.cells import Cells, cells_of, choose, matching, panels_of
 from teamsight.analysis.studies.results import groups_of, settings_of
 from teamsight.analysis.studies.study import Study
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 from made_parts import fill, names, part, prepared, runs_of, study
 
-from teamsight.analysis.studies.folder.status import status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
+from teamsight.analysis.studies.standing import status
 
 
 def say(text: str) -> None:

@@ -9,8 +9,7 @@ import pytest
 from made_parts import content, failed_part, fill, names, part, prepared, runs_of, shards, study, table
 
 from teamsight.analysis.studies.folder.parts import DamagedError
-from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.folder.verify import Verification, verify
+from teamsight.analysis.studies.folder.study_folder import StudyFolder, Verification, verify
 from teamsight.analysis.studies.study import Record
 
 

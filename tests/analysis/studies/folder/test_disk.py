@@ -14,8 +14,7 @@ import pytest
 from made_parts import fill, names, part, prepared, runs_of, study
 from processes import finished
 
-from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.folder.verify import verify
+from teamsight.analysis.studies.folder.study_folder import StudyFolder, verify
 from teamsight.core.files import UnwritableError
 
 # Functions of C that ask the system to write; "write" is that of files, too.

@@ -10,9 +10,8 @@ from made_parts import fill, part, prepared, runs_of
 from processes import finished
 
 from teamsight.analysis.studies.folder.parts import listed, load
-from teamsight.analysis.studies.folder.status import status
-from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.folder.verify import verify
+from teamsight.analysis.studies.folder.study_folder import StudyFolder, verify
+from teamsight.analysis.studies.standing import status
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
 KILLS = 25

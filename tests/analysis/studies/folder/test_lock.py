@@ -13,7 +13,7 @@ import pytest
 from made_parts import prepared
 from processes import PATIENCE, child
 
-from teamsight.analysis.studies.folder import file_lock
+from teamsight.analysis.studies.folder import lock as file_lock
 from teamsight.analysis.studies.folder.lock import LockedError, holders
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 

@@ -17,9 +17,9 @@ from made_parts import CODE, failed_part, fill, names, part, prepared, shards, s
 from teamsight.analysis.studies.folder import progress
 from teamsight.analysis.studies.folder.parts import PROGRESS
 from teamsight.analysis.studies.folder.progress import Heartbeat, read_progress
-from teamsight.analysis.studies.folder.status import Status, status
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.analysis.studies.results import open_study
+from teamsight.analysis.studies.standing import Status, status
 from teamsight.analysis.studies.study import Until
 
 pytestmark = pytest.mark.short
@@ -113,7 +113,7 @@ def test_the_rate_is_that_of_the_last_minute(tmp_path: Path, clock: Clock) -> No
         clock.now += 5
         made += 1 if second < 30 else 50
         heartbeat.update(made, 100_000, made=made)
-    assert heartbeat.rate == pytest.approx(10)
+    assert heartbeat.last.rate == pytest.approx(10)
 
 
 def test_heartbeats_are_written_once_a_second(tmp_path: Path, clock: Clock) -> None:
