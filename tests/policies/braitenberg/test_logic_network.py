@@ -31,7 +31,7 @@ def random_trees(seed: int, depth: int = 4, trees: int = 3) -> np.ndarray:
     return np.hstack([literals, rng.integers(0, 4, (KINDS * trees, leaves - 1))]).astype(np.float32)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10**6), depth=st.integers(1, 6), trees=st.integers(1, 4), data=st.data())
 def test_values_are_those_of_the_slow_twin(seed: int, depth: int, trees: int, data: Any) -> None:
     table = random_trees(seed, depth, trees)
