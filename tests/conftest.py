@@ -18,6 +18,7 @@ from hypothesis import HealthCheck, settings
 
 from teamsight.analysis.runs import simulate
 from teamsight.core.kernel import entry as kernel_entry
+from teamsight.core.kernel import guard
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -55,3 +56,9 @@ def _silent_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernel_entry, "announce", lambda name: None)
     # So do those of whole analyses, which announce it themselves, once a process.
     monkeypatch.setattr(simulate, "_announced", True)
+
+
+@pytest.fixture(autouse=True)
+def _short_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Checks interpret a fifth of what they do for users: what ships has many checks, and what tests plant is found soon.
+    monkeypatch.setattr(guard, "_MOST_ACCESSES", 200_000)
