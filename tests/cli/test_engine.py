@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from teamsight.cli.delta import DeltaSettings
 from teamsight.cli.main import main
 
 LocalCluster = pytest.importorskip("distributed").LocalCluster
@@ -39,6 +41,12 @@ def test_a_cluster_gives_the_same_results_as_this_machine(tmp_path: Path, schedu
     for name, table in local.items():
         pd.testing.assert_frame_equal(table, dask[name])
         assert table.attrs == dask[name].attrs
+
+
+def test_without_a_scheduler_the_cluster_is_on_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("teamsight.analysis.runs.dask.DaskExecutor", lambda *given: contextlib.nullcontext(given))
+    with DeltaSettings.read({"engine": "dask", "workers": "3"}, {}).executor() as executor:
+        assert executor == (None, 3)
 
 
 @pytest.mark.parametrize(
