@@ -102,8 +102,9 @@ def _check_confine(arena: Arena, box: Points, places: Points, rng: np.random.Gen
     # Walks of many steps stay inside.
     place = begin[rng.integers(0, len(begin), _WALKERS)]
     heading = random_headings(_WALKERS, rng)
-    for _ in range(_WALK):
-        reached = _check_steps(arena, place, extent * rng.choice([0.01, 0.2, 0.9]) * heading, heading)
+    for number in range(_WALK):
+        step = extent * rng.choice([0.01, 0.2, 0.9]) * heading
+        reached = _check_steps(arena, place, step, heading, is_interpreted=number % 10 == 0)
         place, heading = reached[:, :2].copy(), reached[:, 2:].copy()
 
 
@@ -129,14 +130,17 @@ def _headings(begin: Points, rng: np.random.Generator) -> list[Points]:
     return [random_headings(len(begin), rng), outward, across, *fixed]
 
 
-def _check_steps(arena: Arena, begin: Points, step: Points, heading: Points) -> npt.NDArray[np.float64]:
-    """Make the steps; return the positions and headings after them, shape (n, 4)."""
+def _check_steps(
+    arena: Arena, begin: Points, step: Points, heading: Points, *, is_interpreted: bool = True
+) -> npt.NDArray[np.float64]:
+    """Make the steps, a few of them as plain Python too; return positions and headings after them, shape (n, 4)."""
     given = np.ascontiguousarray(np.concatenate([begin, step, heading], axis=1))
     name = type(arena).__name__
     entry = specialise(_confine_all, name.lower(), confine=type(arena).confine)
     steps = Steps(given, np.full((len(given), 4), np.nan), np.array(arena.size, float))
-    few = slice(None, None, max(1, len(given) // _INTERPRETED))
-    _GUARD.interpret(name, "confine", entry, steps._replace(given=given[few], reached=steps.reached[few]))
+    if is_interpreted:
+        few = slice(None, None, max(1, len(given) // _INTERPRETED))
+        _GUARD.interpret(name, "confine", entry, steps._replace(given=given[few], reached=steps.reached[few]))
     reached = _GUARD.execute(name, "confine", entry, steps)[1].reached
     finite = np.asarray(np.isfinite(reached).all(axis=1))
     inside = np.asarray(arena.contains(np.where(finite[:, None], reached[:, :2], 0.0)))

@@ -294,5 +294,5 @@ class Interface(RuleBasedStateMachine):
 
 TestInterface = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")(Interface.TestCase)
 TestInterface.settings = settings(
-    max_examples=60, stateful_step_count=25, deadline=None, suppress_health_check=list(HealthCheck)
+    max_examples=25, stateful_step_count=25, deadline=None, suppress_health_check=list(HealthCheck)
 )

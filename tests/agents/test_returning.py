@@ -35,7 +35,7 @@ def made(seed: int) -> CMOMMT:
 
 
 @pytest.mark.short
-@settings(deadline=None, max_examples=60)
+@settings(deadline=None, max_examples=25)
 @given(changes)
 def test_any_state_can_be_restored_in_any_order(plan: list[tuple[str, int]]) -> None:
     world = made(1)

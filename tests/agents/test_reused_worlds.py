@@ -65,7 +65,7 @@ def same(one: tuple[Any, ...], other: tuple[Any, ...]) -> bool:
     return repr(one) == repr(other)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.data())
 def test_a_reused_world_gives_the_bits_of_a_new_one(data: st.DataObject) -> None:
     kind = data.draw(st.sampled_from(KINDS))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from teamsight.cli.delta import DeltaSettings
 from teamsight.cli.main import main
 
-pytest.importorskip("distributed")
+LocalCluster = pytest.importorskip("distributed").LocalCluster
 
 
 def call(*arguments: str) -> int:
@@ -18,12 +21,19 @@ def call(*arguments: str) -> int:
     return int(left.value.code or 0)
 
 
-def test_a_cluster_gives_the_same_results_as_this_machine(tmp_path: Path) -> None:
+@pytest.fixture
+def scheduler() -> Iterator[str]:
+    """The address of a cluster in this process: tests/analysis/runs has one of processes."""
+    with LocalCluster(processes=False, protocol="tcp://", n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        yield cluster.scheduler_address
+
+
+def test_a_cluster_gives_the_same_results_as_this_machine(tmp_path: Path, scheduler: str) -> None:
     found = []
-    for engine in ("local", "dask"):
-        out = tmp_path / engine
-        line = ("--robots", "4", "--targets", "3", "--runs", "12", "--steps", "20", "--workers", "2", "--out", str(out))
-        assert call("delta", *line, "--engine", engine) == 0
+    for engine in (("--workers", "1"), ("--engine", "dask", "--scheduler", scheduler)):
+        out = tmp_path / engine[1]
+        line = ("--robots", "4", "--targets", "3", "--runs", "12", "--steps", "20", "--out", str(out))
+        assert call("delta", *line, *engine) == 0
         found.append({file.name: pd.read_parquet(file) for file in sorted(out.glob("*.parquet"))})
     local, dask = found
     assert len(local) > 2
@@ -31,6 +41,12 @@ def test_a_cluster_gives_the_same_results_as_this_machine(tmp_path: Path) -> Non
     for name, table in local.items():
         pd.testing.assert_frame_equal(table, dask[name])
         assert table.attrs == dask[name].attrs
+
+
+def test_without_a_scheduler_the_cluster_is_on_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("teamsight.analysis.runs.dask.DaskExecutor", lambda *given: contextlib.nullcontext(given))
+    with DeltaSettings.read({"engine": "dask", "workers": "3"}, {}).executor() as executor:
+        assert executor == (None, 3)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from teamsight.policies.memory import LazyMemory
 sys.path.insert(0, str(Path(__file__).parent))
 import grammar
 
-_CASES = int(os.environ.get("TEAMSIGHT_FUZZ", "2000"))
+_CASES = int(os.environ.get("TEAMSIGHT_FUZZ", "1000"))
 _PARTS = 10
 #: What may stand in the settings of a memory that a user made.
 ODD_SETTINGS: list[dict[str, Any]] = [

@@ -20,6 +20,7 @@ from teamsight.cli import main
 from teamsight.core.kernel import Entry
 
 ROOT = Path(__file__).parents[2]
+SHORTEST = ("--quick", "--runs", "1", "--steps", "2", "--preset", "defaults")
 SHORT = ("--quick", "--runs", "2", "--steps", "12", "--preset", "defaults")
 
 
@@ -48,7 +49,7 @@ def test_figures_become_tables_with_seeds_and_pictures(capsys: pytest.CaptureFix
 
 
 def test_the_ledger_is_printed_and_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    status, out, _ = call(capsys, "reproduce", "ledger", "--out", str(tmp_path), "--workers", "1", *SHORT)
+    status, out, _ = call(capsys, "reproduce", "ledger", "--out", str(tmp_path), "--workers", "1", *SHORTEST)
     assert status == 0
     content = json.loads((tmp_path / "ledger.json").read_text(encoding="utf-8"))
     assert [record["claim"] for record in content["claims"]] == list(CLAIMS)

@@ -102,7 +102,7 @@ def test_help_without_a_reader_or_a_place(tmp_path: Path, full: int, gone: int) 
 
 
 def test_a_failing_standard_error_changes_no_status_of_a_program(tmp_path: Path, full: int, gone: int) -> None:
-    assert teamsight(tmp_path, *RUN, output=subprocess.DEVNULL, errors=full)[0] == 0
+    assert teamsight(tmp_path, "--version", output=subprocess.DEVNULL, errors=full)[0] == 0
     for errors in (full, gone):
         assert teamsight(tmp_path, "runn", output=subprocess.DEVNULL, errors=errors)[0] == 2
 

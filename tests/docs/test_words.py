@@ -49,10 +49,6 @@ def test_legitimate_uses_are_left_alone(path: str, line: str) -> None:
     assert list(CHECK["found_in"](path, line)) == []
 
 
-def test_no_word_that_is_not_used_is_left(capsys: pytest.CaptureFixture[str]) -> None:
-    assert CHECK["main"]() == 0, capsys.readouterr().out
-
-
 def test_every_folder_of_the_code_is_searched() -> None:
     searched = {path.relative_to(CHECK["ROOT"]).parts[0] for path in CHECK["files"]()}
     assert {"agents", "analysis", "policies", "world", "teamsight", "tests", "docs", "README.md"} <= searched

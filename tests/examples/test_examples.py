@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
+from teamsight.analysis.runs import processes
 from teamsight.policies import CompiledPolicy, check_policy
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -35,8 +36,9 @@ Run = Callable[[str], str]
 
 
 @pytest.fixture
-def run(capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run an example as a script and return what it prints."""
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run an example as a script and return what it prints; what is for worker processes is done by this one."""
+    monkeypatch.setattr(processes, "check_workers", lambda given: 1)
 
     def main(name: str) -> str:
         runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")
@@ -198,10 +200,10 @@ def test_a_robot_learns_what_is_wanted(run: Run) -> None:
 
 def test_a_team_is_trained(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["train_team.py", "8"])
+    monkeypatch.setattr(sys, "argv", ["train_team.py", "5"])
     found = re.findall(r"([a-z-]+): ([\d.]+); learned ([\d.]+), ([+-][\d.]+) ± ([\d.]+)", run("train_team"))
     assert [name for name, *_ in found] == ["random-walk", "a-cmommt"]
-    # After 8 generations it is far from good, but no longer by chance better than the random walk.
+    # After 5 generations it is far from good, but no longer by chance better than the random walk.
     gain, error = map(float, found[0][3:])
     assert gain > 3 * error
     assert (tmp_path / "train_team.png").stat().st_size < 200_000

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from arenas import Cylinder, Ellipse, Hall
 from chance import generator
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive import paper as naive
 from scipy.spatial import cKDTree
@@ -43,6 +43,7 @@ def assert_same(one: NeighbourList, other: NeighbourList) -> None:
 @pytest.mark.short
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("arena", ARENAS, ids=str)
+@settings(max_examples=6)
 @given(seed=seeds, n=sizes, m=sizes, equal=st.booleans())
 def test_pairs_and_cells_and_the_slow_twin_agree(
     arena: Arena | None, shape: str, seed: int, n: int, m: int, equal: bool

@@ -31,7 +31,7 @@ def times(world: World, what: str) -> dict[int, float]:
     return {row.agent: row.time for row in log[log["what"] == what].itertuples()}
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     capacity=st.floats(0.5, 5), per_distance=st.floats(0, 2), per_tick=st.floats(0, 0.1),
     per_decision=st.floats(0.001, 0.1), seed=st.integers(0, 2**31), steps=st.lists(st.integers(1, 9), max_size=8),

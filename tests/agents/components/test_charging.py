@@ -128,7 +128,7 @@ def erlang_wait(rate: float, mean: float, servers: int) -> tuple[float, float]:
 
 
 def test_queues_agree_with_the_formula_of_m_m_c() -> None:
-    servers, mean, rate, customers = 2, 1.0, 1.4, 12_000
+    servers, mean, rate, customers = 2, 1.0, 1.4, 6_000
     world = World(Box(100, 100), rng=5)
     # Enough that none is called who is still there: each visit has a duration of its own.
     team = world.add(Body, 200, policy="stationary", team=None, position=(40, 40))

@@ -83,7 +83,7 @@ def test_step_and_run_give_one_result() -> None:
 @pytest.mark.parametrize("end", [Constant(30), 30, Weibull(40, 1.5)])
 def test_exponential_failures_have_the_availability_of_the_formula(end: object) -> None:
     repair = end
-    robots, steps, mttf = 250, 4_000, 100.0
+    robots, steps, mttf = 250, 1_500, 100.0
     world = World(Disc(100.0), rng=2)
     team = world.add(Robot, robots, policy="stationary")
     failures = world.attach(Failures(mttf, repair), team)  # type: ignore[arg-type]
@@ -94,7 +94,7 @@ def test_exponential_failures_have_the_availability_of_the_formula(end: object) 
     # Those that are failed at the end are so until then.
     total = down.sum() + steps * len(failures.failed)
     availability = 1 - total / (robots * steps)
-    # A robot makes about 30 cycles; the variance of the share of an alternating renewal process, plus its bias from the
+    # A robot makes about 11 cycles; the variance of the share of an alternating renewal process, plus its bias from the
     # start, at which all work; 5.5 standard errors are exceeded with a probability below 1e-7.
     cycle, share = mttf + mttr, mttf / (mttf + mttr)
     variance_down = {True: 0.0, False: mttr**2}[isinstance(end, Constant)]

@@ -117,7 +117,7 @@ cycles = st.builds(
 )  # fmt: skip
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(cycle=cycles, seed=st.integers(0, 2**32))
 def test_robots_decide_when_one_process_for_each_would(cycle: Cycle, seed: int) -> None:
     world = World(Box(5, 5), rng=seed)

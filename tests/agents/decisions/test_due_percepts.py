@@ -74,7 +74,7 @@ def test_robots_that_are_due_perceive_what_they_would_in_the_whole_group(
             assert [flat(one) for one in policy.percepts] == ([flat(expected)] if len(rows) else [])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(data=st.data(), degree=st.lists(st.integers(0, 4), min_size=1, max_size=8))
 def test_rows_of_a_neighbour_list_are_those_taken_one_by_one(data: Any, degree: list[int]) -> None:
     start = np.append(0, np.cumsum(degree))

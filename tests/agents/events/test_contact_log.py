@@ -98,7 +98,7 @@ def test_the_log_works_with_a_policy_in_python() -> None:
 CHANGES = ("remove", "add", "move", "switch", "range", "crowd", "reset", "group", "off", "on")
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(plan=st.lists(st.tuples(st.integers(0, 9), st.sampled_from(CHANGES), st.integers(0, 99)), max_size=8))
 def test_the_log_survives_all_that_changes_groups(plan: list[tuple[int, str, int]]) -> None:
     worlds = [World(Box(4, 4), rng=2) for _ in range(2)]

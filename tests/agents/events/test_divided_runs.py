@@ -56,7 +56,7 @@ EXPECTED: dict[int, Any] = {}
 
 
 @pytest.mark.short
-@settings(deadline=None, max_examples=25)
+@settings(deadline=None, max_examples=15)
 @given(
     st.integers(0, 3),
     st.lists(st.tuples(st.sampled_from(["run", "step", "save", "other", "reset"]), st.integers(1, 9)), max_size=8),

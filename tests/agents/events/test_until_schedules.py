@@ -110,7 +110,7 @@ def parts(world: World) -> None:
     world.run(STEPS - 12)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(missed=st.sampled_from([0.0, 0.2]), plan=waits, script=changes)
 def test_compiled_waits_end_when_conditions_in_python_do(missed: float, plan: list[Any], script: list[Any]) -> None:
     sensor = Sensor(missed=missed) if missed else None

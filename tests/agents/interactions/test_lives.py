@@ -176,7 +176,7 @@ def test_another_world_without_the_interaction_moves_alike() -> None:
             assert getattr(one.bodies, name).tobytes() == getattr(other.bodies, name).tobytes()
 
 
-@settings(max_examples=25, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(
     st.integers(0, 2**32), st.lists(st.sampled_from(["run", "step", "remove", "add", "off", "on", "widen", "narrow", "back", "reset"]), max_size=12),
     st.booleans(), st.booleans(),

@@ -191,7 +191,7 @@ def change(world: World, what: str, pick: int) -> None:
         world.senses(targets, robots, as_="hunters")
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(plan=plans())
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_frames_show_what_a_loop_reads(plan: dict[str, Any]) -> None:

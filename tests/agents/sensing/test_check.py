@@ -20,10 +20,9 @@ SENSORS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("sensor", SENSORS, ids=range(len(SENSORS)))
-def test_every_sensor_that_ships_keeps_the_contract(sensor: Sensor, seed: int) -> None:
-    check_sensor(sensor, seed=seed)
+@pytest.mark.parametrize("number", range(len(SENSORS)))
+def test_every_sensor_that_ships_keeps_the_contract(number: int) -> None:
+    check_sensor(SENSORS[number], seed=number)
 
 
 # A sensor that senses only the nearest agent in range, and errs in its distance. The others differ in one thing.

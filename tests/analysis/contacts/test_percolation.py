@@ -12,7 +12,7 @@ from teamsight import Torus
 from teamsight.analysis.contacts import percolation
 
 
-@settings(deadline=None, max_examples=40)
+@settings(deadline=None, max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), unequal=st.booleans())
 def test_the_curve_is_what_networkx_finds(seed: int, unequal: bool) -> None:
     rng = np.random.default_rng(seed)

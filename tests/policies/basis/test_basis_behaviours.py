@@ -79,7 +79,7 @@ class Watched(Policy):
 @pytest.mark.parametrize("policy", POLICIES, ids=str)
 def test_it_is_its_slow_twin(policy: BasisBehaviours) -> None:
     watched = Watched(policy)
-    PuckCollecting(**SMALL, policy=watched, rng=5).run(400)
+    PuckCollecting(**SMALL, policy=watched, rng=5).run(200)
     assert watched.taken == set(range(4))
 
 

@@ -43,7 +43,7 @@ def placed(robots: Any, box: Any = (0.0, 0.0), headings: Any = None, **options: 
     return world
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10**6), robots=st.integers(1, 8), spread=st.sampled_from([2.0, 4.0, 9.0]))
 def test_cues_and_actions_are_those_of_the_slow_twin(seed: int, robots: int, spread: float) -> None:
     rng = np.random.default_rng(seed)

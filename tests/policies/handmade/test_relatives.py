@@ -93,7 +93,7 @@ def test_they_keep_the_contract(policy: Any) -> None:
 
 @pytest.mark.short
 @given(seed=st.integers(0, 2**32 - 1), size=st.integers(1, 12), policy=st.sampled_from(B_VARIANTS), most=st.integers(1, 8))
-@settings(max_examples=60)
+@settings(max_examples=25)
 def test_b_cmommt_on_made_up_percepts(seed: int, size: int, policy: BCmommt, most: int) -> None:
     rng = np.random.default_rng(seed)
     percept, noise = sample_percept(size, rng, most=most), rng.random((policy.draws, size))

@@ -45,7 +45,7 @@ def rotation_of(percept: Any, action: Any, i: int) -> complex:
 
 
 @given(
-    seed=st.integers(0, 2**32 - 1), transitions=st.integers(1, 300), k=st.integers(1, 12), cooperative=st.booleans(),
+    seed=st.integers(0, 2**32 - 1), transitions=st.integers(1, 100), k=st.integers(1, 12), cooperative=st.booleans(),
     rotations=st.integers(1, 7), distances=st.integers(1, 3),
 )  # fmt: skip
 def test_as_the_slow_twins(seed: int, transitions: int, k: int, cooperative: bool, rotations: int, distances: int) -> None:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive import lazy as naive_lazy
 
@@ -102,6 +102,7 @@ def test_in_kernels(seed: int, transitions: int, inputs: int, k: int, steps: int
     ]
 
 
+@settings(max_examples=6)
 @given(seed=st.integers(0, 2**32 - 1), k=st.integers(1, 3))
 def test_situations_that_differ_by_rounding_only(seed: int, k: int) -> None:
     rng = np.random.default_rng(seed)

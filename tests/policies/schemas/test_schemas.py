@@ -38,7 +38,7 @@ def test_repulsion_is_linear(distance: float, expected: float) -> None:
     assert plain(repulsion)(distance, 4.0) == expected
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(x=st.floats(-6, 6), y=st.floats(-6, 6))
 def test_obstacles_repel_by_the_sum_of_their_vectors(x: float, y: float) -> None:
     table = np.array(OBSTACLES)

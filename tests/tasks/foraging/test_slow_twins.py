@@ -98,7 +98,7 @@ def _step(world: Any, *, is_run: bool) -> None:
     world.run(1) if is_run else world.step()
 
 
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     name=st.sampled_from(["carry", "consume"]), numbers=st.tuples(*3 * [st.integers(1, 5)]), seed=st.integers(0, 9999),
     events=st.lists(st.sampled_from(EVENTS), min_size=5, max_size=40),

@@ -52,7 +52,7 @@ def at_the_rim(law: Pushing, angles: Any, turns: Any) -> Interacting:
     return called(law, rim + 0.3 * heading, rim, heading, (0.0, 0.0))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(data=st.data(), count=st.integers(0, 5), threshold=st.floats(1.01, 1.99))
 def test_the_box_moves_if_and_only_if_the_pushes_exceed_the_threshold(data: Any, count: int, threshold: float) -> None:
     law = Pushing(threshold=threshold)
@@ -75,7 +75,7 @@ def test_the_box_moves_if_and_only_if_the_pushes_exceed_the_threshold(data: Any,
         assert moved / np.hypot(*moved) == pytest.approx(heading.sum(axis=0) / force)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(angle=st.floats(0, 6.28), turn=st.floats(-1.2, 1.2), threshold=st.floats(1.000001, 1.99))
 def test_one_robot_never_moves_it(angle: float, turn: float, threshold: float) -> None:
     found = at_the_rim(Pushing(threshold=threshold), [angle], [turn])
@@ -99,7 +99,7 @@ def test_who_does_not_push() -> None:
     assert called(law, wants, rim, inward, (0.0, 0.0), active).scores[1] == 2
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(seed=st.integers(0, 10**6), count=st.integers(1, 9), crowd=st.sampled_from([2.0, 4.0, 8.0]))
 def test_it_does_what_the_slow_twin_does(seed: int, count: int, crowd: float) -> None:
     rng, law = np.random.default_rng(seed), Pushing(side=16.0)
@@ -123,7 +123,7 @@ def closest(place: np.ndarray) -> float:
     return float(gaps[~np.eye(len(place), dtype=bool)].min(initial=np.inf))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     seed=st.integers(0, 10**6), robots=st.integers(1, 25), policy=st.sampled_from(["fixed-priority", "random-walk"]),
     speed=st.sampled_from([0.1, 0.5, 3.0]),

@@ -8,16 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import check_task
 from teamsight.policies.braitenberg import FixedPriority
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.tasks import TASKS
 from teamsight.tasks.model import TaskModel
 from teamsight.tasks.pushing import BoxPushing, completion_time
-
-
-def test_it_keeps_its_contract() -> None:
-    check_task("push", steps=30)
 
 
 def test_a_team_moves_the_box_and_is_measured() -> None:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import importlib
 import os
+import pickle
+import runpy
 import subprocess
 import sys
-import textwrap
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import teamsight
+from teamsight.agents.awareness import RingAwareness
+from teamsight.core.kernel import Entry
+from teamsight.policies import ACmommt
 
 ROOT = Path(teamsight.__file__).resolve().parent.parent
 
@@ -52,16 +59,26 @@ def shift(x{default}):
 class Lab:
     """A folder with two modules, one of which calls the other, and a cache of its own."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.folder, self._capsys = folder, capsys
 
     def run(
-        self, body: str = "STEP", imports: str = "from callee import shift", call: str = "shift", default: str = ""
-    ) -> list[str]:
-        """Write the modules, and return what the kernel gives, how many entries were compiled, and the digest."""
-        (self.folder / "callee.py").write_text(CALLEE.format(body=body, default=default))
+        self, body: str = "STEP", imports: str = "from callee import shift", call: str = "shift", default: str = "",
+        step: float = 1.0, *, process: bool = False,
+    ) -> list[str]:  # fmt: skip
+        """Write the modules, and return what the kernel gives, how many entries were compiled, and the digest.
+
+        The modules are imported anew by this process, or by one of their own.
+        """
+        callee = CALLEE.replace("STEP = 1.0", f"STEP = {step}")
+        (self.folder / "callee.py").write_text(callee.format(body=body, default=default))
         (self.folder / "main.py").write_text(MAIN.format(imports=imports, call=call))
-        return python(self.folder, "main.py").split()
+        if process:
+            return python(self.folder, "main.py").split()
+        sys.modules.pop("callee", None)
+        importlib.invalidate_caches()
+        runpy.run_path(str(self.folder / "main.py"), run_name="__main__")
+        return self._capsys.readouterr().out.split()
 
 
 def python(folder: Path, *arguments: str, cache: str | None = None) -> str:
@@ -73,39 +90,41 @@ def python(folder: Path, *arguments: str, cache: str | None = None) -> str:
 
 
 @pytest.fixture
-def lab(tmp_path: Path) -> Lab:
-    return Lab(tmp_path)
+def lab(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Iterator[Lab]:
+    monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield Lab(tmp_path, capsys)
+    sys.modules.pop("callee", None)
 
 
 @pytest.mark.short
 def test_a_second_process_finds_what_the_first_compiled_and_notices_an_edit_in_a_called_file(lab: Lab) -> None:
-    first = lab.run()
+    first = lab.run(process=True)
     assert first[:2] == ["8.0", "1"]
     assert lab.run() == ["8.0", "0", first[2]]
     edited = lab.run(body="2.0 * STEP")
     assert edited[:2] == ["10.0", "1"]
     assert edited[2] != first[2]
     # The old code is still there for the old source.
-    assert lab.run() == ["8.0", "0", first[2]]
+    assert lab.run(process=True) == ["8.0", "0", first[2]]
 
 
-def test_a_changed_constant_is_noticed(lab: Lab) -> None:
-    first = lab.run()
-    CALLEE_WITH = CALLEE.replace("STEP = 1.0", "STEP = 5.0")
-    (lab.folder / "callee.py").write_text(CALLEE_WITH.format(body="STEP", default=""))
-    other = python(lab.folder, "main.py").split()
-    assert other[:2] == ["16.0", "1"]
-    assert other[2] != first[2]
-
-
-def test_an_edit_is_noticed_in_what_is_called_through_its_module(lab: Lab) -> None:
-    assert lab.run(imports="import callee", call="callee.shift")[0] == "8.0"
-    assert lab.run(imports="import callee", call="callee.shift", body="2.0 * STEP")[0] == "10.0"
-
-
-def test_a_changed_default_is_noticed(lab: Lab) -> None:
-    assert lab.run(body="more", default=", more=1.0")[0] == "8.0"
-    assert lab.run(body="more", default=", more=2.0")[0] == "10.0"
+@pytest.mark.parametrize(
+    ("one", "other", "result"),
+    [
+        ({}, {"step": 5.0}, "16.0"),
+        ({"imports": "import callee", "call": "callee.shift"}, {"body": "2.0 * STEP"}, "10.0"),
+        ({"body": "more", "default": ", more=1.0"}, {"default": ", more=2.0"}, "10.0"),
+    ],
+    ids=["a constant", "what is called through its module", "a default"],
+)
+def test_a_change_is_noticed(one: dict[str, Any], other: dict[str, Any], result: str, lab: Lab) -> None:
+    first = lab.run(**one)
+    assert first[:2] == ["8.0", "1"]
+    second = lab.run(**{**one, **other})
+    assert second[:2] == [result, "1"]
+    assert second[2] != first[2]
 
 
 SCRIPT = """
@@ -128,11 +147,12 @@ print(__name__, row[0])
 """
 
 
-def test_a_script_runs_once_though_another_imported_it_before(tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(SCRIPT)
-    assert python(tmp_path, "-c", "import script") == "script 3.0\n"
+def test_a_script_runs_once_though_another_imported_it_before(lab: Lab, capsys: pytest.CaptureFixture[str]) -> None:
+    (lab.folder / "script_of_a_test.py").write_text(SCRIPT)
+    importlib.import_module("script_of_a_test")
+    assert capsys.readouterr().out == "script_of_a_test 3.0\n"
     # The cache names the module in which the kernel was compiled, and the folder of a script is on the path.
-    assert python(tmp_path, "script.py") == "__main__ 3.0\n"
+    assert python(lab.folder, "script_of_a_test.py") == "__main__ 3.0\n"
 
 
 COUNT = """
@@ -176,21 +196,12 @@ def test_compilation_adds_up_and_never_multiplies(tmp_path: Path) -> None:
     assert len(names) == number <= 10 + 3 + 5 + 3 + 9, names
 
 
-def test_an_unwritable_folder_does_not_stop_anybody(tmp_path: Path) -> None:
+def test_an_unwritable_folder_does_not_stop_anybody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "cache").write_text("a file where the folder should be")
-    (tmp_path / "one.py").write_text("from teamsight.world.noise import key_of, uniforms\nimport numpy as np\n"
-                                     "print(uniforms(key_of(1), 1, 0, np.arange(3), 1).shape)\n")  # fmt: skip
-    assert python(tmp_path, "one.py").split() == ["(1,", "3)"]
+    monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(tmp_path / "cache"))
+    assert Entry(lambda given: given + 3)(4) == 7
 
 
-def test_entries_survive_pickling(tmp_path: Path) -> None:
-    script = """
-        import pickle, numpy as np
-        from teamsight.policies import ACmommt
-        from teamsight.agents.awareness import RingAwareness
-        for part in (ACmommt(idle="stay"), RingAwareness(4)):
-            assert pickle.loads(pickle.dumps(part)) == part
-        print("kept")
-    """
-    (tmp_path / "keep.py").write_text(textwrap.dedent(script))
-    assert python(tmp_path, "keep.py") == "kept\n"
+def test_entries_survive_pickling() -> None:
+    for part in (ACmommt(idle="stay"), RingAwareness(4)):
+        assert pickle.loads(pickle.dumps(part)) == part

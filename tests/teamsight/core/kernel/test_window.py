@@ -58,7 +58,7 @@ def _show(address: int) -> int:
 SUM, SHOW = Entry(_sum), Entry(_show)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(data=st.data(), degree=st.lists(st.integers(0, 4), min_size=1, max_size=9), seed=st.integers(0, 2**32))
 def test_a_kernel_sees_the_rows_of_its_window(data: Any, degree: list[int], seed: int) -> None:
     size, rng = len(degree), np.random.default_rng(seed)
