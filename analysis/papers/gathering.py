@@ -931,6 +931,8 @@ def gather(
     runs : DataFrame, optional
         Runs of this plan that were made before, as in `Gathering.runs`: they are not made again.
     """
+    from teamsight.analysis.runs.run import NEIGHBOURS
+
     made, curves = Runs(plan, pool, watch, checkpoint, runs), []
     both: tuple[Named, Named] = ("explore", "skilled")
     made.of("both teams", *(Team(task, size, name) for task, size in plan.cells for name in both))
@@ -942,6 +944,7 @@ def gather(
     made.of("against δ", *curves)
     iterations = {(task.name, size): iterate(made, task, size) for task, size in plan.cells}
     cells = [cell_of(plan, made.table, task, size) for task, size in plan.cells]
+    made.table.attrs["measures"] = ["value", "counted", *NEIGHBOURS, "robot_steps"]
     return Gathering(made.table, cells, judge(cells), iterations)
 
 

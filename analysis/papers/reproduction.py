@@ -56,7 +56,7 @@ class PaperPlan(Component):
         return as_json(self)
 
     def planned(self) -> Iterator[Planned]:
-        """Yield each run with the columns that identify it; a paper that makes its runs in another way has none."""
+        """Yield each run with the columns that identify it; not called if the paper makes its runs in another way."""
         raise NotImplementedError
 
 

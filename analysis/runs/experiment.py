@@ -179,4 +179,5 @@ def make_tables(
             rows.setdefault(place, []).append(columns | Outcome(*outcome)._asdict())
         for (number, name), table in rows.items():
             tables[number][name] = pd.DataFrame(table)
+            tables[number][name].attrs["measures"] = list(Outcome._fields)
     return tables

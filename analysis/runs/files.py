@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 __all__ = [
-    "UnwritableError", "check_replaceable", "complete", "prepare_folder", "write_bytes", "write_json", "write_page",
-    "write_table",
+    "UnwritableError", "as_json", "check_replaceable", "check_results", "complete", "prepare_folder", "read_table",
+    "write_bytes", "write_json", "write_page", "write_results", "write_table",
 ]  # fmt: skip
 
 _SOFTWARE = "teamsight"
@@ -118,7 +118,7 @@ def write_json(path: str | os.PathLike[str], value: Any, *, force: bool = False)
 def write_table(
     path: str | os.PathLike[str], table: pd.DataFrame, metadata: Mapping[str, Any], *, force: bool = False
 ) -> None:
-    """Write `table` as Parquet; ``pandas.read_parquet(path).attrs`` returns `metadata`.
+    """Write `table` as Parquet; ``pandas.read_parquet(path).attrs`` returns its ``attrs`` and `metadata`.
 
     Parameters
     ----------

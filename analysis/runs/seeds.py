@@ -1,4 +1,4 @@
-"""Seeds: every root seed that ships, in one table, and the seed of each world derived from a root.
+"""Seeds: every root seed that ships, but the default 0, in one table, and the seed of each world derived from a root.
 
 A root at or above 0 may also be given by a user. Roots below 0 are refused by every command, so that the ledger and a
 user's experiments never meet the worlds on which a constant was chosen.
@@ -45,7 +45,9 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
 
 
 def root(purpose: str) -> int:
-    """Return the root of a purpose that has only one."""
+    """Return the root of a purpose that has only one; raise ValueError if it has none."""
+    if purpose not in ROOTS:
+        raise ValueError(f"root={purpose!r}: has no seed; add it to ROOTS in teamsight/analysis/runs/seeds.py")
     (only,) = ROOTS[purpose]
     return only
 

@@ -85,7 +85,9 @@ def paired(table: pd.DataFrame, base: pd.DataFrame, value: str = "observed_fract
             "replicates and root seed"
         )
     both = both.rename(columns={f"{value}_with": "with", f"{value}_without": "without"})
-    return both.assign(difference=both["with"] - both["without"])
+    both["difference"] = both["with"] - both["without"]
+    both.attrs["measures"] = ["difference", "with", "without"]
+    return both
 
 
 def grid_of(cells: pd.DataFrame, value: str = "mean") -> pd.DataFrame:

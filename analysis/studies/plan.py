@@ -24,8 +24,6 @@ Kind = Literal["int", "number", "flag", "text"]
 
 # Parameters of which worlds with different numbers cannot share arrays; see `Run.likeness`.
 _SIZES = ("robots", "targets", "delta")
-# Seeds that are kept: of the settings that share them, those in work.
-_MOST_SEEDS = 50_000
 
 
 class Plan:
@@ -67,7 +65,8 @@ class Plan:
             columns |= block.columns
         self._values: dict[str, list[object]] = {name: thawed(tuple(column)) for name, column in columns.items()}
         self._components = Components()
-        self._seeds: dict[tuple[object, ...], int] = {}
+        # That of the last setting whose seed was asked for: its runs follow each other.
+        self._scenario: tuple[int, dict[str, object]] = -1, {}
 
     @cached_property
     def ids(self) -> NDArray[np.uint64]:
@@ -120,18 +119,13 @@ class Plan:
         if study.pairing == "none":
             return derived_seed(study.seed, replicate, self.parameters(k), False, "none")
         is_cmommt = study.model == CMOMMT_NAME
-        names = SCENARIO if is_cmommt else () if self._task is None else tuple(self._task.scenario)
-        given = {name: self._value(name, k) for name in names if name in self._values}
-        # True and 1 would be one key, and are two values.
-        key = (replicate, *map(repr, given.values()))
-        if key not in self._seeds:
-            if len(self._seeds) >= _MOST_SEEDS:
-                self._seeds.clear()
-            if self._task is None:
-                self._seeds[key] = derived_seed(study.seed, replicate, given, is_cmommt)
-            else:
-                self._seeds[key] = task_seed(self._task, study.seed, replicate, given)
-        return self._seeds[key]
+        if k != self._scenario[0]:
+            names = SCENARIO if is_cmommt else () if self._task is None else tuple(self._task.scenario)
+            self._scenario = k, {name: self._value(name, k) for name in names if name in self._values}
+        given = self._scenario[1]
+        if self._task is None:
+            return derived_seed(study.seed, replicate, given, is_cmommt)
+        return task_seed(self._task, study.seed, replicate, given)
 
     def cost(self, k: int) -> float:
         """Return the expected work of a run of setting `k`; see `Run.cost`. Imports its components."""

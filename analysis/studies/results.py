@@ -295,17 +295,18 @@ class TableResults(Results):
     Raises
     ------
     ValueError
-        If no command of teamsight wrote it, or it has no seeds.
+        If no command of teamsight wrote it, or it does not say which of its columns were measured.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         table, found = read_table(path)
         names = table.column_names
-        if "seed" not in names:
-            raise ValueError(f"{path}: is no table of runs, since it has no seeds; read it with pandas.read_parquet")
-        # Files of earlier versions do not say what was measured: it stands behind the seed.
-        measures = found.pop("measures", names[names.index("seed") + 1 :])
+        measures = found.pop("measures", ())
+        if not measures or not {"seed", *measures} <= set(names):
+            raise ValueError(
+                f"{path}: is no table of runs that says what was measured; read it with pandas.read_parquet"
+            )
         self.about: Mapping[str, Any] = found
         frame: pd.DataFrame = table.to_pandas()
         given = [name for name in names if name not in measures and name not in ("replicate", "seed", "steps")]
@@ -335,7 +336,7 @@ def open_study(path: str | os.PathLike[str]) -> StudyResults | TableResults:
     ----------
     path : path
         The folder that ``teamsight sweep`` or `Study.run` has made, or a Parquet file of runs that another command
-        wrote, such as ``results/tan1993.parquet`` of ``teamsight reproduce tan1993``.
+        wrote, such as ``results/pursuit.parquet`` of ``teamsight reproduce tan1993``.
 
     Returns
     -------
@@ -348,8 +349,13 @@ def open_study(path: str | os.PathLike[str]) -> StudyResults | TableResults:
     ValueError
         If it is neither, or a part of the study is damaged.
     """
-    if os.path.isfile(path):
-        return TableResults(Path(path))
+    place = Path(path)
+    if place.is_file():
+        if place.suffix == ".toml":
+            raise ValueError(f"{place}: is a study file; make its runs with teamsight sweep, and give their folder")
+        return TableResults(place)
+    if not place.exists():
+        raise ValueError(f"{place}: does not exist; give the folder of a study, or a table of runs")
     found = StudyFolder(path)
     study = found.study
     # What is made in the meantime is then at most in both, and counts as done. The folder's own `read` would leave such

@@ -50,7 +50,13 @@ class _Commands(Mapping[str, click.Command]):
         return len(PAPERS)
 
     def __getitem__(self, name: str) -> click.Command:
-        return command_of(name)
+        if name not in PAPERS:
+            raise KeyError(name)
+        try:
+            return command_of(name)
+        except Exception as error:
+            # All papers are imported for the help of one.
+            raise ValueError(f"the paper {name!r} cannot be read: {type(error).__name__}: {error}") from error
 
 
 class Papers(Group):

@@ -372,8 +372,9 @@ class PlotSettings(Writes):
 
 
 def plot(settings: PlotSettings) -> None:
-    """Draw a study: a heat map with intervals, lines, distributions or points.
+    """Draw a study, or a table of runs: a heat map with intervals, lines, distributions or points.
 
+    FOLDER is that of a study, or a Parquet file that teamsight reproduce wrote, such as results/pursuit.parquet.
     Further axes become panels. A study that is not complete is drawn and marked as partial. The difference of two
     studies is that of their runs under the same noise, so that its intervals are narrow; it needs studies of the same
     seed, steps and model. A parameter that one of them varies and that has another value in the other is refused,

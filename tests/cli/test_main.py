@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.cli import main
+from teamsight.cli import main, reproduce
 from teamsight.cli.exits import lines
 from teamsight.cli.main import commands
 
@@ -82,6 +82,16 @@ def test_what_is_wrong_is_reported_in_one_line_each(
     found = err.splitlines()
     assert len(found) == len(message)
     assert all(any(line.startswith(f"teamsight: {start}") for line in found) for start in message)
+
+
+def test_a_paper_that_cannot_be_read_is_named(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(name: str) -> click.Command:
+        raise KeyError("template")
+
+    monkeypatch.setattr(reproduce, "command_of", broken)
+    for arguments in (["reproduce", "tan1993"], ["reproduce", "tan1993", "--help"]):
+        status, _, err = call(capsys, *arguments)
+        assert (status, err) == (2, "teamsight: the paper 'tan1993' cannot be read: KeyError: 'template'\n")
 
 
 def test_errors_with_line_breaks_are_reported_on_one_line() -> None:

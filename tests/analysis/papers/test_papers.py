@@ -64,6 +64,12 @@ def test_the_figures_of_touzet_are_not_replaced_by_those_of_other_settings(tmp_p
             paper.reproduce(other, tmp_path, watch=lambda *given: pytest.fail("worked in vain"))
 
 
+def test_papers_are_the_modules_with_one() -> None:
+    assert next(iter(PAPERS)) == "touzet2000"
+    assert "tan1993" in PAPERS
+    assert not {"reproduction", "evolution"}.intersection(PAPERS)
+
+
 @pytest.mark.parametrize("name", PAPERS)
 def test_the_options_of_a_command_are_the_fields_of_the_plan(name: str) -> None:
     paper, settings = PAPERS[name], command_of(name).settings

@@ -11,6 +11,7 @@ import pytest
 from teamsight import open_study
 from teamsight.analysis.papers import PAPERS
 from teamsight.analysis.runs.files import write_table
+from teamsight.analysis.runs.grid import QUICK
 from teamsight.analysis.studies.results import TableResults
 
 
@@ -46,10 +47,10 @@ def test_the_table_of_a_paper_is_read_summarised_and_drawn(foraging: Path, tmp_p
         assert measure in text
 
 
-def test_a_table_that_does_not_say_what_was_measured_has_it_behind_the_seed(tmp_path: Path) -> None:
+def test_axes_that_go_together_are_one_group(tmp_path: Path) -> None:
     table = pd.DataFrame({"robots": [1, 1, 2, 2], "team": ["a", "a", "b", "b"], "replicate": [0, 1, 0, 1], "seed": range(4)})
     table["share"], table["curve"] = [0.1, 0.2, 0.3, 0.4], [[1.0, 2.0]] * 4
-    write_table(tmp_path / "runs.parquet", table, {"settings": {"runs": 2}})
+    write_table(tmp_path / "runs.parquet", table, {"settings": {"runs": 2}, "measures": ["share", "curve"]})
     found = open_study(tmp_path / "runs.parquet")
     assert (found.axes, found.measures, found.numeric) == (("robots", "team"), ("share", "curve"), ("share",))
     # The team follows from the number of robots.
@@ -65,8 +66,26 @@ def test_other_files_are_refused_with_the_cure(tmp_path: Path) -> None:
         with pytest.raises(ValueError, match=f"{name}: is no table that a command of teamsight wrote; give the folder"):
             open_study(tmp_path / name)
     write_table(tmp_path / "maxima.parquet", pd.DataFrame({"maximum": [1]}), {"settings": {}})
-    with pytest.raises(ValueError, match=r"maxima.parquet: is no table of runs, .*pandas.read_parquet"):
-        open_study(tmp_path / "maxima.parquet")
+    # A table whose treatments stand behind the seed would be averaged over them.
+    write_table(tmp_path / "unknown.parquet", pd.DataFrame({"seed": [1], "delta": [8], "share": [0.5]}), {"settings": {}})
+    for name in ("maxima.parquet", "unknown.parquet"):
+        with pytest.raises(ValueError, match=f"{name}: is no table of runs that says .*pandas.read_parquet"):
+            open_study(tmp_path / name)
+    with pytest.raises(ValueError, match=r"nowhere.parquet: does not exist; give"):
+        open_study(tmp_path / "nowhere.parquet")
+    (tmp_path / "study.toml").write_text("")
+    with pytest.raises(ValueError, match=r"study.toml: is a study file; make its runs with teamsight sweep"):
+        open_study(tmp_path / "study.toml")
+
+
+def test_the_tables_of_the_first_paper_keep_their_treatments_apart(tmp_path: Path) -> None:
+    paper = PAPERS["touzet2000"]
+    paper.reproduce(paper.plan(figures=("10", "delta"), runs=1, steps=5, grid=QUICK), tmp_path, formats=())
+    delta, pairs = open_study(tmp_path / "figure-delta.parquet"), open_study(tmp_path / "figure-10.parquet")
+    assert set(delta.axes) == {"robots", "radius", "awareness", "delta"}
+    assert delta.measures == ("observed_fraction", "max_neighbours")
+    assert set(pairs.axes) == {"robots", "radius", "variant"}
+    assert pairs.measures[0] == "difference"
 
 
 def test_only_studies_are_subtracted(foraging: Path) -> None:
