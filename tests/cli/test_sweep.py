@@ -168,7 +168,7 @@ def test_the_debugger_opens_where_the_run_fails(
 @pytest.mark.short
 def test_a_repeated_run_is_compared_to_the_last_bit(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     sweep(capsys, "study.toml")
-    run = StudyFolder("out").done().names(1)[0]
+    run = StudyFolder("out").done().names()[0]
     status, out, _ = call(capsys, "rerun", "out", run)
     assert (status, out[-1]) == (0, "the same as what is stored, to the last bit")
     # The same number with its last bit changed.
@@ -196,7 +196,7 @@ def test_a_repeated_run_says_that_the_code_has_changed(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sweep(capsys, "study.toml")
-    run = StudyFolder("out").done().names(1)[0]
+    run = StudyFolder("out").done().names()[0]
     monkeypatch.setattr(checkpoint, "code_digest", lambda *modules: "0123456789abcdef")
     assert "note: teamsight has changed since the sweep" in call(capsys, "rerun", "out", run)[1]
 
@@ -224,7 +224,7 @@ def test_wrong_input_is_refused_in_one_line(
     line: list[str], message: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     sweep(capsys, "study.toml")
-    setting = StudyFolder("out").done().names(1)[0].split("-")[0]
+    setting = StudyFolder("out").done().names()[0].split("-")[0]
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     status, out, err = call(capsys, *[word.replace("RUN", setting) for word in line])
     assert (status, out, err.count("\n")) == (2, [], 1), err
