@@ -329,7 +329,8 @@ class TableResults(Results):
         return [("file", str(self.path)), ("settings", shown), *super()._lines(), ("runs", f"{len(self.frame):,}")]
 
 
-def open_study(path: str | os.PathLike[str]) -> StudyResults | TableResults:
+# Any stands for `TableResults`: a type checker knows what a study has, and whose path it is it cannot know.
+def open_study(path: str | os.PathLike[str]) -> StudyResults | Any:
     """Open the folder of a study, also one that is incomplete or that a sweep is still filling, or a table of runs.
 
     Parameters
