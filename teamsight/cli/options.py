@@ -434,8 +434,10 @@ class Command(click.Command):
         except click.UsageError as error:
             # What else is wrong comes first: an option is unknown because the task that brings it is.
             reason, known = usage(error), self.settings.options()
-            if isinstance(error, click.NoSuchOption) and "task" in known and not options_in(given, "task"):
-                reason += "" if "robots" in known else "; with --task NAME, the parameters of the task are options too"
+            # The world of such a command is that of a task alone.
+            needs_task = "task" in known and "robots" not in known and not options_in(given, "task")
+            if needs_task and isinstance(error, click.NoSuchOption):
+                reason += "; with --task NAME, the parameters of the task are options too"
             raise InputError([*self._wrong_in(ctx, given), reason]) from error
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
