@@ -12,9 +12,16 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import Entry, Record, inlined, kernel, near_eight, near_eight_in_square
+from teamsight.core.kernel import (
+    Entry,
+    Record,
+    inlined,
+    kernel,
+    near_eight,
+    near_eight_in_square,
+    trailing_zeros,
+)
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
 from teamsight.world.arena import ENDLESS, Arena, kernel_period
 from teamsight.world.limits import DISC, shape_number

@@ -7,10 +7,9 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba.cpython.unsafe.numbers import trailing_zeros
 
 from teamsight.core.angles import direction
-from teamsight.core.kernel import Entry, Record, below_8, inlined, plain
+from teamsight.core.kernel import Entry, Record, below_8, inlined, plain, trailing_zeros
 from teamsight.policies.interface import Floats
 from teamsight.policies.memory import LazyMemory
 

@@ -6,9 +6,8 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba.cpython.unsafe.numbers import trailing_zeros
 
-from teamsight.core.kernel import Entry, Record, below_64, inlined, ones, plain, scratch
+from teamsight.core.kernel import Entry, Record, below_64, inlined, ones, plain, scratch, trailing_zeros
 
 BLOCK = 1024
 """Number of distances computed at once. They fit the first cache, and most memories fit one block."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 import atexit
 import contextlib
 import hashlib
-import io
+import importlib.util
 import os
-import pickle
 import re
 import secrets
 import shutil
@@ -17,19 +16,14 @@ import tempfile
 import types as python_types
 from collections.abc import Callable, Iterator
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import llvmlite
-import numba
-import numpy as np
-from numba.core import config
-from numba.core.compiler import CompileResult
-from numba.core.environment import _rebuild_env
-from numba.core.serialize import dumps
+import llvmlite.binding as llvm
 
 from teamsight.core.checks import shown
-from teamsight.core.kernel.parts import FLAGS, refuse_circles
+from teamsight.core.kernel.parts import Intrinsic
 
 #: The environment variable that names the folder.
 VARIABLE = "TEAMSIGHT_CACHE_DIR"
@@ -174,85 +168,118 @@ def _remove(folder: Path, maker: int) -> None:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-_FORMAT = b"teamsight kernel 1\n"
+_FORMAT = b"teamsight kernel 2\n"
 _HEAD = len(_FORMAT) + hashlib.sha256().digest_size
-# Settings of numba, beside its description of the processor, that change the machine code.
-_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
+# Settings of numba that change the machine code: the environment variable and the default of each.
+_SETTINGS = {
+    "OPT": ("NUMBA_OPT", "3"), "LOOP_VECTORIZE": ("NUMBA_LOOP_VECTORIZE", "1"),
+    "SLP_VECTORIZE": ("NUMBA_SLP_VECTORIZE", "0"), "BOUNDSCHECK": ("NUMBA_BOUNDSCHECK", "None"),
+    "DEBUGINFO_DEFAULT": ("NUMBA_DEBUGINFO", "0"),
+}  # fmt: skip
 _PYTHON = f"{sys.implementation.cache_tag}{getattr(sys, 'abiflags', '')}"
 # The most characters of a function's name in a file's name; file systems allow 255 bytes in all.
 _LONGEST_NAME = 100
 
 
+class Code(NamedTuple):
+    """The machine code of an entry.
+
+    Attributes
+    ----------
+    name : str
+        The name of its function.
+    needs_numba : bool
+        Whether it calls functions of numba.
+    binary : bytes
+        An object file.
+    """
+
+    name: str
+    needs_numba: bool
+    binary: bytes
+
+    def load(self) -> tuple[Any, int]:
+        """Return what keeps the code in memory, and the address of its function."""
+        if self.needs_numba:
+            # Its code generator makes its functions known.
+            from numba.core.registry import cpu_target
+
+            cpu_target.target_context.codegen()
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        target = llvm.Target.from_triple(llvm.get_process_triple())
+        machine = target.create_target_machine(codemodel="jitdefault", jit=True)
+        engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+        engine.add_object_file(llvm.ObjectFileRef.from_data(self.binary))
+        engine.finalize_object()
+        if not (address := engine.get_function_address(self.name)):
+            raise ValueError(f"no function {self.name}")
+        return engine, address
+
+
 class KernelCache:
-    """The cache for one function, with the interface that `numba.core.ccallback.CFunc` uses.
+    """The file of one entry in the cache.
 
     Parameters
     ----------
     function : callable
         The function that is compiled.
-    missing : callable
-        Called with the function's name before it is compiled.
     """
 
-    def __init__(self, function: Callable[..., Any], missing: Callable[[str], None]) -> None:
-        self._name = function.__qualname__
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._name = re.sub(r"[^A-Za-z0-9._-]", "", function.__qualname__)[:_LONGEST_NAME]
         self._digest = digest(function)
-        self._missing = missing
 
-    def load_overload(self, signature: Any, target: Any) -> Any:
-        """Return numba's compile result from the cache; None if it has to be compiled."""
-        target.refresh()
-        key, file = self._place(signature, target.codegen())
+    def load(self) -> Code | None:
+        """Return the machine code; None if it has to be compiled."""
+        key, file = self._place()
         data = read(file) if file else None
-        if data is not None and data == _sealed(key, payload := data[_HEAD:]):
-            # One that is intact but unreadable is compiled and replaced.
-            with contextlib.suppress(Exception):
-                return _rebuilt(target, payload)
-        self._missing(self._name)
-        return None
+        if data is None or data != _sealed(key, payload := data[_HEAD:]):
+            return None
+        name, needs_numba, binary = payload.split(b"\n", 2)
+        return Code(name.decode(), needs_numba == b"1", binary)
 
-    def contains(self, signature: Any, target: Any) -> bool:
-        """Whether the cache has a compile result; only loading it shows whether the file is intact."""
-        _, file = self._place(signature, target.codegen())
+    def contains(self) -> bool:
+        """Whether there is a file; only loading it shows whether it is intact."""
+        _, file = self._place()
         return file is not None and file.exists()
 
-    def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep a compile result, if there is a cache folder."""
-        refuse_circles(result.library)
-        key, file = self._place(signature, result.codegen)
+    def save(self, code: Code) -> None:
+        """Keep machine code, if there is a cache folder."""
+        key, file = self._place()
         if file is not None:
-            # One that cannot be pickled is compiled by each process.
-            with contextlib.suppress(Exception):
-                write(file, _sealed(key, dumps(result._reduce())))
+            write(file, _sealed(key, b"%s\n%d\n%s" % (code.name.encode(), code.needs_numba, code.binary)))
 
-    def _place(self, signature: Any, codegen: Any) -> tuple[bytes, Path | None]:
-        """Return the key of a compile result, and its file, if there is a cache folder."""
-        settings = [getattr(config, name, None) for name in _SETTINGS]
-        parts = self._digest, signature, codegen.magic_tuple(), settings, _PYTHON
-        key, folder = repr(parts).encode(), cache_folder()
-        name = re.sub(r"[^A-Za-z0-9._-]", "", self._name)[:_LONGEST_NAME]
-        return key, folder / f"{name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
+    def _place(self) -> tuple[bytes, Path | None]:
+        """Return the key, and the file, if there is a cache folder."""
+        key, folder = repr((self._digest, _versions(), _target(), _settings(), _PYTHON)).encode(), cache_folder()
+        return key, folder / f"{self._name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
 
 
-# numba imports the module in which a kernel was compiled, for names that machine code without the interpreter never
-# looks up: any module does, and that one may be a script, which would run once more.
-_ANY_MODULE = "builtins"
+@cache
+def _versions() -> tuple[str, ...]:
+    return tuple(version(package) for package in ("numba", "llvmlite", "numpy"))
 
 
-class _Reader(pickle.Unpickler):
-    """Reads what numba needs to load machine code, but imports nothing for it."""
-
-    def find_class(self, module: str, name: str) -> Any:
-        if name == "_rebuild_env":
-            return lambda _, constants, environment: _rebuild_env(_ANY_MODULE, constants, environment)
-        return super().find_class(module, name)
+def _target() -> tuple[str, ...]:
+    """Return the processor that numba compiles for: this one, unless the user names another."""
+    name = os.environ.get("NUMBA_CPU_NAME") or llvm.get_host_cpu_name()
+    features = os.environ.get("NUMBA_CPU_FEATURES")
+    return llvm.get_process_triple(), name, _features() if features is None else features
 
 
-def _rebuilt(target: Any, payload: bytes) -> Any:
-    """Return a compile result from the content of a file."""
-    library, description, *rest = _Reader(io.BytesIO(payload)).load()
-    description.modname = _ANY_MODULE
-    return CompileResult._rebuild(target, library, description, *rest)
+@cache
+def _features() -> str:
+    return f"{os.environ.get('NUMBA_ENABLE_AVX')} {llvm.get_host_cpu_features().flatten()}"
+
+
+def _settings() -> list[str]:
+    """Return numba's settings; it reads its environment variables when it is imported, and scripts may change them."""
+    config = sys.modules.get("numba.core.config")
+    if config is None:
+        return [os.environ.get(variable, default) for variable, default in _SETTINGS.values()]
+    values = [getattr(config, name) for name in _SETTINGS]
+    return [str(getattr(value, "_raw_value", value)) for value in values]
 
 
 def _sealed(key: bytes, payload: bytes) -> bytes:
@@ -296,20 +323,34 @@ def globals_of(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]
 
 def digest(function: Callable[..., Any]) -> str:
     """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses."""
-    hasher = hashlib.blake2b(digest_size=16)
-    flags = sorted(FLAGS.items())
-    hasher.update(f"{numba.__version__} {llvmlite.__version__} {np.__version__} {flags}".encode())
+    hasher = hashlib.blake2b(_compiler(), digest_size=16)
     for part in _parts(function, set()):
         hasher.update(part)
     return hasher.hexdigest()
 
 
+@cache
+def _compiler() -> bytes:
+    """Return a digest of the code that compiles, and of all intrinsics."""
+    hasher = hashlib.blake2b()
+    for name in ("compiler", "generators"):
+        module = f"{__package__}.{name}"
+        # Read, not imported: that would import numba.
+        loader: Any = getattr(importlib.util.find_spec(module), "loader", None)
+        for part in _code_parts(loader.get_code(module)):
+            hasher.update(part)
+    return hasher.digest()
+
+
 def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
+    if isinstance(value, Intrinsic):
+        yield repr((value.__name__, value.identity)).encode()
+        return
     if (options := getattr(value, "targetoptions", None)) is not None:
         # Such as whether the kernel is inlined.
         yield repr(sorted(options.items())).encode()
     value = getattr(value, "py_func", value)
-    # The function that generates the machine code of an intrinsic.
+    # The function that generates the machine code of an intrinsic of numba or of a user.
     value = getattr(value, "_defn", value)
     if not isinstance(value, python_types.FunctionType):
         # Of a NamedTuple class kernels use the fields; an object, such as the layout of a record, shows what it holds.

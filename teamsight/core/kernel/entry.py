@@ -5,22 +5,15 @@ from __future__ import annotations
 import ctypes
 import types as python_types
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache, cached_property
 from time import perf_counter
 from typing import Any
 
-import numba
-from numba.core.ccallback import CFunc
-from numba.core.registry import cpu_target
-
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel.cache import KernelCache
-from teamsight.core.kernel.errors import COMPILE_ERRORS, explained, refuse_random_numbers
-from teamsight.core.kernel.parts import FLAGS, CompilerOfEntries
 from teamsight.core.kernel.record import Packed
 from teamsight.core.kernel.report import REPORT
-
-_SIGNATURE = numba.types.int64(numba.types.int64)
 
 
 class Entry:
@@ -34,20 +27,22 @@ class Entry:
 
     def __init__(self, function: Callable[[int], int]) -> None:
         self.function = function
-        self._compiled: Any = None
+        # What keeps the machine code, and its address; 0 before it is used.
+        self._code: Any = None
+        self._address = 0
 
     @property
     def address(self) -> int:
         """The address of the machine code."""
-        if self._compiled is None:
+        if not self._address:
             began = perf_counter()
             # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
             try:
                 with deferred():
-                    self._compile()
+                    self._get_ready()
             finally:
                 REPORT.taken += perf_counter() - began
-        return int(self._compiled.address)
+        return self._address
 
     def __call__(self, record: Packed[Any] | int) -> int:
         """Run on a record, or on the record at an address, without the interpreter's lock."""
@@ -59,30 +54,32 @@ class Entry:
 
     def is_missing(self) -> bool:
         """Whether it has to be compiled: it is not in use, and not in the cache."""
-        return self._compiled is None and not self._kept.contains(_SIGNATURE, cpu_target.target_context)
+        return not self._address and not self._kept.contains()
 
     @cached_property
     def _kept(self) -> KernelCache:
-        return KernelCache(self.function, lambda name: announce(name))
+        return KernelCache(self.function)
 
-    def _compile(self) -> None:
-        # numba.cfunc would compile at once and use numba's own cache.
-        compiled: Any = CFunc(
-            self.function, (_SIGNATURE.args, _SIGNATURE.return_type), locals={}, options=dict(FLAGS, nopython=True),
-            pipeline_class=CompilerOfEntries,
-        )  # fmt: skip
-        compiled._cache = self._kept
-        is_done = False
+    def _get_ready(self) -> None:
+        """Load the machine code from the cache, or compile it."""
+        # What is intact but cannot be loaded is compiled and replaced.
+        with suppress(Exception):
+            if code := self._kept.load():
+                self._code, self._address = code.load()
+                return
+        announce(self.function.__qualname__)
+        from teamsight.core.kernel.compiler import compiled
+        from teamsight.core.kernel.errors import COMPILE_ERRORS, explained, refuse_random_numbers
+
         try:
             refuse_random_numbers(self.function)
-            compiled.compile()
-            is_done = True
+            self._code, self._address, code = compiled(self.function)
+            if code:
+                self._kept.save(code)
         except COMPILE_ERRORS as error:
             raise TypeError(explained(self.function, error)) from error
         finally:
-            # Set before the report, which counts what is missing.
-            self._compiled = compiled if is_done else None
-            REPORT.end(is_done=is_done)
+            REPORT.end(is_done=bool(self._address))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Entry, (self.function,))

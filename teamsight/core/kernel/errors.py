@@ -23,6 +23,7 @@ import numpy as np
 from numba.core.errors import NumbaError, UnsupportedBytecodeError
 
 from teamsight.core.kernel.cache import enclosed, globals_of, is_library
+from teamsight.core.kernel.parts import shown
 
 #: The errors that numba raises for a kernel that it cannot compile.
 COMPILE_ERRORS = (NumbaError, UnsupportedBytecodeError, AttributeError, NameError, NotImplementedError)
@@ -254,15 +255,6 @@ def _first_kernel(entry: Callable[..., Any]) -> str:
     """Return where the kernel of a template begins, or the entry's name if there is none."""
     function, _ = _bound_kernel(entry)
     return shown(function.__code__.co_filename, function.__code__.co_firstlineno) if function else entry.__qualname__
-
-
-def shown(file: str, line: int) -> str:
-    """Return a file and line; the path is relative if the file is in the current folder."""
-    if file.startswith("<"):
-        return f"{file}:{line}"
-    path = os.path.abspath(file)
-    near = os.path.relpath(path) if path.startswith(os.getcwd() + os.sep) else path
-    return f"{near}:{line}"
 
 
 def refuse_random_numbers(function: Callable[..., Any]) -> None:

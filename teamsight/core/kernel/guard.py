@@ -19,14 +19,12 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
-from numba.core.dispatcher import Dispatcher
-from numba.cpython.unsafe.numbers import trailing_zeros
 
 from teamsight.core.contracts import are_equal
 from teamsight.core.kernel.cache import enclosed, is_library, names_in
 from teamsight.core.kernel.entry import Entry
-from teamsight.core.kernel.errors import shown
-from teamsight.core.kernel.intrinsics import below_8, below_64, bits_of, float_of, ones, scratch
+from teamsight.core.kernel.intrinsics import scratch
+from teamsight.core.kernel.parts import Intrinsic, shown
 from teamsight.core.kernel.record import Leaf, Node, Record
 
 # Accesses in one check, a second or two; a kernel that needs more is checked as far as they reach.
@@ -335,7 +333,7 @@ def _copy(function: python_types.FunctionType, copies: dict[Any, Any]) -> Any:
 
 def _replaced(value: Any, used: set[str], copies: dict[Any, Any]) -> Any:
     """Return what plain Python uses in place of a value that a kernel uses."""
-    if isinstance(value, Dispatcher):
+    if hasattr(value, "py_func"):
         return _copy(value.py_func, copies)
     if getattr(value, "__module__", None) == "math":
         return _like_machine_code(value)
@@ -344,9 +342,9 @@ def _replaced(value: Any, used: set[str], copies: dict[Any, Any]) -> Any:
         parts = {name: getattr(value, name) for name in used if hasattr(value, name)}
         vars(module).update({name: _replaced(part, used, copies) for name, part in parts.items()})
         return module
-    if isinstance(getattr(value, "node", None), Node):
-        return lambda content: content
-    return next((new for old, new in _FORMS if value is old), value)
+    if value is scratch:
+        return lambda count, dtype: np.empty(count, dtype).view(_Checked)
+    return value.function if isinstance(value, Intrinsic) else value
 
 
 # What x86-64 makes of NaN and of numbers that are too large.
@@ -369,22 +367,3 @@ def _like_machine_code(function: Callable[..., Any]) -> Callable[..., Any]:
         return np.float64(value) if isinstance(value, float) else value
 
     return called
-
-
-def _below(count: int) -> Callable[..., Any]:
-    def below(values: Any, first: int, limit: float) -> Any:
-        return np.uint64(sum(1 << i for i in range(count) if values[first + i] < limit))
-
-    return below
-
-
-# The plain Python forms of intrinsics that kernels of components use.
-_FORMS: list[tuple[Any, Callable[..., Any]]] = [
-    (below_8, _below(8)),
-    (below_64, _below(64)),
-    (bits_of, lambda number: np.float64(number).view(np.uint64)),
-    (float_of, lambda word: np.uint64(word).view(np.float64)),
-    (ones, lambda word: int(word).bit_count()),
-    (scratch, lambda count, dtype: np.empty(count, dtype).view(_Checked)),
-    (trailing_zeros, lambda word: (int(word) & -int(word)).bit_length() - 1),
-]

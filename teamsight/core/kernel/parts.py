@@ -1,131 +1,57 @@
-"""Kernels as parts of an entry: numba makes no machine code of their own for them, until Python calls one.
+"""Kernels and intrinsics as Python sees them: numba is imported when one is compiled, not before.
 
-For each function numba also compiles a wrapper for the interpreter, and makes machine code of both. A kernel needs
-neither, since an entry holds the code of all that it calls. That is a third of the time that an entry takes to compile.
+numba takes an object for what its attribute ``_numba_type_`` says. So a kernel is a plain object with its function,
+which can be imported, hashed and pickled at no cost; a command whose entries are all in the cache never imports numba.
 """
 
 from __future__ import annotations
 
-import re
+import os
+import sys
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, update_wrapper
 from inspect import signature
+from operator import attrgetter
 from typing import Any, TypeVar, cast
-
-import numba
-from llvmlite import ir
-from numba.core.codegen import JITCodeLibrary, RuntimeLinker
-from numba.core.compiler import Compiler, _LowerResult
-from numba.core.compiler_machinery import register_pass
-from numba.core.errors import NumbaError
-from numba.core.registry import CPUDispatcher
-from numba.core.typed_passes import NativeLowering
 
 # fastmath stays off: it would break the checks for NaN and the equality of the two paths to the last bit.
 FLAGS = {"nogil": True, "error_model": "numpy", "_nrt": False}
 
 
-class _Part(JITCodeLibrary):  # type: ignore[misc]
-    """Code that others link, and that is not run by itself."""
-
-    def _optimize_functions(self, ll_module: Any) -> None:
-        """Leave it to the entry."""
-
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
-        self._finalized = True
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)
-class _LoweringOfParts(NativeLowering):  # type: ignore[misc]
-    _name = "teamsight_lowering_of_parts"
-
-    def run_pass(self, state: Any) -> bool:
-        state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
-        state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
-        changed = super().run_pass(state)
-        description, helper, _, environment = state.cr
-        # What callers find it by, of the type that numba asks for; nothing calls it.
-        unique: list[None] = []
-        key = unique.append
-        state.targetctx.insert_user_function(key, description, [state.library])
-        # Since numba 0.62.
-        state.reload_init.extend(getattr(state.library, "_reload_init", ()))
-        state.cr = _LowerResult(description, helper, cfunc=key, env=environment)
-        return bool(changed)
-
-
-class _Whole(JITCodeLibrary):  # type: ignore[misc]
-    """The code of an entry as one function; numba would make two, and a call of one by the other at each call."""
-
-    def add_ir_module(self, module: Any) -> None:
-        if module.name == "cfunc_wrapper":
-            for function in module.functions:
-                for instruction in (one for block in function.blocks for one in block.instructions):
-                    if isinstance(instruction, ir.CallInstr):
-                        instruction.attributes.discard("noinline")
-        super().add_ir_module(module)
-
-    def _optimize_final_module(self) -> None:
-        for function in self._final_module.functions:
-            if not function.is_declaration and not function.name.startswith("cfunc."):
-                function.linkage = "internal"
-        super()._optimize_final_module()
-
-
-@register_pass(mutates_CFG=True, analysis_only=False)
-class _LoweringOfEntries(NativeLowering):  # type: ignore[misc]
-    _name = "teamsight_lowering_of_entries"
-
-    def run_pass(self, state: Any) -> bool:
-        state.library = _Whole(state.targetctx.codegen(), state.func_id.func_qualname)
-        # As numba does with a library of its own: without it the machine code could not be kept.
-        state.library.enable_object_caching()
-        return bool(super().run_pass(state))
-
-
-class CompilerOfEntries(Compiler):  # type: ignore[misc]
-    """Numba's compiler, with another way to machine code."""
-
-    lowering = _LoweringOfEntries
-
-    def define_pipelines(self) -> list[Any]:
-        pipelines = super().define_pipelines()
-        for pipeline in pipelines:
-            pipeline.passes = [
-                (self.lowering if step is NativeLowering else step, name) for step, name in pipeline.passes
-            ]
-            pipeline.finalize()
-        return list(pipelines)
-
-
-class _CompilerOfParts(CompilerOfEntries):
-    lowering = _LoweringOfParts
-
-
-class Part(CPUDispatcher):  # type: ignore[misc]
-    """A kernel for entries and other kernels; from Python it runs too, compiled once more as a whole.
+class Kernel:
+    """A kernel for entries and other kernels; from Python it runs too, compiled as a whole.
 
     Parameters
     ----------
     function : callable
         The kernel's Python function.
-    types : mapping, optional
-        Types of its variables.
-    options : mapping, optional
+    options : dict
         As for `numba.njit`.
-    pipeline : type
-        Numba's compiler.
     """
 
-    def __init__(
-        self, function: Callable[..., Any], types: Any = None, options: Any = None, pipeline: Any = _CompilerOfParts
-    ) -> None:
-        super().__init__(function, types or {}, dict(options or {}, nopython=True), pipeline)
+    __qualname__: str
+
+    def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
+        update_wrapper(self, function)
+        self.py_func, self.targetoptions = function, options
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """What numba compiles it with."""
+        from teamsight.core.kernel.compiler import Part
+
+        part = Part(self.py_func, {}, self.targetoptions)
+        part.kernel = self
+        return part
+
+    @cached_property
+    def _numba_type_(self) -> Any:
+        return self.dispatcher._numba_type_
 
     @cached_property
     def _whole(self) -> Callable[..., Any]:
+        import numba
+
         # Another function, since numba takes a call of the same one for recursion.
         part = self
         return cast(Callable[..., Any], numba.njit(**FLAGS)(lambda *arguments: part(*arguments)))
@@ -136,36 +62,41 @@ class Part(CPUDispatcher):  # type: ignore[misc]
         bound.apply_defaults()
         return self._whole(*bound.args)
 
+    def __reduce__(self) -> Any:
+        name, module = self.__qualname__, sys.modules.get(self.__module__)
+        # What a script defines has no place in another process.
+        if self.__module__ != "__main__" and getattr(module, name, None) is self:
+            return name
+        # Python does not pickle functions that have no name in a module; numba does, each once.
+        return attrgetter("kernel"), (self.dispatcher,)
 
-def refuse_circles(library: Any) -> None:
-    """Refuse an entry with kernels that call each other in a circle.
 
-    The code of such kernels could only be called in the process that compiled it.
+class Intrinsic:
+    """A function whose machine code is written by hand, for kernels; from Python its plain form runs.
 
     Parameters
     ----------
-    library : numba.core.codegen.CodeLibrary
-        The code of the entry.
-
-    Raises
-    ------
-    NumbaError
-        With the first of them.
+    function : callable
+        The plain form.
+    identity : object
+        What, beside its name, decides its machine code; it has a distinct `repr`.
     """
-    library._ensure_finalized()
-    for variable in library._final_module.global_variables:
-        if variable.name.startswith(RuntimeLinker.PREFIX):
-            name = _last_name(variable.name)
-            raise NumbaError(f"kernels call each other in a circle, by way of {name}(); use a loop")
 
+    __name__: str
 
-def _last_name(mangled: str) -> str:
-    """Return the name of a function from that of its symbol, which has the length before each part."""
-    name, rest = "a kernel", mangled[mangled.index("_ZN") + 3 :]
-    while met := re.match(r"\d+", rest):
-        end = met.end() + int(met[0])
-        name, rest = rest[met.end() : end], rest[end:]
-    return name
+    def __init__(self, function: Callable[..., Any], identity: Any = None) -> None:
+        update_wrapper(self, function)
+        self.function, self.identity = function, identity
+
+    @cached_property
+    def _numba_type_(self) -> Any:
+        from teamsight.core.kernel.generators import type_of
+
+        return type_of(self)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run its plain form."""
+        return self.function(*arguments)
 
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -173,14 +104,28 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def kernel(function: F) -> F:
     """Mark a function as a kernel: compiled with the first entry that uses it, never at import."""
-    return cast(F, Part(function, options=FLAGS))
+    return cast(F, Kernel(function, dict(FLAGS, nopython=True)))
 
 
 def inlined(function: F) -> F:
     """Mark a small kernel that is always compiled into its caller, so that loops around it can use SIMD lanes."""
-    return cast(F, Part(function, options=dict(FLAGS, forceinline=True)))
+    return cast(F, Kernel(function, dict(FLAGS, nopython=True, forceinline=True)))
+
+
+def intrinsic(function: F) -> F:
+    """Mark the plain form of a function that `teamsight.core.kernel.generators` has as machine code."""
+    return cast(F, Intrinsic(function))
 
 
 def plain(function: F) -> F:
     """Return the Python function behind a kernel."""
     return cast(F, getattr(function, "py_func", function))
+
+
+def shown(file: str, line: int) -> str:
+    """Return a file and line; the path is relative if the file is in the current folder."""
+    if file.startswith("<"):
+        return f"{file}:{line}"
+    path = os.path.abspath(file)
+    near = os.path.relpath(path) if path.startswith(os.getcwd() + os.sep) else path
+    return f"{near}:{line}"

@@ -27,15 +27,10 @@ from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Annotated, Any, Generic, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
-import numba
 import numpy as np
 import numpy.typing as npt
-from llvmlite import ir
-from numba.core import cgutils
-from numba.extending import intrinsic
 
-from teamsight.core.kernel.intrinsics import WORD, array_value
-from teamsight.core.kernel.parts import inlined
+from teamsight.core.kernel.parts import Intrinsic, inlined
 
 
 class Length(NamedTuple):
@@ -71,71 +66,6 @@ def _scalar(kind: Any) -> Any:
     while arguments := get_args(kind):
         kind = arguments[-1]
     return kind
-
-
-def _unpacking(node: Node) -> Any:
-    """Return the kernel that reads a record."""
-
-    def unpack(typing_context: Any, address: Any) -> Any:
-        if not isinstance(address, numba.types.Integer):
-            return None
-        kind = _type(node)
-
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            words = builder.inttoptr(arguments[0], WORD.as_pointer())
-            return _value(context, builder, words, node, kind)
-
-        return kind(numba.types.int64), generate
-
-    made = intrinsic(unpack)
-    # By which `guard` finds it.
-    made.node = node
-    return made
-
-
-def _type(part: Node | Leaf) -> Any:
-    """Return numba's type of a part of a record."""
-    if isinstance(part, Node):
-        types = [_type(inner) for inner in part.parts]
-        return numba.types.BaseTuple.from_types(types, part.kind)
-    if part.dtype is None:
-        return numba.types.int64
-    element = numba.from_dtype(part.dtype)
-    if part.lengths is None:
-        return element
-    return numba.types.Array(element, len(part.lengths), "C")
-
-
-def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any) -> Any:
-    """Write code that reads a part of a record."""
-    if isinstance(part, Node):
-        values = [
-            _value(context, builder, words, inner, inner_kind)
-            for inner, inner_kind in zip(part.parts, kind.types, strict=True)
-        ]
-        return context.make_tuple(builder, kind, values)
-    word = _load_word(builder, words, part.slot)
-    if part.lengths is None:
-        return builder.bitcast(word, ir.DoubleType()) if kind == numba.types.float64 else word
-    lengths = [_length_value(builder, words, length) for length in part.lengths]
-    return array_value(context, builder, kind, word, lengths)
-
-
-def _load_word(builder: Any, words: Any, slot: int) -> Any:
-    """Write code that reads a word of a record."""
-    return builder.load(builder.gep(words, [WORD(slot)]))
-
-
-def _length_value(builder: Any, words: Any, length: Length) -> Any:
-    if length.slot < 0:
-        return cgutils.intp_t(length.plus)
-    if length.last:
-        address, slot, plus = length.last
-        array = builder.inttoptr(_load_word(builder, words, address), WORD.as_pointer())
-        at = builder.add(_load_word(builder, words, slot), WORD(plus - 1))
-        return builder.load(builder.gep(array, [at]))
-    size = _load_word(builder, words, length.slot)
-    return builder.add(size, WORD(length.plus)) if length.plus else size
 
 
 _NO_BYTES = ctypes.c_char * 0
@@ -248,7 +178,7 @@ class Record(Generic[T]):
         self.slots = self._lengths | numbers
         self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing([*self.leaves.values()], self.size)
         # No T: in kernels, entries and other records are addresses.
-        self.at: Callable[[Any], Any] = _unpacking(self.node)
+        self.at: Callable[[Any], Any] = Intrinsic(_content, self.node)
 
     def pack(self, value: T) -> Packed[T]:
         """Return a record of these arrays and numbers; raises what `Packed.put` raises."""
@@ -305,6 +235,11 @@ class Record(Generic[T]):
             assert array.lengths is not None
             last = array.slot, array.lengths[0].slot, array.lengths[0].plus
         return Length(name.removeprefix("."), self._lengths[key], int(plus or 0), last)
+
+
+def _content(record: Any) -> Any:
+    """Return the content of a record, which plain Python passes in place of its address."""
+    return record
 
 
 def _packing(leaves: list[Leaf], size: int) -> Callable[[Any], tuple[list[int], tuple[Any, ...]]]:

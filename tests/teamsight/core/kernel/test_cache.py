@@ -158,13 +158,13 @@ def test_a_script_runs_once_though_another_imported_it_before(lab: Lab, capsys: 
 COUNT = """
 from teamsight.core.kernel import Entry
 # All that are needed, whether they are in the cache or not.
-compiled, get_ready = [], Entry._compile
+compiled, get_ready = [], Entry._get_ready
 
 def noted(entry):
     compiled.append(entry.function.__qualname__)
     get_ready(entry)
 
-Entry._compile = noted
+Entry._get_ready = noted
 import teamsight.agents.cmommt, teamsight.agents.world, teamsight.policies, teamsight.world.arena
 assert not compiled, compiled
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
@@ -200,6 +200,50 @@ def test_an_unwritable_folder_does_not_stop_anybody(tmp_path: Path, monkeypatch:
     (tmp_path / "cache").write_text("a file where the folder should be")
     monkeypatch.setenv("TEAMSIGHT_CACHE_DIR", str(tmp_path / "cache"))
     assert Entry(lambda given: given + 3)(4) == 7
+
+
+WARM = """
+import sys
+import teamsight.core.kernel.entry
+from teamsight.core.kernel.cache import _settings
+
+teamsight.core.kernel.entry.announce = print
+from teamsight import CMOMMT
+
+world = CMOMMT(robots=3, targets=3, seed=1)
+world.run(5)
+settings = _settings()
+is_there = "numba" in sys.modules
+import numba
+print(is_there, settings == _settings())
+"""
+
+
+def test_what_is_in_the_cache_runs_without_numba(tmp_path: Path) -> None:
+    (tmp_path / "warm.py").write_text(WARM)
+    kept = os.environ.get("TEAMSIGHT_CACHE_DIR", "")
+    python(tmp_path, "warm.py", cache=kept)
+    assert python(tmp_path, "warm.py", cache=kept) == "False True\n"
+
+
+RAISING = """
+import teamsight.core.kernel.entry
+from teamsight.core.kernel import Entry
+
+teamsight.core.kernel.entry.announce = print
+
+def refuse(number):
+    if number < 0:
+        raise ValueError("negative")
+    return number
+
+print(Entry(refuse)(3), Entry(refuse)(-3))
+"""
+
+
+def test_code_that_calls_functions_of_numba_is_loaded_with_them(tmp_path: Path) -> None:
+    (tmp_path / "raising.py").write_text(RAISING)
+    assert [python(tmp_path, "raising.py") for _ in range(2)] == ["refuse\n3 0\n", "3 0\n"]
 
 
 def test_entries_survive_pickling() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import random
 import shutil
@@ -14,8 +15,8 @@ from pathlib import Path
 import numba
 import pytest
 
-from teamsight.core.kernel import cache as kernel_cache
 from teamsight.core.kernel import entry as kernel_entry
+from teamsight.core.kernel.cache import Code
 
 ROOT = Path(__file__).parents[4]
 
@@ -155,7 +156,7 @@ def test_an_intact_file_that_cannot_be_loaded_is_compiled_again(lab: Lab, monkey
     lab.check(7, 1, "first")
     for broken in (EOFError, ImportError, MemoryError):
         with monkeypatch.context() as patch:
-            patch.setattr(kernel_cache, "_rebuilt", lambda *given, broken=broken: (_ for _ in ()).throw(broken("cannot load")))
+            patch.setattr(Code, "load", lambda code, broken=broken: (_ for _ in ()).throw(broken("cannot load")))
             lab.check(7, 1, broken.__name__)
 
 
@@ -169,13 +170,12 @@ def test_machine_code_made_with_other_settings_of_numba_is_another_entry(
     lab.check(7, 0, "without them again")
 
 
-def test_an_entry_that_cannot_be_saved_works(lab: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*given: object) -> bytes:
-        raise TypeError("cannot pickle")
-
-    monkeypatch.setattr("teamsight.core.kernel.cache.dumps", fail)
-    lab.check(7, 1, "first")
-    lab.check(7, 1, "second")
+def test_code_with_an_address_of_this_process_is_not_kept(lab: Lab) -> None:
+    of_python = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_int64)(lambda given: given + 7)
+    for _ in range(2):
+        assert kernel_entry.Entry(lambda given: of_python(given))(1) == 8
+    assert len(lab.compiled) == 2
+    assert lab.files() == []
 
 
 COMMAND = ["run", "--robots", "2", "--targets", "2", "--radius", "2", "--steps", "3", "--policy", "stationary"]

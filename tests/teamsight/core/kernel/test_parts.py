@@ -59,7 +59,7 @@ def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_an_entry_holds_the_code_of_its_parts() -> None:
     compiled, loaded = Entry(by_address), Entry(by_address)
     assert [compiled(4), loaded(4), loaded(0)] == [114, 114, 4]
-    for part in twice.overloads.values():
+    for part in twice.dispatcher.overloads.values():
         assert not part.library.codegen._engine.is_symbol_defined(part.fndesc.llvm_func_name)
 
 
