@@ -33,7 +33,8 @@ def main(folder: Path) -> int:
         inside = [member.name.partition("/")[2] for member in archive.getmembers() if not member.isdir()]
     with zipfile.ZipFile(wheels[0]) as archive:
         built = {name for name in archive.namelist() if ".dist-info/" not in name}
-    places = {"repository": in_package(tracked), "sdist": in_package(inside), "wheel": built}
+    kernels = {name for name in built if name.endswith(".kernel")}
+    places = {"repository": in_package(tracked) | kernels, "sdist": in_package(inside), "wheel": built}
     everything = set().union(*places.values())
     missing = [(file, name) for name, files in places.items() for file in sorted(everything - files)]
     for file, name in missing:

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 import click
 
 from teamsight import __version__
-from teamsight.cli import calibrate, delta, demo, evolve, look, reproduce, study
+from teamsight.cli import calibrate, delta, demo, evolve, look, reproduce, study, warm
 from teamsight.cli import learn as learning
 from teamsight.cli.exits import run_and_exit
 from teamsight.cli.options import Command, Group, Options
@@ -97,6 +97,7 @@ _COMMANDS: dict[str, tuple[Any, ...]] = {
     ),
     "Learn": (learn, evolution),
     "Reproduce": (papers, (calibrate.calibrate, calibrate.CalibrateSettings)),
+    "Set up": ((warm.warm, Options),),
 }  # fmt: skip
 _LEARN: tuple[tuple[Any, type[Options]], ...] = (
     (learning.explore, learning.ExploreSettings), (learning.evaluate, learning.EvaluateSettings),

@@ -7,6 +7,7 @@ import contextlib
 import hashlib
 import importlib.util
 import os
+import platform
 import re
 import secrets
 import shutil
@@ -15,12 +16,15 @@ import sys
 import tempfile
 import types as python_types
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, cached_property
 from importlib.metadata import version
+from operator import itemgetter
 from pathlib import Path
+from time import monotonic, sleep
 from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
+import numpy as np
 
 from teamsight.core.checks import shown
 from teamsight.core.kernel.parts import Intrinsic
@@ -217,8 +221,82 @@ class Code(NamedTuple):
         return engine, address
 
 
+#: Kernels that come with a wheel, for all processors of a kind; ``.ci/ship_kernels.py`` makes them.
+SHIPPED = Path(__file__).with_name("shipped")
+#: The processor for which they are made, and what one must have to run them, by the kind of machine.
+GENERIC = {
+    "x86_64": ("x86-64-v3", ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")), "aarch64": ("generic", ()),
+    "arm64": ("generic", ()),
+}  # fmt: skip
+
+
+# By which a user names another processor.
+_NAMED = {"NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX"}
+# How long to wait for another process, which may have been stopped, and how long between two looks at it [s].
+_PATIENCE, _PAUSE = 60.0, 0.02
+
+
+class Place(NamedTuple):
+    """A file of machine code, if there is a folder for it, and what it must be the code of."""
+
+    key: bytes
+    file: Path | None
+
+    @classmethod
+    def of(cls, folder: Path | None, function: Callable[..., Any], key: tuple[Any, ...]) -> Place:
+        """Return the place of an entry in a folder."""
+        name = re.sub(r"[^A-Za-z0-9._-]", "", function.__qualname__)[:_LONGEST_NAME]
+        told = repr(key).encode()
+        return cls(told, folder / f"{name}-{hashlib.sha256(told).hexdigest()[:32]}.kernel" if folder else None)
+
+    def load(self, reader: Callable[[Path], bytes | None]) -> Code | None:
+        """Return what the file holds; None if it is not there or damaged."""
+        data = reader(self.file) if self.file is not None else None
+        if data is None or data != _sealed(self.key, payload := data[_HEAD:]):
+            return None
+        name, needs_numba, binary = payload.split(b"\n", 2)
+        return Code(name.decode(), needs_numba == b"1", binary)
+
+    def save(self, code: Code) -> None:
+        """Write the file, if there is a folder."""
+        if self.file is not None:
+            payload = b"%s\n%d\n%s" % (code.name.encode(), code.needs_numba, code.binary)
+            write(self.file, _sealed(self.key, payload))
+
+
+    @contextlib.contextmanager
+    def turn(self) -> Iterator[None]:
+        """Wait as long as another process compiles this entry; the lock of a process ends with it."""
+        try:
+            import fcntl
+
+            if self.file is None:
+                raise FileNotFoundError
+            lock = self.file.with_suffix(".lock")
+            descriptor = os.open(lock, os.O_CREAT | os.O_RDWR | _SAFELY, 0o600)
+        except (ImportError, OSError):  # Windows, or no folder: each process compiles for itself
+            yield
+            return
+        until = monotonic() + _PATIENCE
+        try:
+            while monotonic() < until:
+                try:
+                    # Not flock, whose lock a forked process would keep.
+                    fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    break
+                except (BlockingIOError, PermissionError):
+                    sleep(_PAUSE)
+                except OSError:  # a file system without locks
+                    break
+            yield
+        finally:
+            with contextlib.suppress(OSError):
+                lock.unlink()
+            os.close(descriptor)
+
+
 class KernelCache:
-    """The file of one entry in the cache.
+    """The machine code of one entry: as it came with the package, or in the cache of this machine.
 
     Parameters
     ----------
@@ -227,33 +305,48 @@ class KernelCache:
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        self._name = re.sub(r"[^A-Za-z0-9._-]", "", function.__qualname__)[:_LONGEST_NAME]
-        self._digest = digest(function)
+        self._function = function
 
     def load(self) -> Code | None:
         """Return the machine code; None if it has to be compiled."""
-        key, file = self._place()
-        data = read(file) if file else None
-        if data is None or data != _sealed(key, payload := data[_HEAD:]):
-            return None
-        name, needs_numba, binary = payload.split(b"\n", 2)
-        return Code(name.decode(), needs_numba == b"1", binary)
+        # What came with the package belongs to whoever installed it.
+        return self._shipped.load(_content) or self.kept.load(read)
 
     def contains(self) -> bool:
         """Whether there is a file; only loading it shows whether it is intact."""
-        _, file = self._place()
-        return file is not None and file.exists()
+        return any(place.file is not None and place.file.exists() for place in (self._shipped, self.kept))
 
-    def save(self, code: Code) -> None:
-        """Keep machine code, if there is a cache folder."""
-        key, file = self._place()
-        if file is not None:
-            write(file, _sealed(key, b"%s\n%d\n%s" % (code.name.encode(), code.needs_numba, code.binary)))
+    @property
+    def kept(self) -> Place:
+        """The place in the cache."""
+        key = self._digest, _versions(), _target(), _settings(), _PYTHON
+        return Place.of(cache_folder(), self._function, key)
 
-    def _place(self) -> tuple[bytes, Path | None]:
-        """Return the key, and the file, if there is a cache folder."""
-        key, folder = repr((self._digest, _versions(), _target(), _settings(), _PYTHON)).encode(), cache_folder()
-        return key, folder / f"{self._name}-{hashlib.sha256(key).hexdigest()[:32]}.kernel" if folder else None
+    @cached_property
+    def _digest(self) -> str:
+        return digest(self._function)
+
+    @cached_property
+    def _shipped(self) -> Place:
+        return shipped_place(self._function)
+
+
+def shipped_place(function: Callable[..., Any]) -> Place:
+    """Return the place of an entry among those that come with a wheel; without file if this machine cannot use them."""
+    machine = platform.machine()
+    processor, needed = GENERIC.get(machine, ("", ()))
+    has = llvm.get_host_cpu_features()
+    is_usual = _settings() == [default for _, default in _SETTINGS.values()] and not _NAMED & {*os.environ}
+    if not SHIPPED.is_dir() or not processor or not is_usual or not all(has.get(one) for one in needed):
+        return Place(b"", None)
+    return Place.of(SHIPPED, function, (digest(function, _source_of), sys.platform, machine, processor))
+
+
+def _content(file: Path) -> bytes | None:
+    try:
+        return file.read_bytes()
+    except OSError:
+        return None
 
 
 @cache
@@ -321,28 +414,49 @@ def globals_of(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]
             yield from ((part, getattr(value, part)) for part in names if hasattr(value, part))
 
 
-def digest(function: Callable[..., Any]) -> str:
-    """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses."""
-    hasher = hashlib.blake2b(_compiler(), digest_size=16)
-    for part in _parts(function, set()):
+def digest(
+    function: Callable[..., Any], of_code: Callable[[python_types.CodeType], Iterator[bytes]] | None = None
+) -> str:
+    """Return a digest of a function's code, of all kernels that it calls and of all constants that it uses.
+
+    Parameters
+    ----------
+    function : callable
+        The function of an entry.
+    of_code : callable, optional
+        Yields what identifies the code of a function; by default its bytecode, which is that of a version of Python.
+    """
+    of_code = of_code or _code_parts
+    hasher = hashlib.blake2b(_compiler(of_code), digest_size=16)
+    for part in _parts(function, set(), of_code):
         hasher.update(part)
     return hasher.hexdigest()
 
 
 @cache
-def _compiler() -> bytes:
+def _compiler(of_code: Callable[[python_types.CodeType], Iterator[bytes]]) -> bytes:
     """Return a digest of the code that compiles, and of all intrinsics."""
     hasher = hashlib.blake2b()
     for name in ("compiler", "generators"):
         module = f"{__package__}.{name}"
         # Read, not imported: that would import numba.
         loader: Any = getattr(importlib.util.find_spec(module), "loader", None)
-        for part in _code_parts(loader.get_code(module)):
+        for part in of_code(loader.get_code(module)):
             hasher.update(part)
     return hasher.digest()
 
 
-def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
+def _source_of(code: python_types.CodeType) -> Iterator[bytes]:
+    yield f"{code.co_name} {code.co_firstlineno}".encode()
+    yield _source(code.co_filename)
+
+
+@cache
+def _source(file: str) -> bytes:
+    return hashlib.blake2b(_content(Path(file)) or file.encode()).digest()
+
+
+def _parts(value: Any, met: set[int], of_code: Callable[[Any], Iterator[bytes]]) -> Iterator[bytes]:
     if isinstance(value, Intrinsic):
         yield repr((value.__name__, value.identity)).encode()
         return
@@ -352,6 +466,10 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
     value = getattr(value, "py_func", value)
     # The function that generates the machine code of an intrinsic of numba or of a user.
     value = getattr(value, "_defn", value)
+    if isinstance(value, np.ndarray):
+        # Its text leaves out what is in the middle.
+        yield f"{value.dtype} {value.shape}".encode() + value.tobytes()
+        return
     if not isinstance(value, python_types.FunctionType):
         # Of a NamedTuple class kernels use the fields; an object, such as the layout of a record, shows what it holds.
         fields = getattr(value, "_fields", None) if isinstance(value, type) else None
@@ -365,12 +483,13 @@ def _parts(value: Any, met: set[int]) -> Iterator[bytes]:
         return
     yield value.__qualname__.encode()
     yield repr((value.__defaults__, value.__kwdefaults__)).encode()
-    yield from _code_parts(value.__code__)
+    yield from of_code(value.__code__)
     for used in enclosed(value):
-        yield from _parts(used, met)
-    for name, used in globals_of(value):
+        yield from _parts(used, met, of_code)
+    # Versions of Python number the names differently.
+    for name, used in sorted(globals_of(value), key=itemgetter(0)):
         yield name.encode()
-        yield from _parts(used, met)
+        yield from _parts(used, met, of_code)
 
 
 def _code_parts(code: python_types.CodeType) -> Iterator[bytes]:

@@ -10,7 +10,6 @@ import ctypes
 import gc
 import re
 from collections.abc import Callable
-from functools import cached_property
 from typing import Any
 
 from llvmlite import ir
@@ -22,9 +21,6 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
-
-from teamsight.core.kernel.cache import Code
-from teamsight.core.kernel.parts import FLAGS, Kernel
 
 
 class _Part(JITCodeLibrary):  # type: ignore[misc]
@@ -125,21 +121,16 @@ class Part(CPUDispatcher):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any], variables: Any, options: Any) -> None:
         super().__init__(function, variables, options, _CompilerOfParts)
 
-    @cached_property
-    def kernel(self) -> Kernel:
-        """The kernel, in a process that unpickled this."""
-        made = Kernel(self.py_func, self.targetoptions)
-        made.dispatcher = self
-        return made
 
-
-def compiled(function: Callable[[int], int]) -> tuple[Any, int, Code | None]:
+def compiled(function: Callable[[int], int], options: Any) -> tuple[Any, int, tuple[str, bool, bytes] | None]:
     """Compile an entry.
 
     Parameters
     ----------
     function : callable
         Takes the address of a record and returns a status.
+    options : mapping
+        As for `numba.njit`.
 
     Returns
     -------
@@ -147,8 +138,9 @@ def compiled(function: Callable[[int], int]) -> tuple[Any, int, Code | None]:
         What keeps the machine code.
     address : int
         Where it begins.
-    code : Code or None
-        The machine code for other processes; None if it holds an address of this one.
+    code : (str, bool, bytes) or None
+        The fields of `teamsight.core.kernel.cache.Code`, for other processes; None if the machine code holds an address
+        of this one.
 
     Raises
     ------
@@ -158,7 +150,7 @@ def compiled(function: Callable[[int], int]) -> tuple[Any, int, Code | None]:
     """
     # numba.cfunc would compile at once and use numba's own cache.
     owner: Any = CFunc(
-        function, ((types.int64,), types.int64), locals={}, options=dict(FLAGS, nopython=True),
+        function, ((types.int64,), types.int64), locals={}, options=dict(options),
         pipeline_class=CompilerOfEntries,
     )  # fmt: skip
     # numba makes millions of objects that it keeps; to look for garbage among them takes a tenth of the time.
@@ -178,7 +170,7 @@ def compiled(function: Callable[[int], int]) -> tuple[Any, int, Code | None]:
     if library.has_dynamic_globals:
         return owner, owner.address, None
     called = [each.name for each in module.functions if each.is_declaration and not each.name.startswith("llvm.")]
-    return owner, owner.address, Code(owner.native_name, not _are_known(called), library._get_compiled_object())
+    return owner, owner.address, (owner.native_name, not _are_known(called), library._get_compiled_object())
 
 
 def _are_known(names: list[str]) -> bool:

@@ -11,7 +11,8 @@ from time import perf_counter
 from typing import Any
 
 from teamsight.core.interrupts import deferred
-from teamsight.core.kernel.cache import KernelCache
+from teamsight.core.kernel.cache import Code, KernelCache
+from teamsight.core.kernel.parts import OPTIONS
 from teamsight.core.kernel.record import Packed
 from teamsight.core.kernel.report import REPORT
 
@@ -36,10 +37,8 @@ class Entry:
         """The address of the machine code."""
         if not self._address:
             began = perf_counter()
-            # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
             try:
-                with deferred():
-                    self._get_ready()
+                self._get_ready()
             finally:
                 REPORT.taken += perf_counter() - began
         return self._address
@@ -54,28 +53,39 @@ class Entry:
 
     def is_missing(self) -> bool:
         """Whether it has to be compiled: it is not in use, and not in the cache."""
-        return not self._address and not self._kept.contains()
+        return not self._address and not self._cache.contains()
 
     @cached_property
-    def _kept(self) -> KernelCache:
+    def _cache(self) -> KernelCache:
         return KernelCache(self.function)
 
     def _get_ready(self) -> None:
         """Load the machine code from the cache, or compile it."""
+        if self._load():
+            return
+        # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
+        with self._cache.kept.turn(), deferred():
+            if not self._load():
+                self._compile()
+
+    def _load(self) -> bool:
+        """Load the machine code from the cache; return whether that was possible."""
         # What is intact but cannot be loaded is compiled and replaced.
         with suppress(Exception):
-            if code := self._kept.load():
+            if code := self._cache.load():
                 self._code, self._address = code.load()
-                return
+        return bool(self._address)
+
+    def _compile(self) -> None:
         announce(self.function.__qualname__)
         from teamsight.core.kernel.compiler import compiled
         from teamsight.core.kernel.errors import COMPILE_ERRORS, explained, refuse_random_numbers
 
         try:
             refuse_random_numbers(self.function)
-            self._code, self._address, code = compiled(self.function)
-            if code:
-                self._kept.save(code)
+            self._code, self._address, code = compiled(self.function, OPTIONS)
+            if code is not None:
+                self._cache.kept.save(Code(*code))
         except COMPILE_ERRORS as error:
             raise TypeError(explained(self.function, error)) from error
         finally:

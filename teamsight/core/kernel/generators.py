@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from llvmlite import ir
 from numba import types
@@ -11,8 +11,9 @@ from numba.core.typing.templates import make_intrinsic_template
 from numba.np.arrayobj import make_array, populate_array
 from numba.np.numpy_support import from_dtype
 
-from teamsight.core.kernel.parts import Intrinsic
-from teamsight.core.kernel.record import Leaf, Length, Node
+if TYPE_CHECKING:
+    from teamsight.core.kernel.parts import Intrinsic
+    from teamsight.core.kernel.record import Length, Node
 
 _CACHE_LINE = 64
 WORD = ir.IntType(64)
@@ -241,9 +242,9 @@ def _unpacking(node: Node) -> Any:
     return unpack
 
 
-def _type(part: Node | Leaf) -> Any:
-    """Return numba's type of a part of a record."""
-    if isinstance(part, Node):
+def _type(part: Any) -> Any:
+    """Return numba's type of a part of a record, a `Node` or a `Leaf`."""
+    if hasattr(part, "parts"):
         return types.BaseTuple.from_types([_type(inner) for inner in part.parts], part.kind)
     if part.dtype is None:
         return types.int64
@@ -253,9 +254,9 @@ def _type(part: Node | Leaf) -> Any:
     return types.Array(element, len(part.lengths), "C")
 
 
-def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any) -> Any:
+def _value(context: Any, builder: Any, words: Any, part: Any, kind: Any) -> Any:
     """Write code that reads a part of a record."""
-    if isinstance(part, Node):
+    if hasattr(part, "parts"):
         values = [
             _value(context, builder, words, inner, inner_kind)
             for inner, inner_kind in zip(part.parts, kind.types, strict=True)

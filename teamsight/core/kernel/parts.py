@@ -11,11 +11,10 @@ import sys
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
 from inspect import signature
-from operator import attrgetter
 from typing import Any, TypeVar, cast
 
 # fastmath stays off: it would break the checks for NaN and the equality of the two paths to the last bit.
-FLAGS = {"nogil": True, "error_model": "numpy", "_nrt": False}
+OPTIONS = {"nopython": True, "nogil": True, "error_model": "numpy", "_nrt": False}
 
 
 class Kernel:
@@ -40,9 +39,9 @@ class Kernel:
         """What numba compiles it with."""
         from teamsight.core.kernel.compiler import Part
 
-        part = Part(self.py_func, {}, self.targetoptions)
-        part.kernel = self
-        return part
+        made = Part(self.py_func, {}, self.targetoptions)
+        made.kernel = self
+        return made
 
     @cached_property
     def _numba_type_(self) -> Any:
@@ -54,7 +53,7 @@ class Kernel:
 
         # Another function, since numba takes a call of the same one for recursion.
         part = self
-        return cast(Callable[..., Any], numba.njit(**FLAGS)(lambda *arguments: part(*arguments)))
+        return cast(Callable[..., Any], numba.jit(**OPTIONS)(lambda *arguments: part(*arguments)))
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         """Run it from Python."""
@@ -68,7 +67,15 @@ class Kernel:
         if self.__module__ != "__main__" and getattr(module, name, None) is self:
             return name
         # Python does not pickle functions that have no name in a module; numba does, each once.
-        return attrgetter("kernel"), (self.dispatcher,)
+        return _of_dispatcher, (self.dispatcher,)
+
+
+def _of_dispatcher(dispatcher: Any) -> Kernel:
+    """Return the kernel of what numba unpickled, always the same one."""
+    if not hasattr(dispatcher, "kernel"):
+        dispatcher.kernel = Kernel(dispatcher.py_func, dispatcher.targetoptions)
+        dispatcher.kernel.dispatcher = dispatcher
+    return cast(Kernel, dispatcher.kernel)
 
 
 class Intrinsic:
@@ -104,12 +111,12 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 def kernel(function: F) -> F:
     """Mark a function as a kernel: compiled with the first entry that uses it, never at import."""
-    return cast(F, Kernel(function, dict(FLAGS, nopython=True)))
+    return cast(F, Kernel(function, OPTIONS))
 
 
 def inlined(function: F) -> F:
     """Mark a small kernel that is always compiled into its caller, so that loops around it can use SIMD lanes."""
-    return cast(F, Kernel(function, dict(FLAGS, nopython=True, forceinline=True)))
+    return cast(F, Kernel(function, dict(OPTIONS, forceinline=True)))
 
 
 def intrinsic(function: F) -> F:

@@ -46,9 +46,12 @@ print(row[0], len(compiled), digest(run))
 """
 
 CALLEE = """
+import numpy as np
 from teamsight.core.kernel import kernel
 
 STEP = 1.0
+TABLE = np.ones(2001)
+TABLE[1000] = STEP
 
 @kernel
 def shift(x{default}):
@@ -116,8 +119,9 @@ def test_a_second_process_finds_what_the_first_compiled_and_notices_an_edit_in_a
         ({}, {"step": 5.0}, "16.0"),
         ({"imports": "import callee", "call": "callee.shift"}, {"body": "2.0 * STEP"}, "10.0"),
         ({"body": "more", "default": ", more=1.0"}, {"default": ", more=2.0"}, "10.0"),
+        ({"body": "TABLE[1000]"}, {"step": 5.0}, "16.0"),
     ],
-    ids=["a constant", "what is called through its module", "a default"],
+    ids=["a constant", "what is called through its module", "a default", "an element of a table"],
 )
 def test_a_change_is_noticed(one: dict[str, Any], other: dict[str, Any], result: str, lab: Lab) -> None:
     first = lab.run(**one)

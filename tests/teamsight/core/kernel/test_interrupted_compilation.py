@@ -131,3 +131,46 @@ for seed in range(30):
 def test_30_kills_at_random_calls_of_compiling_and_caching_do_no_harm(tmp_path: Path) -> None:
     done = python(tmp_path, KILLS)
     assert (done.stdout, done.stderr, done.returncode) == ("", "", 0)
+
+
+TURNS = '''
+"""Several processes need the same entries at once; the first is killed while it compiles."""
+import os, signal, sys, time
+import teamsight.core.kernel
+from teamsight.core.kernel import Entry
+
+def make(number):
+    return lambda given: given * number + number
+
+def work(is_killed):
+    for number in range(2, 6):
+        if is_killed and number == 4:
+            teamsight.core.kernel.entry.announce = lambda name: os.kill(os.getpid(), signal.SIGKILL)
+        assert Entry(make(number))(3) == 4 * number
+
+def announced(name):
+    os.write(1, b"c")
+
+teamsight.core.kernel.entry.announce = announced
+import teamsight.core.kernel.compiler
+pids = []
+for child in range(4):
+    if not (pid := os.fork()):
+        try:
+            work(child == 0)
+        finally:
+            os._exit(0 if sys.exc_info()[0] is None else 1)
+    pids.append(pid)
+    time.sleep(0.3 * (child == 0))
+print([os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) for pid in pids])
+print(sorted(os.path.splitext(name)[1] for name in os.listdir(sys.argv[1])))
+'''
+
+
+def test_nobody_compiles_what_another_process_compiles_or_waits_for_a_dead_one(tmp_path: Path) -> None:
+    done = python(tmp_path, TURNS)
+    compiled, codes, kept = done.stdout.replace("[", "\n[").split("\n", 1)[0], *done.stdout.split("\n")[-3:-1]
+    # The dead one never said that it compiled.
+    assert compiled == "cccc", (done.stdout, done.stderr)
+    assert codes.endswith("[-9, 0, 0, 0]")
+    assert kept == str([".kernel"] * 4)

@@ -1,0 +1,60 @@
+"""``teamsight warm``: compile the kernels of a new machine, or for an image, before they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+from teamsight.cli.options import Options
+
+
+def worlds() -> Iterator[Callable[[], Any]]:
+    """Yield functions that make the worlds of commands: each policy with each degree, each task, and what records them.
+
+    What each makes has ``run(steps)`` and ``step()``.
+    """
+    from teamsight.agents.awareness import AWARENESS
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.agents.sensing import Sensor
+    from teamsight.policies.registry import POLICIES, policy_named
+    from teamsight.tasks import TASKS
+
+    small: dict[str, Any] = {"robots": 3, "targets": 3, "seed": 1}
+    for policy in POLICIES:
+        degree, needs = policy_named(policy).degree, set(policy_named(policy).needs)
+        fitting = [name for name, kind in AWARENESS.items() if needs <= set(kind.delivers)]
+        for awareness in fitting if degree is None else (degree,):
+            yield partial(CMOMMT, **small, policy=policy, awareness=awareness)
+    yield partial(CMOMMT, **small, sensor=Sensor(field_of_view=2.0))
+    for task in TASKS.values():
+        for treatment in ("explore", "skilled"):
+            yield partial(task.build, treatment, rng=1)
+
+
+def warm(settings: Options) -> None:
+    """Compile the kernels of commands and tasks, which are kept.
+
+    Without it, each is compiled when it is first needed, which takes seconds. Call it once on a machine, or for the
+    image of a container. The folder of the cache, TEAMSIGHT_CACHE_DIR, must belong to the user who runs teamsight.
+
+    \b
+    Example:
+      TEAMSIGHT_CACHE_DIR=/opt/kernels teamsight warm
+    """
+    from teamsight.cli.show import Watch, say
+    from teamsight.core.kernel.cache import cache_folder
+    from teamsight.core.kernel.report import listening
+
+    compiled: list[str] = []
+    every = [*worlds()]
+    with Watch() as watch, listening(compiled.append):
+        for number, make in enumerate(every):
+            watch("compiling", number, len(every))
+            world = make()
+            with world.record():
+                world.run(2)
+            world.step()
+        taken = watch.passed()
+    count = f"{len(compiled)} kernel{'s' if len(compiled) != 1 else ''}"
+    say(f"compiled {count} in {taken}; they are in {cache_folder()}")
