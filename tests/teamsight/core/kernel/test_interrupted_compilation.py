@@ -145,23 +145,33 @@ def make(number):
 def work(is_killed):
     for number in range(2, 6):
         if is_killed and number == 4:
-            teamsight.core.kernel.entry.announce = lambda name: os.kill(os.getpid(), signal.SIGKILL)
+            teamsight.core.kernel.entry.announce = hang
         assert Entry(make(number))(3) == 4 * number
 
 def announced(name):
     os.write(1, b"c")
 
+def hang(name):
+    os.write(hanging, b"h")
+    time.sleep(600)
+
+def child(is_killed):
+    if pid := os.fork():
+        return pid
+    try:
+        work(is_killed)
+        os._exit(0)
+    finally:
+        os._exit(1)
+
 teamsight.core.kernel.entry.announce = announced
 import teamsight.core.kernel.compiler
-pids = []
-for child in range(4):
-    if not (pid := os.fork()):
-        try:
-            work(child == 0)
-        finally:
-            os._exit(0 if sys.exc_info()[0] is None else 1)
-    pids.append(pid)
-    time.sleep(0.3 * (child == 0))
+seen, hanging = os.pipe()
+pids = [child(True)]
+os.read(seen, 1)
+pids += [child(False) for _ in range(3)]
+time.sleep(0.5)  # they come to the entry that the first one holds
+os.kill(pids[0], signal.SIGKILL)
 print([os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) for pid in pids])
 print(sorted(os.path.splitext(name)[1] for name in os.listdir(sys.argv[1])))
 '''
