@@ -17,6 +17,7 @@ from numba import types
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary, RuntimeLinker
 from numba.core.compiler import Compiler, _LowerResult
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import register_pass
 from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
@@ -29,10 +30,29 @@ class _Part(JITCodeLibrary):  # type: ignore[misc]
     def _optimize_functions(self, ll_module: Any) -> None:
         """Leave it to the entry."""
 
-    def _finalize_final_module(self) -> None:
-        self._finalize_dynamic_globals()
-        self._verify_declare_only_symbols()
+    def finalize(self) -> None:
+        """Leave it to the entry to link and to optimise."""
         self._finalized = True
+
+    def own_module(self) -> Any:
+        """Return its code alone."""
+        return super()._get_module_for_linking()
+
+    def _get_module_for_linking(self) -> Any:
+        """Return its code with that of all that it calls, for functions that numba compiles in its own way."""
+        module = self.own_module().clone()
+        _link(module, self._linking_libraries)
+        return module
+
+
+def _link(module: Any, libraries: list[Any]) -> list[Any]:
+    """Add the code of libraries, and of all parts that they call, to a module; return them."""
+    every = list(libraries)
+    for library in every:  # grows
+        is_part = isinstance(library, _Part)
+        module.link_in(library.own_module() if is_part else library._get_module_for_linking(), preserve=True)
+        every += [one for one in library._linking_libraries if is_part and one not in every]
+    return every
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -65,14 +85,31 @@ class _Whole(JITCodeLibrary):  # type: ignore[misc]
                         instruction.attributes.discard("noinline")
         super().add_ir_module(module)
 
+    def finalize(self) -> None:
+        """Link each part once; numba would link those of each part with it, and optimise them there."""
+        for library in _link(self._final_module, self._linking_libraries):
+            # Since numba 0.62.
+            getattr(self, "_reload_init", set()).update(getattr(library, "_reload_init", ()))
+        self._linking_libraries.clear()
+        super().finalize()
+
     def _optimize_final_module(self) -> None:
         module = self._final_module
-        # Before the optimiser puts the addresses of this process, such as those of functions of ctypes, into the code.
-        self._finalize_dynamic_globals()
         for defined in (*module.functions, *module.global_variables):
-            if not defined.is_declaration and not defined.name.startswith("cfunc."):
+            # Addresses of this process, such as those of functions of ctypes, remain, so that they are found later.
+            if not defined.is_declaration and not defined.name.startswith(("cfunc.", "numba.dynamic.globals")):
                 defined.linkage = "internal"
-        super()._optimize_final_module()
+        manager, builder = self._codegen._module_pass_manager()
+        manager.run(module, builder)
+
+    def _finalize_final_module(self) -> None:
+        # Not for numba's engine: by their names it would find functions that the optimiser has changed for this entry.
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def binary(self) -> bytes:
+        """Return its machine code as an object file."""
+        return bytes(self._codegen._tm.emit_object(self._final_module))
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -81,8 +118,6 @@ class _LoweringOfEntries(NativeLowering):  # type: ignore[misc]
 
     def run_pass(self, state: Any) -> bool:
         state.library = _Whole(state.targetctx.codegen(), state.func_id.func_qualname)
-        # As numba does with a library of its own: without it the machine code could not be kept.
-        state.library.enable_object_caching()
         return bool(super().run_pass(state))
 
 
@@ -121,8 +156,14 @@ class Part(CPUDispatcher):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any], variables: Any, options: Any) -> None:
         super().__init__(function, variables, options, _CompilerOfParts)
 
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Compile it once for all constants that it is called with; numba would compile it for each of them."""
+        named = {name: types.unliteral(kind) for name, kind in kws.items()}
+        return super().get_call_template(tuple(map(types.unliteral, args)), named)
 
-def compiled(function: Callable[[int], int], options: Any) -> tuple[Any, int, tuple[str, bool, bytes] | None]:
+
+@global_compiler_lock  # type: ignore[untyped-decorator]
+def compiled(function: Callable[[int], int], options: Any) -> tuple[str, bool, bytes, bool]:
     """Compile an entry.
 
     Parameters
@@ -130,47 +171,42 @@ def compiled(function: Callable[[int], int], options: Any) -> tuple[Any, int, tu
     function : callable
         Takes the address of a record and returns a status.
     options : mapping
-        As for `numba.njit`.
+        As for `numba.jit`.
 
     Returns
     -------
-    owner : object
-        What keeps the machine code.
-    address : int
-        Where it begins.
-    code : (str, bool, bytes) or None
-        The fields of `teamsight.core.kernel.cache.Code`, for other processes; None if the machine code holds an address
-        of this one.
+    name, needs_numba, binary
+        See `teamsight.core.kernel.cache.Code`.
+    is_portable : bool
+        Whether the machine code holds no address of this process.
 
     Raises
     ------
     NumbaError
-        If kernels call each other in a circle: their code could only be called in this process. Numba raises other
-        errors for what it cannot compile.
+        If kernels call each other in a circle. Numba raises other errors for what it cannot compile.
     """
     # numba.cfunc would compile at once and use numba's own cache.
-    owner: Any = CFunc(
-        function, ((types.int64,), types.int64), locals={}, options=dict(options),
-        pipeline_class=CompilerOfEntries,
-    )  # fmt: skip
+    compiler: Any = CFunc(
+        function, ((types.int64,), types.int64), locals={}, options=dict(options), pipeline_class=CompilerOfEntries
+    )
     # numba makes millions of objects that it keeps; to look for garbage among them takes a tenth of the time.
     is_collecting = gc.isenabled()
     gc.disable()
     try:
-        owner.compile()
+        result = compiler._compile_uncached()
+        result.library._ensure_finalized()
     finally:
         if is_collecting:
             gc.enable()
-    library = owner._library
+    library = result.library
     module = library._final_module
     for variable in module.global_variables:
         if variable.name.startswith(RuntimeLinker.PREFIX):
             name = _last_name(variable.name)
             raise NumbaError(f"kernels call each other in a circle, by way of {name}(); use a loop")
-    if library.has_dynamic_globals:
-        return owner, owner.address, None
     called = [each.name for each in module.functions if each.is_declaration and not each.name.startswith("llvm.")]
-    return owner, owner.address, (owner.native_name, not _are_known(called), library._get_compiled_object())
+    name = result.fndesc.llvm_cfunc_wrapper_name
+    return name, not _are_known(called), library.binary(), not library.has_dynamic_globals
 
 
 def _are_known(names: list[str]) -> bool:

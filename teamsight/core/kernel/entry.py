@@ -83,9 +83,11 @@ class Entry:
 
         try:
             refuse_random_numbers(self.function)
-            self._code, self._address, code = compiled(self.function, OPTIONS)
-            if code is not None:
-                self._cache.kept.save(Code(*code))
+            *parts, is_portable = compiled(self.function, OPTIONS)
+            code = Code(*parts)
+            self._code, self._address = code.load()
+            if is_portable:
+                self._cache.kept.save(code)
         except COMPILE_ERRORS as error:
             raise TypeError(explained(self.function, error)) from error
         finally:
