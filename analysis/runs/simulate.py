@@ -138,6 +138,7 @@ def _made(
     first = [missing[len(missing) * number // count] for number in range(count)]
     results: dict[Key, Any] = {}
     failed: set[Key] = set()
+    left = len(missing)
     # A pool of one worker has no processes that would have to be ended.
     with contextlib.closing(_outcomes(missing, first, pool if pool is not None else WorkerPool(1))) as outcomes:
         for new, errors in outcomes:
@@ -156,7 +157,8 @@ def _made(
             if not results and not kept and failed.issuperset(key for key, _ in first):
                 break
             done += sum(jobs[key].cost for key in (*new, *errors))
-            progress(done, total)
+            left -= len(new) + len(errors)
+            progress(done if left else total, total)  # without what rounding adds
     if failed:
         raise JobError(_summary(error, len(failed), len(jobs), bool(results or kept))) from error
     return results
