@@ -129,7 +129,8 @@ def test_an_interrupt_stops_at_once(tmp_path: Path, fault: str) -> None:
 
 def test_each_shard_of_a_job_array_makes_its_other_jobs(tmp_path: Path) -> None:
     (tmp_path / "raise-3").touch()
-    runs, checkpoint = runs_of(tmp_path, 2, 3, 4), Checkpoint(tmp_path / "checkpoint")
+    # So many that each shard has some that fail.
+    runs, checkpoint = runs_of(tmp_path, 2, 3, 4, seeds=24), Checkpoint(tmp_path / "checkpoint")
     for number in (1, 2):
         own = [run for run in runs if is_in_shard(run.key, (number, 2))]
         failed = sum(run.parameters["robots"] == 3 for run in own)
@@ -137,10 +138,10 @@ def test_each_shard_of_a_job_array_makes_its_other_jobs(tmp_path: Path) -> None:
         with WorkerPool(1) as pool, pytest.raises(JobError, match=f"^{failed} of {len(own)} jobs failed, .*{REST}$"):
             pool.shard = number, 2
             run_all(runs, pool, checkpoint=checkpoint)
-    assert checkpoint.count() == 8
+    assert checkpoint.count() == 48
     (tmp_path / "raise-3").unlink()
     made(tmp_path)
     with WorkerPool(1) as pool, pytest.raises(ShardsMissingError):
         pool.shard = 1, 2
         run_all(runs, pool, checkpoint=checkpoint)
-    assert run_all(runs, checkpoint=checkpoint) == run_all(runs[:4]) + run_all(runs[4:])
+    assert run_all(runs, checkpoint=checkpoint) == run_all(runs)
