@@ -27,7 +27,8 @@ def page() -> str:
         "# Commands",
         "All commands of teamsight with their options. This page is made by `python .ci/commands_page.py` from the "
         "declarations that `--help` shows too. Results depend on the settings and the seed only, not on the number of "
-        "workers. Ctrl-C or SIGTERM ends a command with status 130, wrong input with status 2.",
+        "workers. Ctrl-C or SIGTERM ends a command with status 130, wrong input with status 2. "
+        "An error is one line; with TEAMSIGHT_TRACEBACK=1 in the environment, Python's traceback is shown as well.",
     ]
     for name, command in leaves("teamsight", commands):
         parts += [f"## {name}", *_help(command), _table(command)]

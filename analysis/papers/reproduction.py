@@ -5,10 +5,13 @@ Nothing slow is imported here, so that the help of a command answers at once.
 
 from __future__ import annotations
 
+import contextlib
 import re
+import sys
+import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
@@ -23,7 +26,9 @@ from teamsight.analysis.runs.files import as_json
 from teamsight.analysis.runs.seeds import run_seed
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text
+from teamsight.core import checks
 from teamsight.core.component import Allowed, Component, Positive, Seed
+from teamsight.core.interrupts import is_interrupt
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -117,6 +122,10 @@ def runs_of(plan: PaperPlan, pool: Executor | None, watch: Watch, checkpoint: Ch
     return run_rows(plan.planned(), pool, progress=partial(watch, "simulating"), checkpoint=checkpoint)
 
 
+class PaperError(ValueError):
+    """Raised when something in the file of a paper fails; the message names the file, the line and what it was for."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Reproduction(Generic[P, F]):
     """The way from a plan to files: what is made, which files result, and what is said of it.
@@ -138,6 +147,55 @@ class Reproduction(Generic[P, F]):
     make: Callable[[P, Executor | None, Watch, Checkpoint | None], F] = runs_of  # type: ignore[assignment]
     quick: Mapping[str, Any] = field(default_factory=dict)
     small: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("quick", "small"):
+            for one in getattr(self, name):
+                checks.choice(name, one, [each.name for each in fields(self.plan)])
+
+    @contextlib.contextmanager
+    def blamed(
+        self, what: str, known: Callable[[], Iterable[str]] = tuple, but: tuple[type[Exception], ...] = ()
+    ) -> Iterator[None]:
+        """Name the file of the paper, and what fails, in an error that the paper causes within the block.
+
+        Parameters
+        ----------
+        what : str
+            What the block makes, such as "figure 'pursuit'".
+        known : callable
+            Returns the names that it can read; they are listed if it reads another.
+        but : tuple of type
+            Errors that are left as they are.
+
+        Raises
+        ------
+        PaperError
+            In place of the error.
+        """
+        from teamsight.analysis.runs.executor import JobError, error_text
+
+        try:
+            yield
+        except Exception as error:
+            file, line, claim = self._place_of(error)
+            # An optional package has an error that says how to install it; a job may fail in other files.
+            is_other = isinstance(error, JobError) and not line
+            is_other |= isinstance(error, ModuleNotFoundError) and error.name is None
+            if is_other or is_interrupt(error) or isinstance(error, (PaperError, OSError, MemoryError, *but)):
+                raise
+            names = ", ".join(known()) if isinstance(error, KeyError) else ""
+            reason = error_text(error) + (f" (claim {claim!r})" if claim else "")
+            raise PaperError(f"{file}{line}: {what}: {reason}" + (f"; known are {names}" if names else "")) from error
+
+    def _place_of(self, error: BaseException) -> tuple[str, str, str]:
+        """Return the paper's file, the last line of it through which an error went, and the claim that it judged."""
+        file = sys.modules[self.plan.__module__].__file__ or ""
+        frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
+        claims = (frame.f_locals.get("claim") for frame in frames if frame.f_code.co_filename == file)
+        # As text, since that of a job is from another process.
+        lines = re.findall(rf'File "{re.escape(file)}", line (\d+)', "".join(traceback.format_exception(error)))
+        return file, f", line {lines[-1]}" if lines else "", next((one for one in claims if isinstance(one, str)), "")
 
     def checkpoint(self, folder: Path) -> Checkpoint:
         """Return the runs that an interrupted command left in a folder."""
@@ -200,10 +258,13 @@ class Reproduction(Generic[P, F]):
             If a file must not be replaced by a result or by the checkpoint; before anything is simulated.
         """
         from teamsight.analysis.runs.files import check_results, write_results
+        from teamsight.analysis.runs.simulate import ShardsMissingError
 
         checkpoint, about = self.checkpoint(folder), self.about(plan)
         check_results(folder, self.names(plan, folder, formats), about, checkpoint=checkpoint, force=force)
-        found = self.make(plan, pool, watch, checkpoint)
+        # What a user gives may be wrong, too.
+        with self.blamed("runs", but=(ValueError, TypeError, ShardsMissingError)):
+            found = self.make(plan, pool, watch, checkpoint)
         for contents, further in self.contents(found, plan, formats, pool, watch):
             for name in contents:
                 (folder / name).parent.mkdir(exist_ok=True)
@@ -261,25 +322,41 @@ class Paper(Reproduction[P, F]):
         self, found: F, plan: P, formats: Sequence[str], pool: Executor | None, watch: Watch
     ) -> Iterator[Contents]:
         contents: dict[str, Content] = {f"{self.name}.parquet": self.runs(found)}
-        contents |= {name: of(found, plan) for name, of in self.tables.items()}
+        for name, of in self.tables.items():
+            with self._reading(f"table {name}", found):
+                contents[name] = of(found, plan)
         for name in self.figures:
             contents |= {f"{name}.{kind}": self.picture(name, found, plan, kind) for kind in formats}
         yield contents | {f"{self.name}.md": self.text(found, plan)}, {}
 
     def picture(self, name: str, found: F, plan: P, kind: str = "png") -> bytes:
         """Return one of the pictures in a format of `teamsight.analysis.plot.style.FORMATS`."""
-        return to_picture(self.figures[name](found, plan), kind=kind)
+        with self._reading(f"figure {name!r}", found):
+            return to_picture(self.figures[name](found, plan), kind=kind)
 
     def text(self, found: F, plan: P) -> str:
         """Return the page, as Markdown."""
-        verdicts = self.verdicts(found, plan)
+        verdicts = self._judged(found, plan)
         claims = {"claims": verdict_table(verdicts, self.measured), "number": len(verdicts)}
-        return filled(self.template, **{"plan": plan, **claims, **self.values(found, plan)})
+        with self._reading("values of the page", found):
+            values = {"plan": plan, **claims, **self.values(found, plan)}
+        with self.blamed("template", lambda: values):
+            return filled(self.template, **values)
 
     def summary(self, found: F, plan: P) -> Sequence[str]:
-        verdicts, said = self.verdicts(found, plan), self.sentences(found, plan)
+        verdicts = self._judged(found, plan)
+        with self._reading("sentences", found):
+            said = self.sentences(found, plan)
         claims = [verdict_counts(verdicts), *(f"{one.claim}: {one.measured}, {one.verdict}." for one in verdicts)]
         return [*(claims if verdicts or not said else ()), *said]
+
+    def _judged(self, found: F, plan: P) -> Sequence[Verdict]:
+        with self._reading("claims", found):
+            return self.verdicts(found, plan)
+
+    def _reading(self, what: str, found: F) -> contextlib.AbstractContextManager[None]:
+        """Blame the paper for what reads its table; see `blamed`."""
+        return self.blamed(what, lambda: self.runs(found).columns)
 
 
 def rows_of(table: pd.DataFrame, **values: Any) -> pd.DataFrame:

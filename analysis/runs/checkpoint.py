@@ -98,10 +98,17 @@ class Checkpoint:
         done = {name for name, _ in self._contents()}
         return len(done) if keys is None else sum(_name(key) in done for key in keys)
 
-    def add(self, results: Mapping[Key, Any]) -> None:
-        """Append results; an interruption loses at most these."""
-        records = (_record(_name(key), self.codec.encode(value)) for key, value in results.items())
-        files.append(self._own, b"".join(records))
+    def add(self, results: Mapping[Key, Any]) -> dict[Key, Exception]:
+        """Append results; an interruption loses at most these. Return why those are left out that the codec refuses."""
+        records, refused = list[bytes](), dict[Key, Exception]()
+        for key, value in results.items():
+            try:
+                records.append(_record(_name(key), self.codec.encode(value)))
+            except (TypeError, ValueError) as error:
+                refused[key] = error
+        if records:
+            files.append(self._own, b"".join(records))
+        return refused
 
     def forget(self, keys: Iterable[Key] | None = None) -> None:
         """Delete the results of these jobs, or all results; without any results, delete the file. Idempotent.

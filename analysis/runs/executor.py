@@ -102,7 +102,6 @@ def results_of(
     jobs: Sequence[T],
     done: Callable[[int], None] = lambda index: None,
     describe: Callable[[T], str] = repr,
-    keep: Callable[[int, R], None] = lambda index, result: None,
 ) -> list[R]:
     """Return ``[function(job) for job in jobs]``.
 
@@ -118,8 +117,6 @@ def results_of(
         Called with the index of each job when it is done.
     describe : callable
         Returns the text for a job whose worker died. A job that raises describes itself in its error.
-    keep : callable
-        Called with index and result of each job, before `done`.
 
     Raises
     ------
@@ -133,7 +130,6 @@ def results_of(
             if outcome.status != "done":
                 raise error_of(outcome, describe(jobs[index]))
             found[index] = outcome.value
-            keep(index, outcome.value)
             done(index)
     return found
 

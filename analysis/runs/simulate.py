@@ -7,17 +7,29 @@ of work, such as one point of a learning curve, is a `Job` too: it makes its own
 from __future__ import annotations
 
 import contextlib
+import traceback
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
 import pandas as pd
 
 from teamsight.analysis.runs.checkpoint import Checkpoint, Key, is_in_shard
-from teamsight.analysis.runs.executor import Executor, JobError, emit, error_text, results_of
+from teamsight.analysis.runs.executor import (
+    Attempted,
+    Executor,
+    JobError,
+    Outcome,
+    emit,
+    error_of,
+    error_text,
+    shortened,
+)
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run, columns_of
+from teamsight.core.interrupts import is_interrupt
 
 if TYPE_CHECKING:
     from teamsight.agents.reused_worlds import ReusedWorlds
@@ -26,7 +38,11 @@ if TYPE_CHECKING:
 _CHUNK = 200_000.0
 # Chunks for each worker of a small batch, so that all of them take part and end together.
 _CHUNKS_PER_WORKER = 4
+# Jobs that are made first, to see whether all fail; characters of a failure in the error about many.
+_FIRST, _LONGEST = 10, 200
 
+#: A job and its key.
+Entry = tuple[Key, "Job"]
 #: Called with the work done and the work in all, in arbitrary units.
 Progress = Callable[[float, float], None]
 #: Called with the name of a phase, the work done in it and its work in all.
@@ -64,6 +80,11 @@ def run_all(
 ) -> list[Any]:
     """Make each distinct job once and return the result of every job, in the order of the jobs.
 
+    With a checkpoint, a job that fails stops no other: the results of all others are kept, then one error says how many
+    jobs failed, and the same call makes only these again. A failure that all jobs are likely to share does stop them:
+    ten jobs from all over the list are made first, each alone, and if all ten fail and no result is kept, no others are
+    made. Without a checkpoint, where nothing would be kept, the first failure stops all.
+
     Parameters
     ----------
     jobs : iterable of Job
@@ -78,7 +99,7 @@ def run_all(
     Raises
     ------
     JobError
-        If a job fails; the message contains its settings.
+        If jobs fail; the message contains the settings of the first one.
     ShardsMissingError
         If `pool` makes one shard only, and results of others are missing.
     """
@@ -93,32 +114,7 @@ def run_all(
     if shard is not None and checkpoint is not None:
         wanted = [entry for entry in wanted if is_in_shard(entry[0], shard)]
         checkpoint = Checkpoint(checkpoint.path, checkpoint.codec, shard)
-    # The sort is stable: jobs that are alike keep their order.
-    missing = sorted((entry for entry in wanted if entry[0] not in results), key=_likeness)
-    total = sum(job.cost for _, job in wanted)
-    done = total - sum(job.cost for _, job in missing)
-    progress(done, total)
-
-    # A pool of one worker has no processes that would have to be ended.
-    workers = pool if pool is not None else WorkerPool(1)
-    if workers.size > 1:
-        # In one worker, so that no two workers compile the same kernels.
-        kinds = [_one_of_each_kind(job for _, job in missing)]
-        results_of(workers, _compile, kinds, describe=lambda _: "compilation")
-    chunks = _chunks(missing, workers.size)
-
-    def keep(index: int, made: list[Any]) -> None:
-        new = {key: result for (key, _), result in zip(chunks[index], made, strict=True)}
-        if checkpoint is not None:
-            checkpoint.add(new)
-        results.update(new)
-
-    def count(index: int) -> None:
-        nonlocal done
-        done += sum(job.cost for _, job in chunks[index])
-        progress(done, total)
-
-    results_of(workers, _make, [[job for _, job in chunk] for chunk in chunks], count, _describe, keep)
+    results |= _made(dict(wanted), results, pool, progress, checkpoint)
     if shard is not None and checkpoint is not None and len(results) < len(distinct):
         raise ShardsMissingError(
             f"shard {shard[0]}/{shard[1]} is made; {len(results)} of {len(distinct)} parts are kept in "
@@ -128,15 +124,112 @@ def run_all(
     return [results[key] for key, _ in asked]
 
 
-def _likeness(entry: tuple[Key, Job]) -> tuple[object, ...]:
+def _made(
+    jobs: Mapping[Key, Job], kept: Mapping[Key, Any], pool: Executor | None, progress: Progress,
+    checkpoint: Checkpoint | None,
+) -> dict[Key, Any]:  # fmt: skip
+    """Make the jobs without a result in `kept` and return theirs; raise an error if any fail. See `run_all`."""
+    # The sort is stable: jobs that are alike keep their order.
+    missing = sorted((entry for entry in jobs.items() if entry[0] not in kept), key=_likeness)
+    total = sum(job.cost for job in jobs.values())
+    done = total - sum(job.cost for _, job in missing)
+    progress(done, total)
+    count = 0 if checkpoint is None else min(_FIRST, len(missing))
+    first = [missing[len(missing) * number // count] for number in range(count)]
+    results: dict[Key, Any] = {}
+    failed: set[Key] = set()
+    left = len(missing)
+    # A pool of one worker has no processes that would have to be ended.
+    with contextlib.closing(_outcomes(missing, first, pool if pool is not None else WorkerPool(1))) as outcomes:
+        for new, errors in outcomes:
+            if checkpoint is not None:
+                for key, why in checkpoint.add(new).items():
+                    del new[key]
+                    errors[key] = JobError(_failure(why, jobs[key]))
+            if errors and not failed:
+                error = next(iter(errors.values()))
+                if checkpoint is None:
+                    raise error
+                # At once, since all others may take hours.
+                emit(f"a job failed: {error}")
+            results.update(new)
+            failed.update(errors)
+            if not results and not kept and failed.issuperset(key for key, _ in first):
+                break
+            done += sum(jobs[key].cost for key in (*new, *errors))
+            left -= len(new) + len(errors)
+            progress(done if left else total, total)  # without what rounding adds
+    if failed:
+        raise JobError(_summary(error, len(failed), len(jobs), bool(results or kept))) from error
+    return results
+
+
+def _outcomes(
+    missing: Sequence[Entry], first: Sequence[Entry], workers: Executor
+) -> Generator[tuple[dict[Key, Any], dict[Key, JobError]], None, None]:
+    """Make jobs, the first ones alone and others in chunks; yield the results and the errors of each chunk.
+
+    Those of a chunk that no worker returns are made again, each alone. Without first jobs, the first failure is the
+    last outcome of its chunk.
+    """
+    if workers.size > 1:
+        # In one worker, so that no two workers compile the same kernels.
+        kinds = [_one_of_each_kind(job for _, job in missing)]
+        with contextlib.closing(workers.outcomes(_compile, kinds)) as compiled:
+            list(compiled)
+    make, alone = partial(_make, goes_on=bool(first)), dict(first)
+    chunks = [[entry] for entry in first]
+    chunks += _chunks([entry for entry in missing if entry[0] not in alone], workers.size)
+    while chunks:
+        again: list[list[Entry]] = []
+        with contextlib.closing(workers.outcomes(make, [[job for _, job in chunk] for chunk in chunks])) as outcomes:
+            for outcome in outcomes:
+                chunk = chunks[outcome.index]
+                if outcome.status != "done" and first and len(chunk) > 1:
+                    again += [[entry] for entry in chunk]
+                else:
+                    yield _divided(chunk, outcome)
+        chunks = again
+
+
+def _divided(chunk: Sequence[Entry], outcome: Outcome) -> tuple[dict[Key, Any], dict[Key, JobError]]:
+    """Return the results and the errors of the jobs of a chunk; that of all of them is an error of the first."""
+    if outcome.status != "done":
+        return {}, {chunk[0][0]: error_of(outcome, _describe([job for _, job in chunk]))}
+    results, errors = dict[Key, Any](), dict[Key, JobError]()
+    for (key, _), (status, value) in zip(chunk, outcome.value, strict=False):
+        if status == "done":
+            results[key] = value
+        else:
+            errors[key] = error_of(Outcome(outcome.index, status, value), "")
+    return results, errors
+
+
+def _failure(error: BaseException, job: Job) -> str:
+    """Return why a job failed, with its settings."""
+    return f"{error_text(error)} (in {job.describe()})"
+
+
+def _summary(first: JobError, failed: int, jobs: int, has_others: bool) -> str:
+    """Return how many jobs failed, why the first did, and what to do."""
+    reason = shortened(str(first), _LONGEST)
+    if has_others:
+        rest = "the other results are kept, and the same command makes only these again"
+        return f"{failed:,} of {jobs:,} jobs failed, the first: {reason}; {rest}"
+    if failed < jobs:
+        return f"the first {failed:,} of {jobs:,} jobs all failed, so no others were made: {reason}"
+    return f"all {jobs:,} jobs failed, the first: {reason}" if jobs > 1 else str(first)
+
+
+def _likeness(entry: Entry) -> tuple[object, ...]:
     """Sorting key that puts runs together which can share one built world; other jobs stay in their order."""
     return entry[1].likeness if isinstance(entry[1], Run) else ()
 
 
-def _chunks(jobs: Sequence[tuple[Key, Job]], workers: int) -> list[list[tuple[Key, Job]]]:
+def _chunks(jobs: Sequence[Entry], workers: int) -> list[list[Entry]]:
     """Divide jobs into chunks of about equal cost."""
     size = min(_CHUNK, sum(job.cost for _, job in jobs) / (_CHUNKS_PER_WORKER * workers)) if workers > 1 else _CHUNK
-    chunks: list[list[tuple[Key, Job]]] = []
+    chunks: list[list[Entry]] = []
     room = 0.0
     for entry in jobs:
         if room <= 0:
@@ -157,24 +250,32 @@ def _compile(jobs: Sequence[Job]) -> None:
     with warnings.catch_warnings():
         # In a run of one step robots that sense rarely do not decide.
         warnings.filterwarnings("ignore", "none of .* decides before", UserWarning)
-        _make(jobs)
+        _make(jobs)  # failures are left to the jobs themselves
 
 
-def _make(jobs: Sequence[Job]) -> list[Any]:
+def _make(jobs: Sequence[Job], *, goes_on: bool = True) -> list[Attempted]:
+    """Make jobs, all of them or up to the first that fails, and return what became of each."""
     # Slow to import: only where worlds are made.
     from teamsight.agents.reused_worlds import ReusedWorlds
 
     worlds = ReusedWorlds()
     worlds.expect((job.parameters, job.seed) for job in jobs if isinstance(job, Run))
+    made: list[Attempted] = []
     with contextlib.closing(worlds), announcing():
-        return [_make_one(job, worlds) for job in jobs]
+        for job in jobs:
+            made.append(_make_one(job, worlds))
+            if made[-1][0] == "failed" and not goes_on:
+                break
+    return made
 
 
-def _make_one(job: Job, worlds: ReusedWorlds) -> Any:
+def _make_one(job: Job, worlds: ReusedWorlds) -> Attempted:
     try:
-        return job.make(worlds)
-    except Exception as error:
-        raise JobError(f"{error_text(error)} (in {job.describe()})") from error
+        return "done", job.make(worlds)
+    except BaseException as error:  # whatever the code of a user raises, such as SystemExit
+        if is_interrupt(error):
+            raise KeyboardInterrupt from error
+        return "failed", (_failure(error, job), f"\n{traceback.format_exc()}")
 
 
 def _describe(jobs: Sequence[Job]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import html
 import json
 import os
@@ -358,6 +359,8 @@ def open_study(path: str | os.PathLike[str]) -> StudyResults | Any:
     if not place.exists():
         raise ValueError(f"{place}: does not exist; give the folder of a study, or a table of runs")
     found = StudyFolder(path)
+    if not found.is_prepared and (tables := _tables_in(place)):
+        raise ValueError(f"{place}: is not the folder of a study; give a table of runs that it holds: {tables}")
     study = found.study
     # What is made in the meantime is then at most in both, and counts as done. The folder's own `read` would leave such
     # runs out, for which it reads all parts of the others once more.
@@ -365,6 +368,15 @@ def open_study(path: str | os.PathLike[str]) -> StudyResults | Any:
     runs = found.read("runs")
     recorded = study.record.steps or study.record.trajectories or study.record.events
     return StudyResults(found, study, runs, failed, found.lost() if recorded else None)
+
+
+def _tables_in(folder: Path) -> str:
+    """Return the names of the tables of runs in a folder."""
+    found = []
+    for file in sorted(folder.glob("*.parquet")):
+        with contextlib.suppress(ValueError):
+            found.append(TableResults(file).path.name)
+    return ", ".join(found)
 
 
 class StudyResults(Results):

@@ -18,6 +18,7 @@ from typing import NoReturn, TextIO
 import click
 
 from teamsight.cli.options import InputError, usage
+from teamsight.core.interrupts import is_interrupt
 
 WRONG_INPUT, INTERRUPTED = 2, 130
 
@@ -57,7 +58,7 @@ def run_and_exit(commands: click.Group, arguments: Sequence[str] | None) -> NoRe
         # click raises it when the reader of standard output has gone away.
         _leave([], 0)
     except Exception as error:
-        if _is_interrupt(error):
+        if is_interrupt(error):
             _leave([f"interrupted; {_COMPLETE}"], INTERRUPTED)
         failure = _failure_of(output, error) if isinstance(error, OSError) else None
         if isinstance(failure, BrokenPipeError):
@@ -70,15 +71,6 @@ def _fail(error: Exception) -> NoReturn:
     if os.environ.get("TEAMSIGHT_TRACEBACK"):
         raise error
     _leave(lines(error), WRONG_INPUT)
-
-
-def _is_interrupt(error: BaseException | None) -> bool:
-    """Return whether Python or a library made this error out of an interrupt; an error while handling one is none."""
-    if isinstance(error, OSError | ValueError):
-        return False
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or error.__context__
-    return error is not None
 
 
 def _leave(messages: Sequence[str], status: int) -> NoReturn:

@@ -26,7 +26,8 @@ teamsight --help                          all commands"""
     cls=Group,
     alone=_FIRST,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Results depend on the settings and the seed only, not on the number of workers.",
+    epilog="Results depend on the settings and the seed only, not on the number of workers. With TEAMSIGHT_TRACEBACK=1 "
+    "in the environment, an error is shown with Python's traceback.",
 )
 @click.version_option(__version__, prog_name="teamsight", message="%(prog)s %(version)s")
 def commands() -> None:

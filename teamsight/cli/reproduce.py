@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from importlib import import_module
@@ -76,16 +76,29 @@ class Papers(Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         named = args[0] if args else ""
-        is_command = named in (*self.commands, "-h", "--help")
+        if named in (*self.commands, "-h", "--help"):
+            return super().parse_args(ctx, args)
         # An option is no misspelt command, however close: --out stands in "touzet2000".
-        if not is_command and not named.startswith("-") and checks.suggestion(named, self.commands):
-            from teamsight.analysis.papers.touzet2000 import names
+        if named and not named.startswith("-"):
+            _check_figure(named, self.commands, ctx.find_root().command)
+        return super().parse_args(ctx, [self.default, *args])
 
-            # Nor is what is closer to a figure.
-            figures = names()
-            near = checks.suggestion(named, (*self.commands, *figures))
-            is_command = named not in figures and near == checks.suggestion(named, self.commands)
-        return super().parse_args(ctx, args if named and is_command else [self.default, *args])
+
+def _check_figure(named: str, papers: Iterable[str], program: Any) -> None:
+    """Refuse the name of neither a figure nor a paper, which may be near one, or near a command of the program."""
+    from teamsight.analysis.papers.touzet2000 import names
+
+    figures = names()
+    if named in figures:
+        return
+    near = checks.suggestion(named, (*papers, *figures, *program.commands))
+    if near and near not in (checks.suggestion(named, papers), checks.suggestion(named, figures)):
+        near = near.replace("'", "'teamsight ", 1)
+    what = "figures" if near == checks.suggestion(named, figures) else "command"
+    raise ValueError(
+        f"{what}={checks.shown(named)}: unknown; {near}known are the figures {', '.join(figures)} and the papers "
+        f"{', '.join(papers)}"
+    )
 
 
 @cache
@@ -120,5 +133,7 @@ def _reproduce(name: str, settings: Any) -> None:
 def plan_in(settings: Any, paper: Reproduction[Any, Any]) -> Any:
     """Return the plan of a paper in the settings of its command."""
     values = {one.name: getattr(settings, one.name) for one in fields(paper.plan)}
+    with paper.blamed("quick"):
+        paper.plan(**paper.quick)  # also without --quick: a mistake in it is found in any case
     coarse = paper.quick if settings.quick else {}
     return paper.plan(**values | {name: value for name, value in coarse.items() if name not in settings.given})

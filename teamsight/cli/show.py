@@ -59,8 +59,8 @@ class Watch(Progress):
         self.update(self._bars[phase], completed=done, total=total)
 
     def emit(self, line: str) -> None:
-        """Print a line above the bars."""
-        self.console.print(line, highlight=False, markup=False)
+        """Print a line above the bars, without wrapping it."""
+        self.console.print(printable(line), highlight=False, markup=False, soft_wrap=True)
 
     def passed(self) -> str:
         """Return how long the work has taken."""
@@ -93,12 +93,13 @@ def working(
     """
     import click
 
+    from teamsight.analysis.runs.executor import emitting
     from teamsight.analysis.runs.processes import WorkerPool, cores
     from teamsight.analysis.runs.simulate import ShardsMissingError
 
     number = settings.workers or (cores() if agent_steps > _SHORT else 1)
-    with when_stopped(kept), Watch() as watch, contextlib.ExitStack() as stack:
-        pool = stack.enter_context(settings.executor()) or stack.enter_context(WorkerPool(number, watch.emit))
+    with when_stopped(kept), Watch() as watch, emitting(watch.emit), contextlib.ExitStack() as stack:
+        pool = stack.enter_context(settings.executor()) or stack.enter_context(WorkerPool(number))
         pool.shard = getattr(settings, "shard", None)
         try:
             yield watch, pool

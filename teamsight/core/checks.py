@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 import secrets
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
@@ -202,7 +203,9 @@ def choice(name: str, value: Any, allowed: Iterable[str]) -> str:
     if isinstance(value, str) and (value in names or (isinstance(allowed, Mapping) and value in allowed)):
         return str(value)
     plug_ins = getattr(allowed, "plug_ins", tuple)
-    names = tuple(sorted({*names, *plug_ins()}))
+    # Numbers in names by their value: 2 before 10.
+    parts = lambda name: [int(part) if part.isdecimal() else part for part in re.split(r"(\d+)", name)]  # noqa: E731
+    names = tuple(sorted({*names, *plug_ins()}, key=parts))
     raise ValueError(f"{name}={shown(value)}: unknown; {suggestion(value, names)}known are {', '.join(names)}")
 
 

@@ -66,3 +66,12 @@ class deferred:  # noqa: N801  used like a function, as contextlib.suppress is
 def _record(number: int, frame: FrameType | None) -> None:
     global _received
     _received = True
+
+
+def is_interrupt(error: BaseException | None) -> bool:
+    """Return whether Python or a library made this error out of an interrupt; an error while handling one is none."""
+    if isinstance(error, OSError | ValueError):
+        return False
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None

@@ -55,6 +55,9 @@ def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) 
         (["run", "--robots"], ["Option '--robots' requires an argument"]),
         (["reproduce", "deta"], ["figures='deta': unknown; did you mean 'delta'?"]),
         (["reproduce", "delat"], ["figures='delat': unknown; did you mean 'delta'?"]),
+        (["reproduce", "77"], ["figures='77': unknown; did you mean '7'? known are the figures 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, delta, ledger and the papers touzet2000, balch"]),
+        (["reproduce", "touzet2000", "77"], ["figures='77': unknown; did you mean '7'? known are 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, delta, ledger"]),
+        (["reproduce", "calibration"], ["command='calibration': unknown; did you mean 'teamsight calibrate'?"]),
         (["reproduce", "--runs", "0", "--steps", "x"], ["runs=0: must be at least 1", "steps='x': must be a whole"]),
         (
             ["reproduce", "--seed", "-1", "--workers", "1.5"],

@@ -10,11 +10,12 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
 
-from teamsight import CMOMMT, __version__
+from teamsight import CMOMMT, World, __version__
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS
 from teamsight.cli import main
 from teamsight.core.kernel import Entry
@@ -87,6 +88,36 @@ def test_an_unwritable_folder_is_reported_before_the_work(
     status, _, err = call(capsys, "reproduce", "--out", str(tmp_path / "file" / "sub"), "--preset", "defaults")
     assert (status, err.count("\n")) == (2, 1)
     assert "cannot be written" in err
+
+
+def test_a_failing_run_stops_no_other_and_the_same_command_makes_it_again(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from teamsight.analysis.papers.balch_arkin1994 import UntilDone
+
+    command = ["reproduce", "balch_arkin1994", "--runs", "1", "--steps", "20", "--robots", "1,2", "--attractors", "1"]
+    command += ["--workers", "1", "--out", str(tmp_path / "results")]
+    measure, made = UntilDone.__call__, list[str]()
+
+    def fragile(self: UntilDone, world: World, steps: int) -> dict[str, Any]:
+        made.append(self.task.name)
+        if self.task.name == "consume" and fails:
+            raise RuntimeError("the \x1bsensor broke")
+        return measure(self, world, steps)
+
+    fails = True
+    monkeypatch.setattr(UntilDone, "__call__", fragile)
+    status, out, err = call(capsys, *command)
+    assert (status, out, len(made)) == (2, "", 18)
+    first, last = err.splitlines()
+    assert first.startswith(r"a job failed: RuntimeError: the \x1bsensor broke (in the run robots=1, attractors=1, ")
+    assert re.match(r"teamsight: 6 of 18 jobs failed, the first: RuntimeError: .*; the other .* makes only these again$", last)
+    assert [path.name for path in (tmp_path / "results").iterdir()] == ["foraging.checkpoint"]
+    fails = False
+    assert call(capsys, *command)[0] == 0
+    assert made[18:] == ["consume"] * 6
+    assert call(capsys, *command[:-1], str(tmp_path / "whole"))[0] == 0
+    pd.testing.assert_frame_equal(*(pd.read_parquet(tmp_path / name / "foraging.parquet") for name in ("results", "whole")))
 
 
 def hear_ctrl_c() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +13,7 @@ import pytest
 
 from teamsight.analysis.papers import PAPERS, kube_zhang1992
 from teamsight.analysis.papers.reproduction import Paper, filled, judged
+from teamsight.analysis.runs.executor import JobError
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.stats.paired import Interval
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, no_less, within
@@ -123,3 +127,93 @@ def test_rules_of_claims_follow_from_intervals() -> None:
 def test_a_template_is_filled() -> None:
     template = "\n# A title\n\nOne line\nand {number:.1f} more.\n\n{table}\n"
     assert filled(template, number=2, table="| a |\n| b |") == "# A title\n\nOne line and 2.0 more.\n\n| a |\n| b |\n"
+
+
+#: A file of a paper; line 18 is where it judges its claims.
+MINE = """\
+from dataclasses import dataclass
+
+from teamsight.analysis.papers.reproduction import Paper, PaperPlan, judged
+from teamsight.analysis.plot.kinds import panels
+from teamsight.analysis.runs.run import Run, outcome
+
+@dataclass(frozen=True)
+class Plan(PaperPlan):
+    runs: int = 2
+    def planned(self):
+        for seed in range(self.runs):
+            yield {"seed": seed, "robots": 2}, Run({"robots": 2, "targets": 2}, seed, 3, measure)
+
+def measure(world, steps):
+    return outcome(world, steps)
+
+def judge(table, claim, name):
+    return judged(claim, "ours", f"{table[name].mean():.2f}", "holds")
+
+def verdicts(table, plan):
+    claims = ("teams observe", "observed_fraction"), ("few are near", "max_neighbours")
+    return [judge(table, claim, name) for claim, name in claims]
+
+def draw(table, plan):
+    figure, axes = panels("title", "subtitle", ("one",), x="x", y="y")
+    axes[0].plot(table["seed"], table["robots"])
+    return figure
+
+PAPER = Paper(
+    plan=Plan, name="mine", template="{claims}\\n\\n{number} claims, {plan.runs} runs", verdicts=verdicts, figures={"mine": draw},
+    values=lambda table, plan: {"least": table["seed"].min()}, quick={"runs": 1},
+)
+"""
+
+
+def paper_of(folder: Path, text: str) -> Any:
+    """Return the paper in a file of this text."""
+    (folder / "mine.py").write_text(text)
+    spec = importlib.util.spec_from_file_location("mine", folder / "mine.py")
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules["mine"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(sys.modules["mine"])
+    return sys.modules["mine"].PAPER  # type: ignore[attr-defined]
+
+
+COLUMNS = "; known are seed, robots, observed_fraction, max_neighbours$"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "message"),
+    [
+        ('"max_neighbours")', '"max_neighbour")', r", line 18: claims: KeyError: 'max_neighbour' \(claim 'few are near'\)" + COLUMNS),
+        ('table["robots"])', 'table["robot"])', ", line 26: figure 'mine': KeyError: 'robot'" + COLUMNS),
+        ('table["seed"].min', 'table["sed"].min', ", line 31: values of the page: KeyError: 'sed'" + COLUMNS),
+        ("{number}", "{numbers}", ": template: KeyError: 'numbers'; known are plan, claims, number, least$"),
+        ('"targets": 2}', '"targets": targets}', ", line 12: runs: NameError: name 'targets' is not defined$"),
+        ("return outcome(world, steps)", "return outcome(world)", ", line 15: runs: all 2 jobs failed, the first: outcome.. missing 1"),
+        ("return [judge", "raise ValueError(7) or [judge", ", line 22: claims: 7$"),
+        # Wrong values of a user are no mistake of the paper.
+        ('yield {"seed"', 'raise ValueError("runs=2: must be odd")\n            yield {"seed"', "^runs=2: must be odd$"),
+        ('{"robots": 2, "targets": 2}', '{"robots": 0.5}', r"^all 2 jobs failed, the first: robots=0.5: must be a whole"),
+    ],
+)  # fmt: skip
+def test_mistakes_of_an_author_name_the_file(tmp_path: Path, right: str, wrong: str, message: str) -> None:
+    assert MINE.count(right) == 1
+    paper = paper_of(tmp_path, MINE.replace(right, wrong))
+    if not message.startswith("^"):
+        message = f"^{tmp_path / 'mine.py'}{message}"
+    with pytest.raises((ValueError, JobError), match=message):
+        paper.reproduce(paper.plan(), tmp_path, formats=("svg",))
+
+
+def test_a_paper_without_mistakes_is_reproduced(tmp_path: Path) -> None:
+    paper = paper_of(tmp_path, MINE)
+    paper.reproduce(paper.plan(), tmp_path, formats=("svg",))
+    assert "2 claims, 2 runs" in (tmp_path / "mine.md").read_text()
+
+
+def test_mistakes_in_the_quick_plan_are_found_without_it(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="^quick='run': unknown; did you mean 'runs'"):
+        paper_of(tmp_path, MINE.replace('quick={"runs"', 'quick={"run"'))
+    paper = PAPERS["balch_arkin1994"]
+    wrong = replace(paper, quick={"runs": 0})
+    with pytest.raises(ValueError, match=r"balch_arkin1994.py: quick: runs=0: must be at least 1"):
+        plan_in(command_of("balch_arkin1994").settings(), wrong)

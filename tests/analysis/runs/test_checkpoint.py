@@ -53,27 +53,28 @@ def test_machines_that_share_a_folder_share_the_runs(tmp_path: Path, monkeypatch
     runs: list[Run] = []
     original = Run.make
     monkeypatch.setattr(Run, "make", lambda run, worlds: (runs.append(run), original(run, worlds))[1])
-    whole = tables(None)
+    # So many that each shard has some, whatever the digest of the code in their keys.
+    whole = make_tables([({}, [EXPERIMENT])], root=1, runs=16, steps=10)[0]["walk"]
     runs.clear()
     kept, pool = Checkpoint(tmp_path / "kept", OUTCOMES), WorkerPool(1)
 
     def shard(number: int) -> pd.DataFrame:
         pool.shard = (number, 3)
-        return make_tables([({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
+        return make_tables([({}, [EXPERIMENT])], pool, root=1, runs=16, steps=10, checkpoint=kept)[0]["walk"]
 
     for number in (3, 1, 3):
-        with pytest.raises(simulate.ShardsMissingError, match=rf"shard {number}/3 is made; \d+ of 12 parts are kept in "):
+        with pytest.raises(simulate.ShardsMissingError, match=rf"shard {number}/3 is made; \d+ of 48 parts are kept in "):
             shard(number)
     first = len(runs)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.1-of-3", "kept.3-of-3"]
     # The last one finds all others.
     pd.testing.assert_frame_equal(shard(2), whole)
-    assert len({run.key for run in runs}) == len(runs) == 12
-    assert 0 < first < 12
+    assert len({run.key for run in runs}) == len(runs) == 48
+    assert 0 < first < 48
     pool.shard = None
-    again = make_tables([({}, [EXPERIMENT])], pool, root=1, runs=4, steps=10, checkpoint=kept)[0]["walk"]
+    again = make_tables([({}, [EXPERIMENT])], pool, root=1, runs=16, steps=10, checkpoint=kept)[0]["walk"]
     pd.testing.assert_frame_equal(again, whole)
-    assert len(runs) == 12
+    assert len(runs) == 48
     kept.check()
     (tmp_path / "kept.2-of-3").write_text("a letter")
     with pytest.raises(ValueError, match="kept.2-of-3: holds something else"):

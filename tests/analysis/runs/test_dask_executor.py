@@ -15,8 +15,9 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis.runs import dask as module
+from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.dask import DaskExecutor
-from teamsight.analysis.runs.executor import ExecutorError, Outcome
+from teamsight.analysis.runs.executor import ExecutorError, JobError, Outcome
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
@@ -27,6 +28,7 @@ pytest.importorskip("distributed")
 sys.path.insert(0, str(Path(__file__).parent))
 import dask_cluster
 import jobs
+from faults import runs_of
 from time_limit import time_limit as time_limit
 
 linux = pytest.mark.skipif(not Path("/proc/net/tcp").exists(), reason="looks at sockets as Linux shows them")
@@ -222,6 +224,8 @@ SCRIPT = """
 import sys
 sys.path.insert(0, {tests!r})
 import jobs
+from faults import runs_of
+from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.dask import DaskExecutor
 if __name__ == "__main__":
     try:
@@ -283,3 +287,14 @@ def test_a_sweep_on_a_cluster_whose_worker_is_killed_gives_the_same_rows(
         for name in ("cluster", "here")
     ]
     pd.testing.assert_frame_equal(*frames)
+
+
+def test_run_all_goes_on_after_a_failure_on_a_cluster(executor: DaskExecutor, tmp_path: Path) -> None:
+    (tmp_path / "raise-3").touch()
+    runs = runs_of(tmp_path, 2, seeds=22) + runs_of(tmp_path, 3, seeds=1) + runs_of(tmp_path, 4, seeds=20)
+    checkpoint = Checkpoint(tmp_path / "checkpoint")
+    with pytest.raises(JobError, match=r"^1 of 43 jobs failed, the first: .*robots=3, .* makes only these again$"):
+        run_all(runs, executor, checkpoint=checkpoint)
+    assert checkpoint.count(run.key for run in runs) == 42
+    (tmp_path / "raise-3").unlink()
+    assert run_all(runs, executor, checkpoint=checkpoint) == run_all(runs)

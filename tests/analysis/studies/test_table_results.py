@@ -47,6 +47,15 @@ def test_the_table_of_a_paper_is_read_summarised_and_drawn(foraging: Path, tmp_p
         assert measure in text
 
 
+def test_the_folder_of_a_paper_is_refused_with_the_name_of_its_table(foraging: Path, tmp_path: Path) -> None:
+    pd.DataFrame({"x": [1]}).to_parquet(tmp_path / "other.parquet")
+    with pytest.raises(ValueError, match="is not the folder of a study .it has no"):
+        open_study(tmp_path)
+    (tmp_path / foraging.name).write_bytes(foraging.read_bytes())
+    with pytest.raises(ValueError, match=r"is not the folder of a study; give a table of runs that it holds: foraging\.parquet$"):
+        open_study(tmp_path)
+
+
 def test_axes_that_go_together_are_one_group(tmp_path: Path) -> None:
     table = pd.DataFrame({"robots": [1, 1, 2, 2], "team": ["a", "a", "b", "b"], "replicate": [0, 1, 0, 1], "seed": range(4)})
     table["share"], table["curve"] = [0.1, 0.2, 0.3, 0.4], [[1.0, 2.0]] * 4
