@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import ctypes
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from operator import attrgetter
 from typing import Annotated, Any, Generic, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
@@ -181,8 +181,9 @@ class Packed(Generic[T]):
         TypeError, ValueError
             If an array has another type or shape than declared; the record is then unchanged.
         """
-        self.words[:], self._kept = self.record.words(value)
+        self.words[:], self._kept = self.record.words(value, self.words)
         self._made: Callable[[], T] | None
+        # Keeps alive what the record points to, but for the lists of addresses.
         self._value, self._made = value, None
 
     @property
@@ -209,8 +210,11 @@ class Packed(Generic[T]):
         return self.record.slots
 
     def update(self, **fields: Any) -> None:
-        """Replace some fields, as `put` does."""
-        self.put(self.value._replace(**fields))  # type: ignore[attr-defined]
+        """Replace some fields, as `put` does; lengths that other fields have too must stay."""
+        value = self.value._replace(**fields)  # type: ignore[attr-defined]
+        slots, words = self.record.part(tuple(fields))
+        self.words[slots], kept = words(value, self.words)
+        self._value, self._made, self._kept = value, None, self._kept | kept
 
 
 class Record(Generic[T]):
@@ -246,13 +250,24 @@ class Record(Generic[T]):
         self.node = self._node(cast(type, kind), "", {})
         numbers = {path: leaf.slot for path, leaf in self.leaves.items() if leaf.lengths is None}
         self.slots = self._lengths | numbers
-        self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing([*self.leaves.values()], self.size)
+        self.words: Packing = _packing([*self.leaves.values()], range(self.size), ())
+        self._packings: dict[tuple[str, ...], tuple[list[int], Packing]] = {}
         # No T: in kernels, entries and other records are addresses.
         self.at: Callable[[Any], Any] = _unpacking(self.node)
 
     def pack(self, value: T) -> Packed[T]:
         """Return a record of these arrays and numbers; raises what `Packed.put` raises."""
         return Packed(self, value)
+
+    def part(self, fields: tuple[str, ...]) -> tuple[list[int], Packing]:
+        """Return the words that depend on these fields alone, and the function that packs them."""
+        if fields not in self._packings:
+            changed = [leaf for leaf in self.leaves.values() if leaf.path.partition(".")[0] in fields]
+            others = [leaf for leaf in self.leaves.values() if leaf not in changed]
+            fixed = _lengths(changed) & _lengths(others)
+            own = [leaf.slot for leaf in changed] + [*_lengths(changed) - fixed]
+            self._packings[fields] = own, _packing(changed, own, fixed)
+        return self._packings[fields]
 
     def _next(self) -> int:
         self.size += 1
@@ -307,12 +322,22 @@ class Record(Generic[T]):
         return Length(name.removeprefix("."), self._lengths[key], int(plus or 0), last)
 
 
-def _packing(leaves: list[Leaf], size: int) -> Callable[[Any], tuple[list[int], tuple[Any, ...]]]:
-    """Return the function that turns a NamedTuple into the words of a record and the arrays to keep alive.
+def _lengths(leaves: list[Leaf]) -> set[int]:
+    """Return the words that hold lengths of these leaves."""
+    return {length.slot for leaf in leaves for length in leaf.lengths or () if length.slot >= 0}
+
+
+#: Turns a NamedTuple, and the present words, into new words and the arrays to keep alive, by number.
+Packing = Callable[[Any, Any], tuple[list[int], dict[int, Any]]]
+
+
+def _packing(leaves: list[Leaf], slots: Iterable[int], fixed: Collection[int]) -> Packing:
+    """Return the function that packs these leaves into the words `slots`; the `fixed` words, which are lengths, stay.
 
     The function is generated without loops, which is twice as fast: building a world packs hundreds of arrays.
     """
-    lines, known = ["def words(value):"], set[int]()
+    lines, known = ["def words(value, present):"], {-1, *fixed}
+    lines += [f"w{slot} = int(present[{slot}])" for slot in fixed]
     names: dict[str, Any] = {"leaves": leaves, "number": _number, "address": address_of, "misfit": _misfit}
     names["addresses"] = _addresses
     for at, leaf in enumerate(leaves):
@@ -327,15 +352,15 @@ def _packing(leaves: list[Leaf], size: int) -> Callable[[Any], tuple[list[int], 
         fits = f"a{at}.dtype == t{at} and a{at}.ndim == {len(leaf.lengths)} and a{at}.flags.c_contiguous"
         lines += [f"if not ({fits}): {wrong}", f"shape = a{at}.shape"]
         for axis, length in enumerate(leaf.lengths):
-            if length.slot >= 0 and length.slot not in known:
+            if length.slot not in known:
                 known.add(length.slot)
                 lines.append(f"w{length.slot} = shape[{axis}] - {length.plus}")
         sizes = [f"w{length.slot} + {length.plus}" if length.slot >= 0 else f"{length.plus}" for length in leaf.lengths]
         lines += [f"if shape != ({', '.join(sizes)},): {wrong}", f"w{leaf.slot} = address(a{at})"]
-    kept = [f"a{at}" for at in range(len(leaves))] + [f"b{at}" for at, leaf in enumerate(leaves) if leaf.is_list]
-    lines.append(f"return [{', '.join(f'w{slot}' for slot in range(size))}], ({', '.join(kept)},)")
+    kept = ", ".join(f"{leaf.slot}: (a{at}, b{at})" for at, leaf in enumerate(leaves) if leaf.is_list)
+    lines.append(f"return [{', '.join(f'w{slot}' for slot in slots)}], {{{kept}}}")
     exec("\n    ".join(lines), names)
-    return cast(Callable[[Any], tuple[list[int], tuple[Any, ...]]], names["words"])
+    return cast(Packing, names["words"])
 
 
 def _addresses(records: list[Packed[Any]]) -> npt.NDArray[np.int64]:
