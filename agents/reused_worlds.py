@@ -156,8 +156,8 @@ def _trace(world: World) -> tuple[Any, ...]:
     """Return a value that changes when something is added to a world, removed or replaced."""
     groups = [
         (
-            id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.columns),
-            sum(map(len, map(vars, group.agents))), len(group.others),
+            id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.bodies.fields),
+            sum(map(len, map(vars, group._agents))), len(group.others),
             group.timetable.first_cycle if group.timetable else EVERY_STEP,
         )
         for group in world.groups

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from teamsight.agents.events.sources import Sources
 from teamsight.agents.group import Group
 from teamsight.agents.recording.history import History
-from teamsight.agents.resolve import first_state_of_members
+from teamsight.agents.resolve import columns_of_state, first_state_of_members
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.world.clock import Clock
 from teamsight.world.interaction import InteractionState
@@ -219,8 +219,11 @@ class WorldData:
             last = first + len(group.members)
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
-            group.set_state(0, state)
-            if not is_kept:
+            if is_kept:
+                for name, values in zip(columns_of_state(0), state, strict=True):
+                    group.bodies[name][:] = values
+            else:
+                group.set_state(0, state)
                 group.begin()
         for one, begun in zip(self.interactions, states.interactions, strict=True):
             one.restart(begun, is_kept=is_kept)

@@ -585,7 +585,7 @@ class Binding:
 
     def rewind(self) -> None:
         """Begin again at tick 0 with the arrays as they are now."""
-        self.progress[:] = 0
+        self.state[:] = 0
         for group in self._group_records:
             group.value.block[:] = -1
 

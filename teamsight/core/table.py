@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any, Literal, NamedTuple
 
@@ -137,7 +138,7 @@ class Table:
         rows = self._rows + count
         if rows <= self._room:
             return False
-        size = sum(array.dtype.itemsize * int(np.prod(array.shape[1:])) for array in self._arrays.values())
+        size = sum(array.dtype.itemsize * math.prod(array.shape[1:]) for array in self._arrays.values())
         spare = max(rows, _SPARE)
         rows += spare if most_spare is None else min(spare, most_spare // max(size, 1))
         for name, array in self._arrays.items():
