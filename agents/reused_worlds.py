@@ -121,11 +121,9 @@ class _Built:
         following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
-        steps = world._engine.stretch.steps
-        world._begin(seed, self._start, run, self._states)
         # The last run is no longer valid, so its history's memory can be reused.
-        steps.cut(0)
-        world._engine.stretch.steps = steps
+        world._engine.stretch.steps.cut(0)
+        world._begin(seed, self._start, run, self._states)
         world.recording.collector = self._collector.emptied()
         world._stepper.warned.clear()
         if self._has_begun:

@@ -14,6 +14,7 @@ from teamsight.agents.group import Group
 from teamsight.agents.recording.history import History
 from teamsight.agents.resolve import columns_of_state, first_state_of_members
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.core import checks
 from teamsight.world.clock import Clock
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
@@ -168,7 +169,7 @@ class WorldData:
         self.time[0] = tick
 
     def check_group(self, group: Any, what: str) -> None:
-        """Refuse what is no group of this world; `what` says in the error where it was given.
+        """Refuse what is no group of this world; `what`, with {} for the group, says in the error where it was given.
 
         Raises
         ------
@@ -176,8 +177,10 @@ class WorldData:
             If it is no group, or not of this world.
         """
         if not isinstance(group, Group):
+            what = what.format(checks.shown(group))
             raise TypeError(f"{what}: give a group, not a list or an agent; world.add returns it")
         if group not in self.groups:
+            what = what.format(checks.shown(group))
             raise ValueError(f"{what}: must be a group that was added to this world, as world.add returns it")
 
     @property

@@ -175,12 +175,14 @@ def bind_columns(groups: list[Group]) -> tuple[Packed[PerceivedArrays] | None, l
     have = list(dict.fromkeys(one.name for of_group in found.values() for one in of_group))
     read = {group.number: _read_by(group, have) for group in groups}
     names = list(dict.fromkeys(name for of_group in read.values() for name in of_group))
-    most = max((int(group.bodies.identity.max(initial=0)) for group in groups), default=0)
+    if not names:
+        for group in groups:
+            group.perceived_columns = {}
+        return None, []
+    most = max(int(group.bodies.identity.max(initial=0)) for group in groups)
     values = np.full((len(names), most + 1), np.nan)
     for group in groups:
         group.perceived_columns = {name: values[names.index(name)] for name in read[group.number]}
-    if not names:
-        return None, []
     sources = [
         _source(group, one, names.index(one.name))
         for group in groups for one in found[group.number] if one.name in names

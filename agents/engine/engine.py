@@ -627,7 +627,7 @@ class Engine:
 
     def record_transitions(self, group: Group) -> None:
         """Record the transitions of a group, from now on."""
-        self._data.check_group(group, f"record_transitions({checks.shown(group)})")
+        self._data.check_group(group, "record_transitions({})")
         if not is_every_step(group):
             raise ValueError(
                 f"record_transitions({group.name}): takes a decision of each robot at every step, and their cycle is "

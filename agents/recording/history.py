@@ -140,7 +140,9 @@ class Stretch:
         """Return a new stretch of the same relations, without rows."""
         other = object.__new__(Stretch)
         other.__dict__.update(self.__dict__)
-        other.steps = Table(self.steps.fields.values())
+        # A table without rows has nothing that somebody could still read.
+        if self.rows:
+            other.steps = Table(self.steps.fields.values())
         other._sums, other._summed = Sums(), 0
         return other
 
@@ -231,10 +233,11 @@ class History:
         """Begin a new stretch, with scores of these names, and return it; agents come and leave in an open one."""
         if self._stretches:
             last = self._stretches[-1]
-            # Without the room for more.
-            last.steps = last.steps.copy()
             if last.rows == 0:
                 self._stretches.pop()
+            else:
+                # Without the room for more.
+                last.steps = last.steps.copy()
         self._stretches.append(Stretch(relations, scores, is_open=is_open))
         return self._stretches[-1]
 

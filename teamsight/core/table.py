@@ -67,7 +67,7 @@ class Table:
         self._fields: dict[str, Field] = {}
         self._arrays: dict[str, Array] = {}
         self._rows, self._room = rows, max(rows, room)
-        # How often columns have come, gone or moved, and what `reset` writes, as of one of these times.
+        # How often columns have come or moved, and what `reset` writes, as of one of these times.
         self._changes = 0
         self._resets: tuple[Any, list[tuple[Array, Any]], list[tuple[Array, Array]]] | None = None
         for field in fields:

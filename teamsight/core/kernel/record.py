@@ -338,8 +338,8 @@ def _packing(leaves: list[Leaf], slots: Iterable[int], fixed: Collection[int]) -
     """
     lines, known = ["def words(value, present):"], {-1, *fixed}
     lines += [f"w{slot} = int(present[{slot}])" for slot in fixed]
-    names: dict[str, Any] = {"leaves": leaves, "number": _number, "address": address_of, "misfit": _misfit}
-    names["addresses"] = _addresses
+    names: dict[str, Any] = {"leaves": leaves, "number": _number, "misfit": _misfit, "addresses": _addresses}
+    names |= {"view": _NO_BYTES.from_buffer, "addressof": ctypes.addressof, "unusual": _unusual_address}
     for at, leaf in enumerate(leaves):
         lines.append(f"a{at} = value.{leaf.path}")
         if leaf.lengths is None:
@@ -349,14 +349,18 @@ def _packing(leaves: list[Leaf], slots: Iterable[int], fixed: Collection[int]) -
             lines.append(f"b{at}, a{at} = a{at}, addresses(a{at})")
         wrong = f"raise misfit(leaves[{at}], a{at})"
         names[f"t{at}"] = leaf.dtype
-        fits = f"a{at}.dtype == t{at} and a{at}.ndim == {len(leaf.lengths)} and a{at}.flags.c_contiguous"
-        lines += [f"if not ({fits}): {wrong}", f"shape = a{at}.shape"]
+        lines += [f"if a{at}.dtype != t{at} or a{at}.ndim != {len(leaf.lengths)}: {wrong}", f"shape = a{at}.shape"]
         for axis, length in enumerate(leaf.lengths):
             if length.slot not in known:
                 known.add(length.slot)
                 lines.append(f"w{length.slot} = shape[{axis}] - {length.plus}")
         sizes = [f"w{length.slot} + {length.plus}" if length.slot >= 0 else f"{length.plus}" for length in leaf.lengths]
-        lines += [f"if shape != ({', '.join(sizes)},): {wrong}", f"w{leaf.slot} = address(a{at})"]
+        # As `address_of`, without a call.
+        lines += [
+            f"if shape != ({', '.join(sizes)},): {wrong}",
+            f"try: w{leaf.slot} = addressof(view(a{at}))",
+            f"except TypeError: w{leaf.slot} = unusual(leaves[{at}], a{at})",
+        ]
     kept = ", ".join(f"{leaf.slot}: (a{at}, b{at})" for at, leaf in enumerate(leaves) if leaf.is_list)
     lines.append(f"return [{', '.join(f'w{slot}' for slot in slots)}], {{{kept}}}")
     exec("\n    ".join(lines), names)
@@ -365,6 +369,13 @@ def _packing(leaves: list[Leaf], slots: Iterable[int], fixed: Collection[int]) -
 
 def _addresses(records: list[Packed[Any]]) -> npt.NDArray[np.int64]:
     return np.array([record.address for record in records], np.int64)
+
+
+def _unusual_address(leaf: Leaf, array: npt.NDArray[Any]) -> int:
+    """Return the address of an array that cannot be written; refuse one whose elements are not in order."""
+    if not array.flags.c_contiguous:
+        raise _misfit(leaf, array)
+    return address_of(array)
 
 
 def _number(leaf: Leaf, value: Any) -> int:
