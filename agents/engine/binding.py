@@ -295,7 +295,10 @@ class Binding:
             bodies_of = [group.bodies for group in groups]
             written = [array for one in bodies_of for array in (one.position, one.heading, one.moved)]
             written += self._interactions.written if self._interactions else []
-        self._kept = [(array, array.copy()) for array in written]
+        # Interactions read positions before the step there, too.
+        self._kept = self._interactions.before if self._interactions else []
+        known = [id(array) for array, _ in self._kept]
+        self._kept += [(array, array.copy()) for array in written if id(array) not in known]
         self._trail = None
         if trail:
             positions = trail.kept.whole("position")
@@ -323,7 +326,7 @@ class Binding:
         before = [Phase("record before", RECORD_BEFORE, log) for log in self._log_records]
         if self._kept:
             move.append(Phase("keep", loop.COPY, self._copying(back=False)))
-        if interactions:
+        if interactions and BEGIN in interactions.entries:
             move.append(Phase("begin", BEGIN, interactions.record))
         for group, record in zip(self._data.groups, self._group_records, strict=True):
             does = record.value
@@ -343,7 +346,7 @@ class Binding:
                 search.append(Phase("detect", DETECT, found.value.detection, relation))
         search += [Phase("relay", SHOW_LATE, relay) for relay in self._relays.values()]
         end = [Phase("record after", RECORD_AFTER, log) for log in self._log_records]
-        if interactions:
+        if interactions and RECORD_SCORES in interactions.entries:
             end.append(Phase("record scores", RECORD_SCORES, interactions.record))
         end.append(Phase("record", loop.RECORD, self.world))
         if self._trail:

@@ -16,7 +16,8 @@ plain numbers. Its content is declared once, as a NamedTuple whose annotations g
 A length is a number, fixed at compile time; a name, which means the same length throughout the record; a name plus a
 number, as in ``"bodies + 1"``; or a name that begins with a dot, which is local to its own NamedTuple. If a nested
 NamedTuple is annotated with ``".neighbours = start[-1]"``, that length is the last element of its array `start` at the
-time of the call; otherwise it is that of the array when it was packed.
+time of the call; otherwise it is that of the array when it was packed. With `READ_ONLY` beside the lengths, a kernel
+that writes into the array does not compile.
 """
 
 from __future__ import annotations
@@ -36,6 +37,9 @@ from numba.extending import intrinsic
 
 from teamsight.core.kernel.intrinsics import WORD, array_value
 from teamsight.core.kernel.parts import inlined
+
+#: In the annotation of an array: kernels must not write into it.
+READ_ONLY = object()
 
 
 class Length(NamedTuple):
@@ -57,6 +61,7 @@ class Leaf(NamedTuple):
     dtype: np.dtype[Any] | None  # of the elements or of the number; None for the address of an entry or a record
     lengths: tuple[Length, ...] | None  # of the array's axes; None for a number
     is_list: bool = False  # whether it is an array of addresses of records
+    is_read_only: bool = False  # whether kernels must not write into it
 
 
 class Node(NamedTuple):
@@ -103,7 +108,7 @@ def _type(part: Node | Leaf) -> Any:
     element = numba.from_dtype(part.dtype)
     if part.lengths is None:
         return element
-    return numba.types.Array(element, len(part.lengths), "C")
+    return numba.types.Array(element, len(part.lengths), "C", readonly=part.is_read_only)
 
 
 def _value(context: Any, builder: Any, words: Any, part: Node | Leaf, kind: Any) -> Any:
@@ -288,6 +293,8 @@ class Record(Generic[T]):
         parts: list[Any] = []
         for name, hint in get_type_hints(kind, include_extras=True).items():
             inner, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+            is_read_only = any(note is READ_ONLY for note in notes)
+            notes = [note for note in notes if note is not READ_ONLY]
             where = f"{path}{name}"
             inner = self._parts.get(where, inner)
             if hasattr(inner, "_fields"):
@@ -303,7 +310,7 @@ class Record(Generic[T]):
             elif notes:
                 dtype = notes[0] if isinstance(notes[0], np.dtype) else np.dtype(_scalar(inner))
                 lengths = tuple(self._length(note, path, rules) for note in notes if not isinstance(note, np.dtype))
-            self.leaves[where] = Leaf(where, self._next(), dtype, lengths, is_list)
+            self.leaves[where] = Leaf(where, self._next(), dtype, lengths, is_list, is_read_only)
             parts.append(self.leaves[where])
         return Node(kind, tuple(parts))
 
