@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
@@ -192,7 +192,12 @@ def cycle_of(value: Any) -> Cycle:
         raise TypeError(
             f"cycle={checks.shown(value)}: must be a period [ticks] or a Cycle, such as Cycle(5, phase='random')"
         )
-    return Cycle(period=checks.number("cycle", value, least=1))
+    return _every(checks.number("cycle", value, least=1))
+
+
+@lru_cache(maxsize=64)
+def _every(period: float) -> Cycle:
+    return Cycle(period)
 
 
 def check_run(value: CycleLike, steps: int) -> None:

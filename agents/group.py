@@ -435,8 +435,8 @@ class Group(Generic[A]):
     if not TYPE_CHECKING:
 
         def __setattr__(self, name: str, value: object) -> None:
-            is_known = name in self.__dict__ or name.startswith("_") or hasattr(type(self), name)
-            if not is_known and "is_made" in self.__dict__:
+            own = self.__dict__
+            if "is_made" in own and not (name in own or name.startswith("_") or hasattr(type(self), name)):
                 known = [one for one in dir(type(self)) if not one.startswith("_")]
                 raise AttributeError(
                     f"{name}={checks.shown(value)}: a group has no such attribute; {checks.suggestion(name, known)}"

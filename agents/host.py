@@ -902,7 +902,7 @@ class WorldHost:
         data.timeline.check_undecided("senses()")
         observers, observed = groups
         for group in groups:
-            data.check_group(group, f"senses({checks.shown(group)})")
+            data.check_group(group, "senses({})")
         before = observers.channels.get(name) if isinstance(name, str) else None
         is_team = observers.team is not None
         channel = changed(before, name, sensor, counts, on_team=is_team, bodies=observers.bodies)

@@ -121,11 +121,9 @@ class _Built:
         following = (each for _, each in takewhile(lambda run: _are_same(run[0], parameters), expected))
         run = self._run_of(checks.seed(seed, None), following)
         assert self._start is not None
-        steps = world._engine.stretch.steps
-        world._begin(seed, self._start, run, self._states)
         # The last run is no longer valid, so its history's memory can be reused.
-        steps.cut(0)
-        world._engine.stretch.steps = steps
+        world._engine.stretch.steps.cut(0)
+        world._begin(seed, self._start, run, self._states)
         world.recording.collector = self._collector.emptied()
         world._stepper.warned.clear()
         if self._has_begun:
@@ -156,8 +154,8 @@ def _trace(world: World) -> tuple[Any, ...]:
     """Return a value that changes when something is added to a world, removed or replaced."""
     groups = [
         (
-            id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.columns),
-            sum(map(len, map(vars, group.agents))), len(group.others),
+            id(group), *map(id, group.rules), len(group), group.members_so_far, len(group.bodies.fields),
+            sum(map(len, map(vars, group._agents))), len(group.others),
             group.timetable.first_cycle if group.timetable else EVERY_STEP,
         )
         for group in world.groups

@@ -333,11 +333,10 @@ class StateKeeper:
 
     def begin(self, seed: int, start: Starts, run: int, states: FirstStates, *, is_kept: bool) -> None:
         """Begin a run under a seed: place all agents again and set the clock to 0; see `WorldData.restart`."""
-        key = key_of(seed)
         self._data.restart(start, run, states, is_kept=is_kept)
         for group in self._data.groups:
             if group.timetable is not None:
-                group.timetable.begin(slice(None), key, 0)
+                group.timetable.begin(slice(None), key_of(seed), 0)
         self._model.random.seed(seed)
         self._model.rng = None
         self._continue(seed, 0, History(), is_kept=is_kept)

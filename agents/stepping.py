@@ -136,9 +136,10 @@ class Stepper:
         if steps > 0:
             self._warn_of_idle(end + timeline.jumps)
         try:
-            self.finish_tick()
-            # The events of this tick may have added something that needs Python, here as in the loop.
-            reason = self.needs_python()
+            if timeline.events_end_steps:
+                self.finish_tick()
+                # The events of this tick may have added something that needs Python, here as in the loop.
+                reason = self.needs_python()
             while (left := end + timeline.jumps - timeline.tick) > 0 and model.running:
                 if monotonic() > shown.due:
                     shown.show(steps - left)

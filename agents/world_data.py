@@ -12,8 +12,9 @@ import numpy.typing as npt
 from teamsight.agents.events.sources import Sources
 from teamsight.agents.group import Group
 from teamsight.agents.recording.history import History
-from teamsight.agents.resolve import first_state_of_members
+from teamsight.agents.resolve import columns_of_state, first_state_of_members
 from teamsight.agents.sensing.sensor import Sensor
+from teamsight.core import checks
 from teamsight.world.clock import Clock
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
@@ -168,7 +169,7 @@ class WorldData:
         self.time[0] = tick
 
     def check_group(self, group: Any, what: str) -> None:
-        """Refuse what is no group of this world; `what` says in the error where it was given.
+        """Refuse what is no group of this world; `what`, with {} for the group, says in the error where it was given.
 
         Raises
         ------
@@ -176,8 +177,10 @@ class WorldData:
             If it is no group, or not of this world.
         """
         if not isinstance(group, Group):
+            what = what.format(checks.shown(group))
             raise TypeError(f"{what}: give a group, not a list or an agent; world.add returns it")
         if group not in self.groups:
+            what = what.format(checks.shown(group))
             raise ValueError(f"{what}: must be a group that was added to this world, as world.add returns it")
 
     @property
@@ -219,8 +222,11 @@ class WorldData:
             last = first + len(group.members)
             group.restart(start.position[run, first:last], start.heading[run, first:last])
             first = last
-            group.set_state(0, state)
-            if not is_kept:
+            if is_kept:
+                for name, values in zip(columns_of_state(0), state, strict=True):
+                    group.bodies[name][:] = values
+            else:
+                group.set_state(0, state)
                 group.begin()
         for one, begun in zip(self.interactions, states.interactions, strict=True):
             one.restart(begun, is_kept=is_kept)

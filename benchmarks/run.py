@@ -34,6 +34,7 @@ from rich.console import Console
 from rich.table import Table
 from scaling import measure_scaling
 from sensors import measure_sensors
+from short_runs import measure_short_runs
 from speed import measure_speed
 from studies import measure_engines
 from study_speed import measure_study_speed
@@ -41,8 +42,8 @@ from tasks import measure_tasks
 from view import measure_view
 
 PARTS = (
-    "speed", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions", "events",
-    "interactions", "components", "processes", "foraging", "pursuit", "studies", "tasks", "view",
+    "speed", "short", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions",
+    "events", "interactions", "components", "processes", "foraging", "pursuit", "studies", "tasks", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -60,6 +61,7 @@ def main() -> int:
     rounds = 5 if options.quick else 15
     parts: dict[str, Callable[[], list[Row]]] = {
         "speed": lambda: measure_speed(c, rounds),
+        "short": lambda: measure_short_runs(rounds),
         "scaling": lambda: measure_scaling(c, min(rounds, 7)),
         "memory": lambda: measure_memory(POLICIES[-1:] if options.quick else POLICIES),
         "help": lambda: measure_help(min(rounds, 7)),

@@ -15,7 +15,6 @@ from teamsight.core.kernel import Record, specialise
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.world.arena import Arena, Points, Torus, farthest_inside
 from teamsight.world.interaction import (
-    WRITABLE,
     Interacting,
     InteractingBodies,
     Interaction,
@@ -395,7 +394,7 @@ _STATE = "start(sizes) determines the shape"
 
 
 @cache
-def _guard(kinds: Kinds) -> Guard[Interacting]:
+def _guard(kinds: Kinds, writes: tuple[str, ...]) -> Guard[Interacting]:
     axes = {
         "2": Axis("components", "0 is x, and 1 is y"),
         "parameters": Axis("parameters", "add what it needs to `parameters`"),
@@ -409,8 +408,8 @@ def _guard(kinds: Kinds) -> Guard[Interacting]:
         count = f"bodies.{role}.position.shape[0]"
         axes[length_of(role)] = Axis("bodies", f"{role} are 0 to n − 1, and n is {count}")
         axes[lanes_of(role)] = Axis("bodies", f"rows of noise can be longer than there are {role}: stop at {count}")
-        writable += [f"bodies.{role}.{name}" for name in (*WRITABLE, *(name for name, _ in columns))]
-    return Guard(interacting_record(kinds), tuple(writable), axes)
+        writable += [f"bodies.{role}.{name}" for name in (*writes, *(name for name, _ in columns))]
+    return Guard(interacting_record(kinds, writes), tuple(writable), axes)
 
 
 def call_of(
@@ -418,7 +417,7 @@ def call_of(
     noise: Mapping[str, npt.NDArray[np.float64]], turn: int,
 ) -> Interacting:  # fmt: skip
     """Return the arguments of the kernel of an interaction, from the bodies and the noise of each role."""
-    bodies_node, _, _, noise_node, *_ = interacting_record(kinds).node.parts
+    bodies_node, _, _, noise_node, *_ = interacting_record(kinds, interaction.writes).node.parts
     parameters, scores = np.array(interaction.parameters, float), np.zeros(len(interaction.scores))
     return Interacting(bodies_node.kind(**bodies), state, parameters, noise_node.kind(**noise), scores, turn)
 
@@ -500,7 +499,7 @@ class _Scene:
                 rng.random(size) < 0.8, np.zeros(size), np.zeros(size, np.bool_), identity + np.arange(size),
             )  # fmt: skip
             more = [np.full(size, first[name], kind) for name, kind in columns]
-            self._bodies[role] = bodies_type(role, columns)(*own, *more)
+            self._bodies[role] = bodies_type(role, columns, interaction.writes)(*own, *more)
             identity += size
 
     def _inside(self, place: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -529,7 +528,7 @@ class _Scene:
                 for role, one in self._bodies.items()
             }
             given = call_of(interaction, kinds, bodies, self._state, noise, turn)
-            done = _guard(kinds).run(name, "its kernel", interaction.entry(kinds), given, sizes)[1]
+            done = _guard(kinds, interaction.writes).run(name, "its kernel", interaction.entry(kinds), given, sizes)[1]
             _check_written(name, interaction, self._arena, done)
             self._bodies, self._state = done.bodies._asdict(), done.state
 

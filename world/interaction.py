@@ -14,6 +14,7 @@ from teamsight.core import checks
 from teamsight.core.component import Component
 from teamsight.core.contracts import check_names, class_name, numbers, parameters_of
 from teamsight.core.kernel import Entry, Record, specialise
+from teamsight.core.kernel.record import READ_ONLY
 
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena
@@ -82,7 +83,7 @@ class Interacting(NamedTuple):
     turn: int
 
 
-#: The arrays that a kernel may write, besides the state, the scores and its columns.
+#: The arrays that a kernel may declare that it writes, besides the state, the scores and its columns.
 WRITABLE = ("position", "heading", "speed", "reward", "ended")
 
 #: What a call returns that has come to its end; numba lets one whose kernel raises an exception return 0.
@@ -93,15 +94,16 @@ Kinds = tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
 
 
 @cache
-def bodies_type(role: str, columns: tuple[tuple[str, str], ...]) -> Any:
+def bodies_type(role: str, columns: tuple[tuple[str, str], ...], writes: tuple[str, ...] = WRITABLE) -> Any:
     """Return the NamedTuple of the bodies of a role with these columns, given by name and type.
 
-    It has the fields of `InteractingBodies`, with a length of its own.
+    It has the fields of `InteractingBodies`, with a length of its own; those that are not in `writes` are read-only.
     """
     arrays: dict[str, Any] = {"f": Floats, "i": Integers, "b": Flags}
     fields: Any = []
     for name, hint in get_type_hints(InteractingBodies, include_extras=True).items():
         kind, _, *further = get_args(hint)
+        further += [] if name in writes else [READ_ONLY]
         fields.append((name, Annotated[(kind, length_of(role), *further)]))
     fields += [(name, Annotated[arrays[np.dtype(kind).kind], length_of(role)]) for name, kind in columns]
     return NamedTuple(f"{role.capitalize()}Bodies", fields)
@@ -148,9 +150,9 @@ def sizes_type(roles: tuple[str, ...]) -> Any:
 
 
 @cache
-def interacting_record(kinds: Kinds) -> Record[Interacting]:
-    """Return the record of calls of interactions with these roles and columns."""
-    bodies: Any = [(role, bodies_type(role, columns)) for role, columns in kinds]
+def interacting_record(kinds: Kinds, writes: tuple[str, ...] = WRITABLE) -> Record[Interacting]:
+    """Return the record of calls of interactions with these roles and columns, which write these arrays of bodies."""
+    bodies: Any = [(role, bodies_type(role, columns, writes)) for role, columns in kinds]
     noise: Any = [(role, Annotated[Floats, "draws", lanes_of(role)]) for role, _ in kinds]
     parts: Any = {"bodies": NamedTuple("BodiesOfRoles", bodies), "noise": NamedTuple("Noise", noise)}
     return Record(Interacting, parts)
@@ -190,6 +192,8 @@ class Interaction(Component):
         Properties that the interaction keeps of bodies: role, name and first value, such as
         ``(("robots", "load", 0.0),)``. They are columns of the group (`Group.add_column`), and fields of
         ``bodies.robots`` that the kernel may write.
+    writes : tuple of str, default ("position", "heading", "speed", "reward", "ended")
+        The arrays of bodies that the kernel writes. What it does not write need not be saved and checked in each step.
 
     Examples
     --------
@@ -207,6 +211,7 @@ class Interaction(Component):
     draws: int = 0
     in_turn: bool = False
     columns: tuple[tuple[str, str, float | int | bool], ...] = ()
+    writes: tuple[str, ...] = WRITABLE
 
     @property
     def parameters(self) -> tuple[float, ...] | Floats:
@@ -241,7 +246,7 @@ class Interaction(Component):
 
     def entry(self, kinds: Kinds) -> Entry:
         """Return the compiled call of this kind of interaction, for these types of columns."""
-        bound = {"interaction_kernel": type(self).kernel, "interacting_at": interacting_record(kinds).at}
+        bound = {"interaction_kernel": type(self).kernel, "interacting_at": interacting_record(kinds, self.writes).at}
         return specialise(interact_at, type(self).__name__.lower(), **bound)
 
 
@@ -266,6 +271,9 @@ def check_interaction_declarations(interaction: Interaction) -> None:
     _check_fields(f"{name}.scores", interaction.scores, "('captures',)")
     checks.count(f"{name}.draws", interaction.draws, least=0)
     checks.flag(f"{name}.in_turn", interaction.in_turn)
+    check_names(f"{name}.writes", interaction.writes, "('reward',)")
+    for written in interaction.writes:
+        checks.choice(f"{name}.writes", written, WRITABLE)
     _check_columns(name, interaction)
     numbers(f"{name}.parameters", interaction.parameters)
 

@@ -265,7 +265,8 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     """
     numbers = _numbers(groups, keys)
     angle = 2 * math.pi * numbers[2]
-    heading = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    heading = np.empty((*angle.shape, 2))
+    heading[..., 0], heading[..., 1] = np.cos(angle), np.sin(angle)
     last = list(accumulate(one.size for one in groups))
     for one, end in zip(groups, last, strict=True):
         if one.heading is not None:

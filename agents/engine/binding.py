@@ -175,12 +175,14 @@ def bind_columns(groups: list[Group]) -> tuple[Packed[PerceivedArrays] | None, l
     have = list(dict.fromkeys(one.name for of_group in found.values() for one in of_group))
     read = {group.number: _read_by(group, have) for group in groups}
     names = list(dict.fromkeys(name for of_group in read.values() for name in of_group))
-    most = max((int(group.bodies.identity.max(initial=0)) for group in groups), default=0)
+    if not names:
+        for group in groups:
+            group.perceived_columns = {}
+        return None, []
+    most = max(int(group.bodies.identity.max(initial=0)) for group in groups)
     values = np.full((len(names), most + 1), np.nan)
     for group in groups:
         group.perceived_columns = {name: values[names.index(name)] for name in read[group.number]}
-    if not names:
-        return None, []
     sources = [
         _source(group, one, names.index(one.name))
         for group in groups for one in found[group.number] if one.name in names
@@ -293,7 +295,10 @@ class Binding:
             bodies_of = [group.bodies for group in groups]
             written = [array for one in bodies_of for array in (one.position, one.heading, one.moved)]
             written += self._interactions.written if self._interactions else []
-        self._kept = [(array, array.copy()) for array in written]
+        # Interactions read positions before the step there, too.
+        self._kept = self._interactions.before if self._interactions else []
+        known = [id(array) for array, _ in self._kept]
+        self._kept += [(array, array.copy()) for array in written if id(array) not in known]
         self._trail = None
         if trail:
             positions = trail.kept.whole("position")
@@ -321,7 +326,7 @@ class Binding:
         before = [Phase("record before", RECORD_BEFORE, log) for log in self._log_records]
         if self._kept:
             move.append(Phase("keep", loop.COPY, self._copying(back=False)))
-        if interactions:
+        if interactions and BEGIN in interactions.entries:
             move.append(Phase("begin", BEGIN, interactions.record))
         for group, record in zip(self._data.groups, self._group_records, strict=True):
             does = record.value
@@ -341,7 +346,7 @@ class Binding:
                 search.append(Phase("detect", DETECT, found.value.detection, relation))
         search += [Phase("relay", SHOW_LATE, relay) for relay in self._relays.values()]
         end = [Phase("record after", RECORD_AFTER, log) for log in self._log_records]
-        if interactions:
+        if interactions and RECORD_SCORES in interactions.entries:
             end.append(Phase("record scores", RECORD_SCORES, interactions.record))
         end.append(Phase("record", loop.RECORD, self.world))
         if self._trail:
@@ -585,7 +590,7 @@ class Binding:
 
     def rewind(self) -> None:
         """Begin again at tick 0 with the arrays as they are now."""
-        self.progress[:] = 0
+        self.state[:] = 0
         for group in self._group_records:
             group.value.block[:] = -1
 

@@ -23,11 +23,8 @@ from teamsight.agents.engine.interactions import (
     BAD_REWARD,
     BAD_SCORE,
     BAD_SPEED,
-    BEGIN,
-    INTERACT,
-    NOTE_MOVED,
     RAISED,
-    RECORD_SCORES,
+    entries_needed,
 )
 from teamsight.agents.engine.records import DONE, report
 from teamsight.agents.engine.relation import Relation, needs_detection
@@ -311,7 +308,7 @@ def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
     if any(delay_of(group) for group in groups):
         found.append(SHOW_LATE)
     if data.interactions:
-        found += [BEGIN, NOTE_MOVED, INTERACT, RECORD_SCORES]
+        found += entries_needed(data.interactions)
         found += [one.interaction.entry(one.kinds) for one in data.interactions]
     if can_fail(data):
         found.append(loop.COPY)
@@ -627,7 +624,7 @@ class Engine:
 
     def record_transitions(self, group: Group) -> None:
         """Record the transitions of a group, from now on."""
-        self._data.check_group(group, f"record_transitions({checks.shown(group)})")
+        self._data.check_group(group, "record_transitions({})")
         if not is_every_step(group):
             raise ValueError(
                 f"record_transitions({group.name}): takes a decision of each robot at every step, and their cycle is "

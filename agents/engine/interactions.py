@@ -67,10 +67,12 @@ if TYPE_CHECKING:
 #: What a kernel has left wrong: a position outside the arena, a heading that is no unit vector, a speed below 0 or not
 #: finite, a reward that is not finite, a score that is not finite; or it has raised an exception.
 BAD_POSITION, BAD_HEADING, BAD_SPEED, BAD_REWARD, BAD_SCORE, RAISED = range(1, 7)
+#: What bodies get from interactions.
+GIFTS = ("reward", "ended")
 
 
 def _begin(address: int) -> int:
-    """Begin the step of all groups that take part: nobody has moved, and those that decided have got nothing since."""
+    """Begin the step of all that take part: nobody has moved yet, and those that decided have got nothing since."""
     world = interactions_at(address)
     tick = world.progress[0].tick
     for p in range(world.partakers.shape[0]):
@@ -78,9 +80,8 @@ def _begin(address: int) -> int:
         move = move_at(group_at(partaker.group).move)
         timed = partaker.decided_at.shape[0] > 0
         for i in range(move.position.shape[0]):
-            for axis in range(2):
-                partaker.before[i, axis] = move.position[i, axis]
-                move.moved[i, axis] = 0.0
+            move.moved[i, 0] = 0.0
+            move.moved[i, 1] = 0.0
             partaker.last_rewards[i, 0] = 0.0
             partaker.last_rewards[i, 1] = 0.0
             if not timed or partaker.decided_at[i] == tick:
@@ -108,7 +109,7 @@ def _draw(address: int, tick: int) -> None:
 
 
 @inlined
-def _fault(move: Any, reward: float, i: int, region: Any, found: Any) -> int:
+def _fault(move: Any, i: int, region: Any, found: Any) -> int:
     """Return what is wrong with a body after a call; 0 for nothing. What is wrong is written to `found`."""
     found[0] = move.position[i, 0]
     found[1] = move.position[i, 1]
@@ -123,20 +124,20 @@ def _fault(move: Any, reward: float, i: int, region: Any, found: Any) -> int:
     if not 0.0 <= move.speed[i] < math.inf:
         found[0] = move.speed[i]
         return BAD_SPEED
-    if not abs(reward) < math.inf:
-        found[0] = reward
-        return BAD_REWARD
     return 0
 
 
 @kernel
-def _accept(address: int, region: Any, found: Any, progress: Any) -> int:
+def _accept(address: int, region: Any, found: Any, progress: Any, are_changed: bool) -> int:
     """Add what the bodies of a role got in a call; return `FAILED` if something is wrong with one of them."""
     role = role_at(address)
     partaker = partaker_at(role.partaker)
     move = move_at(group_at(partaker.group).move)
     for i in range(role.reward.shape[0]):
-        what = _fault(move, role.reward[i], i, region, found)
+        what = _fault(move, i, region, found) if are_changed else 0
+        if what == 0 and not abs(role.reward[i]) < math.inf:
+            found[0] = role.reward[i]
+            what = BAD_REWARD
         if what != 0:
             progress.what = what
             progress.body = i
@@ -178,11 +179,12 @@ def _interact(address: int) -> int:
     here = interaction_at(call_.interaction)
     _draw(call_.interaction, progress.tick)
     here.words[here.turn] = call_.turn
-    for r in range(here.roles.shape[0]):
-        role = role_at(here.roles[r])
-        for i in range(role.reward.shape[0]):
-            role.reward[i] = 0.0
-            role.ended[i] = False
+    if here.gives != 0:
+        for r in range(here.roles.shape[0]):
+            role = role_at(here.roles[r])
+            for i in range(role.reward.shape[0]):
+                role.reward[i] = 0.0
+                role.ended[i] = False
     if call(here.kernel, here.call) != COMPLETED:
         progress.what = RAISED
         return FAILED
@@ -192,11 +194,14 @@ def _interact(address: int) -> int:
             progress.what = BAD_SCORE
             progress.where = s
             return FAILED
+    if here.changes_bodies == 0 and here.gives == 0:
+        return DONE
     for r in range(here.roles.shape[0]):
-        if _accept(here.roles[r], here.region, here.found, progress) != DONE:
+        if _accept(here.roles[r], here.region, here.found, progress, here.changes_bodies != 0) != DONE:
             progress.where = r
             return FAILED
-        _set_moved(role_at(here.roles[r]).partaker)
+        if here.moves_bodies != 0:
+            _set_moved(role_at(here.roles[r]).partaker)
     return DONE
 
 
@@ -296,7 +301,7 @@ class PlacedInteraction:
             If more than what the kernel reads in each step would differ.
         """
         changed: Interaction = replace(self.declared, **changes)
-        for what in ("roles", "scores", "draws", "in_turn", "columns"):
+        for what in ("roles", "scores", "draws", "in_turn", "columns", "writes"):
             if getattr(changed, what) != getattr(self.declared, what):
                 raise ValueError(f"{self.name}.{what}: cannot change in a run; build another world")
         if len(changed.parameters) != len(self.parameters):
@@ -363,18 +368,21 @@ class PlacedInteraction:
                 partakers[group.number], noise, members, stream, np.zeros(size), np.zeros(size, np.bool_)
             ))  # fmt: skip
         self.block[:] = -1
-        call = interacting_record(kinds).pack(self._call(kinds, partakers, roles))
+        writes = {*self.interaction.writes}
+        call = interacting_record(kinds, self.interaction.writes).pack(self._call(kinds, partakers, roles))
         turn, moves = _words(call, roles)
         return INTERACTION.pack(InteractionArrays(
-            self.interaction.entry(kinds), call, call.words, turn, moves, self.interaction.in_turn, self.key,
-            self.block, [ROLE.pack(role) for role in roles], self.scores, first_score, region, np.zeros(2),
+            self.interaction.entry(kinds), call, call.words, turn, moves, self.interaction.in_turn,
+            "position" in writes, not writes.isdisjoint(("position", "heading", "speed")), not writes.isdisjoint(GIFTS),
+            self.key, self.block, [ROLE.pack(role) for role in roles], self.scores, first_score, region, np.zeros(2),
         ))  # fmt: skip
 
     def _call(
         self, kinds: Kinds, partakers: dict[int, Packed[PartakerArrays]], roles: list[RoleArrays]
     ) -> Interacting:
         """Return the arguments of the kernel."""
-        record = interacting_record(kinds)
+        writes = self.interaction.writes
+        record = interacting_record(kinds, writes)
         (bodies_kind, noise_kind) = (part.kind for part in (record.node.parts[0], record.node.parts[3]))
         bodies = []
         for (role, columns), group, written in zip(kinds, self.groups, roles, strict=True):
@@ -383,7 +391,8 @@ class PlacedInteraction:
                 own.position, own.heading, before, own.moved, own.speed, own.active, written.reward, written.ended,
                 own.identity,
             )
-            bodies.append(bodies_type(role, columns)(*shown, *(group.columns.array(name) for name, _ in columns)))
+            own_columns = (group.columns.array(name) for name, _ in columns)
+            bodies.append(bodies_type(role, columns, writes)(*shown, *own_columns))
         noise = noise_kind(*(role.noise[0] for role in roles))
         return Interacting(bodies_kind(*bodies), self.state, self.parameters, noise, self.scores, -1)
 
@@ -440,6 +449,10 @@ class BoundInteractions:
         The record of all; their scores follow each other.
     written : list of ndarray
         What interactions write besides positions, headings and motions.
+    before : list of tuple of ndarray
+        The positions of the groups that take part, and where those before the present step are kept.
+    entries : list of Entry
+        The phases that these interactions need.
     """
 
     def __init__(
@@ -456,10 +469,14 @@ class BoundInteractions:
             records.append(one.bind(self._partakers, region, first))
             first += len(one.scores)
         self.record = INTERACTIONS.pack(InteractionsArrays(progress, records, list(self._partakers.values()), scores))
+        self.entries = entries_needed(self._placed)
+        self.before = [(groups[number].bodies.position, one.value.before) for number, one in self._partakers.items()]
         self.written = [array for one in self._placed for array in one.arrays]
         for group in groups.values():
             bodies = group.bodies
-            self.written += [bodies.speed, bodies.reward, bodies.ended, bodies.last_rewards]
+            writes = {name for one in self._placed if group in one.groups for name in one.interaction.writes}
+            self.written += [bodies.speed] if "speed" in writes else []
+            self.written += [] if writes.isdisjoint(GIFTS) else [bodies.reward, bodies.ended, bodies.last_rewards]
 
     def phases(self, group: Group | None) -> list[Phase]:
         """Return the phases that follow the move of a group; for None, those that follow all moves."""
@@ -467,7 +484,8 @@ class BoundInteractions:
         if group is not None:
             if group.number not in self._partakers:
                 return []
-            found.append(Phase("note moved", NOTE_MOVED, self._partakers[group.number]))
+            if NOTE_MOVED in self.entries:
+                found.append(Phase("note moved", NOTE_MOVED, self._partakers[group.number]))
         progress, records, *_ = self.record.value
         for placed, record in zip(self._placed, records, strict=True):
             if placed.interaction.in_turn is (group is not None):
@@ -476,6 +494,17 @@ class BoundInteractions:
                     Phase("interact", INTERACT, TURN.pack(TurnArrays(progress, record, turn)), placed) for turn in turns
                 ]
         return found
+
+
+def entries_needed(placed: Sequence[PlacedInteraction]) -> list[Entry]:
+    """Return the entries of the phases that interactions need."""
+    declared = [one.interaction for one in placed]
+    entries = [INTERACT]
+    # Without turns all have moved, and their moves have written how far.
+    entries += [NOTE_MOVED] * any(one.in_turn for one in declared)
+    entries += [RECORD_SCORES] * any(one.scores for one in declared)
+    gives = any(name in GIFTS for one in declared for name in one.writes)
+    return [BEGIN, *entries] if gives or len(entries) > 1 else entries
 
 
 def _partaker(group: Group, record: Packed[Any]) -> Packed[PartakerArrays]:
@@ -547,7 +576,7 @@ def _check_groups(data: WorldData, interaction: Interaction, groups: dict[str, G
     for role, group in groups.items():
         if role not in roles:
             raise TypeError(f"{name}: has no role {role!r}, but {', '.join(map(repr, roles))}: {example}")
-        data.check_group(group, f"{role}={checks.shown(group)}")
+        data.check_group(group, f"{role}={{}}")
         first = next(other for other in groups if groups[other] is group)
         if first != role:
             raise ValueError(

@@ -73,7 +73,7 @@ class PartakerArrays(NamedTuple):
     group : Packed of GroupArrays
         Its record.
     before : ndarray, shape (n, 2), float64
-        The positions before the present step [length].
+        The positions before the present step [length]: what is kept for a step that fails.
     reward, ended : ndarray
         As in `BODIES`.
     last_rewards : ndarray, shape (n, 2), float64
@@ -127,6 +127,8 @@ class InteractionArrays(NamedTuple):
         `teamsight.core.kernel.record`.
     in_turn : bool
         Whether it is called after the move of each of its groups.
+    moves_bodies, changes_bodies, gives : bool
+        Whether its kernel writes positions; positions, headings or speeds; and rewards or ends.
     key : ndarray, shape (2,), uint64
         The key of its noise.
     block : ndarray, shape (1,), int64
@@ -149,6 +151,9 @@ class InteractionArrays(NamedTuple):
     turn: int
     moves: Annotated[Integers, ".moves", 3]
     in_turn: bool
+    moves_bodies: bool
+    changes_bodies: bool
+    gives: bool
     key: Annotated[npt.NDArray[np.uint64], 2]
     block: Annotated[Integers, 1]
     roles: list[Packed[RoleArrays]]

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from teamsight.agents.engine.detection import Detection, Readings, Searched
 from teamsight.agents.engine.records import Conditions
 from teamsight.agents.sensing.sensor import Sensor, View, salt_of
-from teamsight.core.neighbour_list import filled
+from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, stream_number
 from teamsight.world.search import BODY_LANES, Search
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from teamsight.agents.group import Group
     from teamsight.agents.world_data import WorldData
     from teamsight.core.kernel import Packed
-    from teamsight.core.neighbour_list import NeighbourList
 
 _PERFECT = Sensor()
 
@@ -208,7 +207,8 @@ class Relation:
         """The whole arrays behind `neighbours`."""
         if self.detection:
             return self.detection.arrays.shown
-        return self.search.room._replace(identity=self.identity)
+        start, _, offset, distance = self.search.room
+        return NeighbourList(start, self.identity, offset, distance)
 
     @property
     def place(self) -> npt.NDArray[np.int64]:

@@ -575,4 +575,4 @@ def _check(world: Any, source: Any, group: Any) -> None:
     if group is None and source.needs_group:
         raise TypeError(f"attach({checks.shown(source)}): needs a group; give it, as in attach({name}(…), robots)")
     if group is not None:
-        world._data.check_group(group, f"attach({name}(…), {checks.shown(group)})")
+        world._data.check_group(group, f"attach({name}(…), {{}})")

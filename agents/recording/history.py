@@ -68,7 +68,7 @@ class Sums(NamedTuple):
 def totals_of(sizes: int | Integers, numbers: Integers) -> Totals:
     """Return the totals of rows with these numbers of targets, or the same in all, and of observed targets."""
     if isinstance(sizes, int):
-        return Totals({sizes: int(numbers.sum())}, len(numbers)) if sizes and len(numbers) else NOTHING
+        return Totals({sizes: int(np.add.reduce(numbers))}, len(numbers)) if sizes and len(numbers) else NOTHING
     found, first, which = np.unique(sizes, return_index=True, return_inverse=True)
     sums = np.zeros(len(found), np.int64)
     np.add.at(sums, which, numbers)
@@ -100,7 +100,8 @@ def shares(counted: Mapping[int, Any]) -> Any:
 
 
 _EDGES, _LARGEST, _OBSERVED, _ACTIVE, _ACTIVE_OBSERVED = range(CONDITIONAL_COLUMNS)
-_FIRST_ROWS, _MOST_FIRST_ROWS = 64, 1024
+# Of a trail.
+_FIRST_ROWS = 64
 
 #: The columns of every world, before the scores of its interactions.
 COLUMNS = ("observed", "mean_neighbours", "max_neighbours")
@@ -129,7 +130,8 @@ class Stretch:
         # How many are active is recorded only where it can change.
         self._is_conditional = is_open or any(relation.is_conditional for relation in relations)
         shape = (len(relations), CONDITIONAL_COLUMNS if self._is_conditional else HISTORY_COLUMNS)
-        self.steps = Table([Field("found", np.int64, shape), Field("scores", shape=(len(scores),))], room=_FIRST_ROWS)
+        # There is room for the steps of a run when it begins.
+        self.steps = Table([Field("found", np.int64, shape), Field("scores", shape=(len(scores),))])
         # The same numbers for the positions before the first step.
         self.present = np.zeros(shape, np.int64)
         self._sums, self._summed = Sums(), 0
@@ -138,8 +140,9 @@ class Stretch:
         """Return a new stretch of the same relations, without rows."""
         other = object.__new__(Stretch)
         other.__dict__.update(self.__dict__)
-        # As much room as here, because the next run is often as long.
-        other.steps = Table(self.steps.fields.values(), room=min(self.steps.room, _MOST_FIRST_ROWS))
+        # A table without rows has nothing that somebody could still read.
+        if self.rows:
+            other.steps = Table(self.steps.fields.values())
         other._sums, other._summed = Sums(), 0
         return other
 
@@ -163,7 +166,12 @@ class Stretch:
 
     def _sums_of(self, rows: Integers) -> Sums:
         observed, edges = self._counts(rows)
-        return Sums(totals_of(*observed), totals_of(*edges), int(rows[:, self._teammates, _LARGEST].max(initial=0)))
+        return Sums(totals_of(*observed), totals_of(*edges), int(self._largest(rows).max(initial=0)))
+
+    def _largest(self, rows: Integers) -> Integers:
+        """Return the largest degrees in each row."""
+        # A view of the only column, if there is one, takes no copy.
+        return rows[:, self._teammates[0] if len(self._teammates) == 1 else self._teammates, _LARGEST]
 
     def _counts(self, rows: Integers) -> tuple[tuple[int | Integers, Integers], tuple[int | Integers, Integers]]:
         """Return, for each row, how many targets are active and observed, and how many robots and edges there are."""
@@ -225,10 +233,11 @@ class History:
         """Begin a new stretch, with scores of these names, and return it; agents come and leave in an open one."""
         if self._stretches:
             last = self._stretches[-1]
-            # Without the room for more.
-            last.steps = last.steps.copy()
             if last.rows == 0:
                 self._stretches.pop()
+            else:
+                # Without the room for more.
+                last.steps = last.steps.copy()
         self._stretches.append(Stretch(relations, scores, is_open=is_open))
         return self._stretches[-1]
 
@@ -248,7 +257,10 @@ class History:
     @property
     def sums(self) -> Sums:
         """The sums of all stretches."""
-        return self.earlier.plus(self._stretches[-1].sums()) if self._stretches else self.earlier
+        if not self._stretches:
+            return self._earlier
+        last = self._stretches[-1].sums()
+        return self.earlier.plus(last) if len(self._stretches) > 1 else last
 
     def largest_by_group(self, first: int = 0) -> dict[tuple[str, str], int]:
         """Return the largest degree in each group that has been on a team, in the rows from `first` on."""

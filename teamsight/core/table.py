@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any, Literal, NamedTuple
 
@@ -66,6 +67,9 @@ class Table:
         self._fields: dict[str, Field] = {}
         self._arrays: dict[str, Array] = {}
         self._rows, self._room = rows, max(rows, room)
+        # How often columns have come or moved, and what `reset` writes, as of one of these times.
+        self._changes = 0
+        self._resets: tuple[Any, list[tuple[Array, Any]], list[tuple[Array, Array]]] | None = None
         for field in fields:
             self.declare(field)
 
@@ -108,6 +112,7 @@ class Table:
         name, dtype, shape, fill, *_ = field
         array = np.zeros((self._room, *shape), dtype)
         self._fields[name], self._arrays[name] = field, array
+        self._changes += 1
         self.__dict__[name] = view = array if self._rows == self._room else array[: self._rows]
         if values is not None:
             view[:] = values
@@ -137,7 +142,7 @@ class Table:
         rows = self._rows + count
         if rows <= self._room:
             return False
-        size = sum(array.dtype.itemsize * int(np.prod(array.shape[1:])) for array in self._arrays.values())
+        size = sum(array.dtype.itemsize * math.prod(array.shape[1:]) for array in self._arrays.values())
         spare = max(rows, _SPARE)
         rows += spare if most_spare is None else min(spare, most_spare // max(size, 1))
         for name, array in self._arrays.items():
@@ -201,22 +206,30 @@ class Table:
             if name in self._fields and field[:3] == self._fields[name][:3]:
                 self[name][:] = other[name]
                 self._fields[name] = field
+                self._changes += 1
             else:
                 self.declare(field, other[name])
 
     def reset(self, first: Table, member: Array | slice) -> None:
         """Let all columns be as their declarations say; `first` has the elements with which each `member` begins."""
-        for name, field in self._fields.items():
-            if field.reset == "fill":
-                self[name][:] = field.fill
-            elif field.reset == "first":
-                self[name][:] = first[name][member]
+        state = first, first._changes, self._changes
+        if self._resets is None or self._resets[0] != state:
+            # Listed once, since thousands of short runs begin with it.
+            by_rule = {rule: [one for one in self._fields.values() if one.reset == rule] for rule in ("fill", "first")}
+            fills = [(self[one.name], one.fill) for one in by_rule["fill"]]
+            self._resets = state, fills, [(self[one.name], first[one.name]) for one in by_rule["first"]]
+        _, fills, firsts = self._resets
+        for column, fill in fills:
+            column[...] = fill
+        for column, values in firsts:
+            column[...] = values[member]
 
     def _resize(self, rows: int) -> None:
         """Have so many rows; views of columns are made anew when they are used."""
         if rows > self._room:
             raise ValueError(f"rows={rows}: there is room for {self._room}; make more with make_room")
         self._rows, views = rows, self.__dict__
+        self._changes += 1
         for name in self._arrays:
             views.pop(name, None)
 

@@ -201,6 +201,7 @@ class Collecting(Interaction):
     renewed: Flag = True
 
     roles = ("robots", "pucks", "home")
+    writes = ("position", "reward")
     scores = ("delivered", "grabbed", "dropped_away", "woken_home", "woken_away")
     draws = 2
     columns = (

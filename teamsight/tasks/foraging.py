@@ -258,6 +258,7 @@ class Carrying(Interaction):
     """
 
     roles = ("robots", "attractors", "home")
+    writes = ("position", "speed", "reward", "ended")
     scores = ("delivered", "delivered_mass")
     columns = (*ROBOT_COLUMNS, *ATTRACTOR_COLUMNS)
     reach: Annotated[Positive, Allowed(unit="length")] = 1.0
@@ -322,6 +323,7 @@ class Consuming(Interaction):
     """
 
     roles = ("robots", "attractors")
+    writes = ("position", "speed", "reward", "ended")
     scores = ("consumed", "finished")
     columns = (*ROBOT_COLUMNS, *ATTRACTOR_COLUMNS)
     reach: Annotated[Positive, Allowed(unit="length")] = 1.0
@@ -413,6 +415,7 @@ class Grazing(Interaction):
     """
 
     roles = ("robots",)
+    writes = ("reward",)
     scores = ("grazed",)
     columns = (("robots", "probe_x", 0.0), ("robots", "probe_y", 0.0))
     side: Annotated[Positive, Allowed(unit="length")] = 64.0

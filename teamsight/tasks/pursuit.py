@@ -236,6 +236,7 @@ class Capture(Interaction):
     cost: Annotated[float, Allowed()] = 0.1
 
     roles = ("hunters", "prey")
+    writes = ("position", "reward", "ended")
     scores = ("captures", "trial_steps")
     draws = 2
     columns = (("hunters", "captures", 0),)
@@ -410,6 +411,7 @@ class Surround(Interaction):
     cost: Annotated[float, Allowed()] = 0.1
 
     roles = ("hunters", "prey")
+    writes = ("position", "reward", "ended")
     scores = ("captures", "trial_steps")
     draws = 2
     kernel = _surround

@@ -266,6 +266,7 @@ class Pushing(Interaction):
     """
 
     roles = ("robots", "box")
+    writes = ("position", "reward")
     scores = ("box_moved", "pushing", "stagnating")
     side: Length = 40.0
     robot_radius: Length = 0.5

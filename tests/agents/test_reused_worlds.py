@@ -136,6 +136,7 @@ def test_a_world_to_which_something_was_done_is_not_used_again(change: str) -> N
     lambda world: setattr(world, "awareness_range", 2.0), lambda world: setattr(world.robots[1], "turn_limit", 0.1),
     lambda world: setattr(world.targets[1], "position", (0.0, 0.0)), lambda world: setattr(world, "running", False),
     lambda world: world.clock.at(3, lambda: pytest.fail("events do not outlive a run")), lambda world: world.step(),
+    lambda world: (world.run(2), world.restore(world.state())), lambda world: (world.run(2), world.reset(9)),
 ])  # fmt: skip
 
 

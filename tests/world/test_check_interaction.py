@@ -26,8 +26,6 @@ def _many(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tur
     if what == 0.0:
         for i in range(two.position.shape[0]):
             one.reward[i] = 1.0
-    elif what == 1.0:
-        two.moved[0, 0] = 1.0
     elif what == 2.0:
         state.floats[0, 2] = 1.0
     elif what == 3.0:
@@ -48,8 +46,6 @@ def _many(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, tur
         one.load[one.load.shape[0]] = 3
     elif what == 11.0:
         one.reward[0] = parameters[1]
-    elif what == 12.0:
-        one.active[0] = False
     elif what == 13.0:
         # A mean.
         scores[0] = two.reward.sum() / two.reward.shape[0]
@@ -70,7 +66,6 @@ class Many(Interaction):
 
 MISTAKES = [
     (0, r"index . of bodies.one.reward, whose number of bodies is .; one are 0 to n − 1, and n is bodies.one.position"),
-    (1, r"writes into bodies.two.moved, which is read-only"),
     (2, r"index 2 of state.floats, whose number of fields is 2; start\(sizes\) determines"),
     (3, r"index -1 of scores, whose number of scores is 1; indices count from 0"),
     (4, r"of noise.one, whose number of bodies is .; rows of noise can be longer than there are one"),
@@ -81,7 +76,6 @@ MISTAKES = [
     (9, r"leaves the score 'score' at (inf|nan)"),
     (10, r"of bodies.one.load, whose number of bodies is"),
     (11, r"index 1 of parameters, whose number of parameters is 1; add what it needs to `parameters`"),
-    (12, r"writes into bodies.one.active, which is read-only"),
     (13, r"leaves the score 'score' at nan; .* \(with 0 bodies in the role 'two', as when all have left\)"),
 ]
 

@@ -173,6 +173,8 @@ _RULES: dict[str, str | Callable[..., Found]] = {
         "'{1}' has different types ({0}) in different branches; give it one type",
     r"cannot index (array\(.*?\)) with (\d+) indices": "an {0} is given {1} indices",
     r"Unsupported array index type (\S+) in": "an index has the type {0}; it must be a whole number, such as int(x)",
+    r"Cannot modify readonly array":
+        "the kernel writes into an array that is read-only; an interaction names in `writes` what it writes",
     r">>> getitem\((int\d+|uint\d+|float\d+|bool), ": "a number ({0}) is given an index",
     r">>> setitem\((array\(\w+, \dd, \w\)), .*?, (.*?)\) There are":
         "{1} cannot be written to elements of an {0}; write one number",

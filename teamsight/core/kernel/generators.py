@@ -251,7 +251,7 @@ def _type(part: Any) -> Any:
     element = from_dtype(part.dtype)
     if part.lengths is None:
         return element
-    return types.Array(element, len(part.lengths), "C")
+    return types.Array(element, len(part.lengths), "C", readonly=part.is_read_only)
 
 
 def _value(context: Any, builder: Any, words: Any, part: Any, kind: Any) -> Any:

@@ -16,14 +16,15 @@ plain numbers. Its content is declared once, as a NamedTuple whose annotations g
 A length is a number, fixed at compile time; a name, which means the same length throughout the record; a name plus a
 number, as in ``"bodies + 1"``; or a name that begins with a dot, which is local to its own NamedTuple. If a nested
 NamedTuple is annotated with ``".neighbours = start[-1]"``, that length is the last element of its array `start` at the
-time of the call; otherwise it is that of the array when it was packed.
+time of the call; otherwise it is that of the array when it was packed. With `READ_ONLY` beside the lengths, a kernel
+that writes into the array does not compile.
 """
 
 from __future__ import annotations
 
 import ctypes
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from operator import attrgetter
 from typing import Annotated, Any, Generic, NamedTuple, TypeVar, cast, get_args, get_origin, get_type_hints
 
@@ -31,6 +32,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.kernel.parts import Intrinsic, inlined
+
+#: In the annotation of an array: kernels must not write into it.
+READ_ONLY = object()
 
 
 class Length(NamedTuple):
@@ -52,6 +56,7 @@ class Leaf(NamedTuple):
     dtype: np.dtype[Any] | None  # of the elements or of the number; None for the address of an entry or a record
     lengths: tuple[Length, ...] | None  # of the array's axes; None for a number
     is_list: bool = False  # whether it is an array of addresses of records
+    is_read_only: bool = False  # whether kernels must not write into it
 
 
 class Node(NamedTuple):
@@ -111,8 +116,9 @@ class Packed(Generic[T]):
         TypeError, ValueError
             If an array has another type or shape than declared; the record is then unchanged.
         """
-        self.words[:], self._kept = self.record.words(value)
+        self.words[:], self._kept = self.record.words(value, self.words)
         self._made: Callable[[], T] | None
+        # Keeps alive what the record points to, but for the lists of addresses.
         self._value, self._made = value, None
 
     @property
@@ -139,8 +145,11 @@ class Packed(Generic[T]):
         return self.record.slots
 
     def update(self, **fields: Any) -> None:
-        """Replace some fields, as `put` does."""
-        self.put(self.value._replace(**fields))  # type: ignore[attr-defined]
+        """Replace some fields, as `put` does; lengths that other fields have too must stay."""
+        value = self.value._replace(**fields)  # type: ignore[attr-defined]
+        slots, words = self.record.part(tuple(fields))
+        self.words[slots], kept = words(value, self.words)
+        self._value, self._made, self._kept = value, None, self._kept | kept
 
 
 class Record(Generic[T]):
@@ -176,13 +185,24 @@ class Record(Generic[T]):
         self.node = self._node(cast(type, kind), "", {})
         numbers = {path: leaf.slot for path, leaf in self.leaves.items() if leaf.lengths is None}
         self.slots = self._lengths | numbers
-        self.words: Callable[[T], tuple[list[int], tuple[Any, ...]]] = _packing([*self.leaves.values()], self.size)
+        self.words: Packing = _packing([*self.leaves.values()], range(self.size), ())
+        self._packings: dict[tuple[str, ...], tuple[list[int], Packing]] = {}
         # No T: in kernels, entries and other records are addresses.
         self.at: Callable[[Any], Any] = Intrinsic(_content, self.node)
 
     def pack(self, value: T) -> Packed[T]:
         """Return a record of these arrays and numbers; raises what `Packed.put` raises."""
         return Packed(self, value)
+
+    def part(self, fields: tuple[str, ...]) -> tuple[list[int], Packing]:
+        """Return the words that depend on these fields alone, and the function that packs them."""
+        if fields not in self._packings:
+            changed = [leaf for leaf in self.leaves.values() if leaf.path.partition(".")[0] in fields]
+            others = [leaf for leaf in self.leaves.values() if leaf not in changed]
+            fixed = _lengths(changed) & _lengths(others)
+            own = [leaf.slot for leaf in changed] + [*_lengths(changed) - fixed]
+            self._packings[fields] = own, _packing(changed, own, fixed)
+        return self._packings[fields]
 
     def _next(self) -> int:
         self.size += 1
@@ -203,6 +223,8 @@ class Record(Generic[T]):
         parts: list[Any] = []
         for name, hint in get_type_hints(kind, include_extras=True).items():
             inner, *notes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+            is_read_only = any(note is READ_ONLY for note in notes)
+            notes = [note for note in notes if note is not READ_ONLY]
             where = f"{path}{name}"
             inner = self._parts.get(where, inner)
             if hasattr(inner, "_fields"):
@@ -218,7 +240,7 @@ class Record(Generic[T]):
             elif notes:
                 dtype = notes[0] if isinstance(notes[0], np.dtype) else np.dtype(_scalar(inner))
                 lengths = tuple(self._length(note, path, rules) for note in notes if not isinstance(note, np.dtype))
-            self.leaves[where] = Leaf(where, self._next(), dtype, lengths, is_list)
+            self.leaves[where] = Leaf(where, self._next(), dtype, lengths, is_list, is_read_only)
             parts.append(self.leaves[where])
         return Node(kind, tuple(parts))
 
@@ -247,9 +269,10 @@ def _packing(leaves: list[Leaf], size: int) -> Callable[[Any], tuple[list[int], 
 
     The function is generated without loops, which is twice as fast: building a world packs hundreds of arrays.
     """
-    lines, known = ["def words(value):"], set[int]()
-    names: dict[str, Any] = {"leaves": leaves, "number": _number, "address": address_of, "misfit": _misfit}
-    names["addresses"] = _addresses
+    lines, known = ["def words(value, present):"], {-1, *fixed}
+    lines += [f"w{slot} = int(present[{slot}])" for slot in fixed]
+    names: dict[str, Any] = {"leaves": leaves, "number": _number, "misfit": _misfit, "addresses": _addresses}
+    names |= {"view": _NO_BYTES.from_buffer, "addressof": ctypes.addressof, "unusual": _unusual_address}
     for at, leaf in enumerate(leaves):
         lines.append(f"a{at} = value.{leaf.path}")
         if leaf.lengths is None:
@@ -259,22 +282,33 @@ def _packing(leaves: list[Leaf], size: int) -> Callable[[Any], tuple[list[int], 
             lines.append(f"b{at}, a{at} = a{at}, addresses(a{at})")
         wrong = f"raise misfit(leaves[{at}], a{at})"
         names[f"t{at}"] = leaf.dtype
-        fits = f"a{at}.dtype == t{at} and a{at}.ndim == {len(leaf.lengths)} and a{at}.flags.c_contiguous"
-        lines += [f"if not ({fits}): {wrong}", f"shape = a{at}.shape"]
+        lines += [f"if a{at}.dtype != t{at} or a{at}.ndim != {len(leaf.lengths)}: {wrong}", f"shape = a{at}.shape"]
         for axis, length in enumerate(leaf.lengths):
-            if length.slot >= 0 and length.slot not in known:
+            if length.slot not in known:
                 known.add(length.slot)
                 lines.append(f"w{length.slot} = shape[{axis}] - {length.plus}")
         sizes = [f"w{length.slot} + {length.plus}" if length.slot >= 0 else f"{length.plus}" for length in leaf.lengths]
-        lines += [f"if shape != ({', '.join(sizes)},): {wrong}", f"w{leaf.slot} = address(a{at})"]
-    kept = [f"a{at}" for at in range(len(leaves))] + [f"b{at}" for at, leaf in enumerate(leaves) if leaf.is_list]
-    lines.append(f"return [{', '.join(f'w{slot}' for slot in range(size))}], ({', '.join(kept)},)")
+        # As `address_of`, without a call.
+        lines += [
+            f"if shape != ({', '.join(sizes)},): {wrong}",
+            f"try: w{leaf.slot} = addressof(view(a{at}))",
+            f"except TypeError: w{leaf.slot} = unusual(leaves[{at}], a{at})",
+        ]
+    kept = ", ".join(f"{leaf.slot}: (a{at}, b{at})" for at, leaf in enumerate(leaves) if leaf.is_list)
+    lines.append(f"return [{', '.join(f'w{slot}' for slot in slots)}], {{{kept}}}")
     exec("\n    ".join(lines), names)
-    return cast(Callable[[Any], tuple[list[int], tuple[Any, ...]]], names["words"])
+    return cast(Packing, names["words"])
 
 
 def _addresses(records: list[Packed[Any]]) -> npt.NDArray[np.int64]:
     return np.array([record.address for record in records], np.int64)
+
+
+def _unusual_address(leaf: Leaf, array: npt.NDArray[Any]) -> int:
+    """Return the address of an array that cannot be written; refuse one whose elements are not in order."""
+    if not array.flags.c_contiguous:
+        raise _misfit(leaf, array)
+    return address_of(array)
 
 
 def _number(leaf: Leaf, value: Any) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -78,6 +79,25 @@ def test_a_table_is_a_list_of_rows(plan: list[tuple[str, int]]) -> None:
         assert len(table) == len(rows)
         assert rows_of(table) == [tuple(row[name] for name in names) for row in rows]
         assert all(table[name].flags.c_contiguous for name in names)
+
+
+def test_each_reset_writes_the_columns_as_they_are_then() -> None:
+    table, first = made(0, 1, 2), made(*range(9))
+    other = Table([Field("place", np.float64, (2,), fill=2.5, reset="fill")], 3)
+    changes: list[Callable[[], object]] = [
+        lambda: None, lambda: first.arrange(np.arange(9)), lambda: table.arrange(np.arange(3)),
+        lambda: table.append(500, {"member": 8}), lambda: table.remove(0), lambda: table.cut(3),
+        lambda: table.declare(Field("own", fill=7.0, reset="fill")), lambda: table.write(other), lambda: table.drop("own"),
+    ]  # fmt: skip
+    for number, change in enumerate(changes):
+        change()
+        first.speed[:] = 10.0 * np.arange(9) + number
+        for name in set(table.fields) - {"member", "note"}:
+            table[name][:] = -1.0
+        table.reset(first, table.member)
+        assert table.speed.tolist() == [10.0 * member + number for member in table.member]
+        for name in {"place", "own"} & set(table.fields):
+            assert (table[name] == table.fields[name].fill).all()
 
 
 def test_columns_stay_where_they_are_while_there_is_room() -> None:
