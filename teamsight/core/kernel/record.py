@@ -259,13 +259,22 @@ class Record(Generic[T]):
         return Length(name.removeprefix("."), self._lengths[key], int(plus or 0), last)
 
 
+def _lengths(leaves: list[Leaf]) -> set[int]:
+    """Return the words that hold lengths of these leaves."""
+    return {length.slot for leaf in leaves for length in leaf.lengths or () if length.slot >= 0}
+
+
+#: Turns a NamedTuple, and the present words, into new words and the arrays to keep alive, by number.
+Packing = Callable[[Any, Any], tuple[list[int], dict[int, Any]]]
+
+
 def _content(record: Any) -> Any:
     """Return the content of a record, which plain Python passes in place of its address."""
     return record
 
 
-def _packing(leaves: list[Leaf], size: int) -> Callable[[Any], tuple[list[int], tuple[Any, ...]]]:
-    """Return the function that turns a NamedTuple into the words of a record and the arrays to keep alive.
+def _packing(leaves: list[Leaf], slots: Iterable[int], fixed: Collection[int]) -> Packing:
+    """Return the function that packs these leaves into the words `slots`; the `fixed` words, which are lengths, stay.
 
     The function is generated without loops, which is twice as fast: building a world packs hundreds of arrays.
     """

@@ -156,14 +156,15 @@ def test_an_intact_file_that_cannot_be_loaded_is_compiled_again(lab: Lab, monkey
     lab.check(7, 1, "first")
     load = Code.load
     for broken in (EOFError, ImportError, MemoryError):
-        errors = [broken("cannot load")]
+        # Before and after it waits for its turn.
+        errors = [broken("cannot load") for _ in range(2)]
 
-        def fail_once(code: Code, errors: list[Exception] = errors) -> tuple[object, int]:
+        def fail_twice(code: Code, errors: list[Exception] = errors) -> tuple[object, int]:
             if errors:
                 raise errors.pop()
             return load(code)
 
-        monkeypatch.setattr(Code, "load", fail_once)
+        monkeypatch.setattr(Code, "load", fail_twice)
         lab.check(7, 1, broken.__name__)
 
 
