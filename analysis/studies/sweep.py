@@ -412,8 +412,10 @@ class Rounds:
 
     def _make(self, missing: Selection) -> None:
         if self.engine.size > 1 and self._rate is None:
-            # In one worker, before others would compile the same.
-            with contextlib.closing(self.engine.outcomes(warm_up, [one_of_each_kind(self.plan, self.common)])) as found:
+            # One worker compiles before others would compile the same; meanwhile these start, and import the model.
+            kinds = one_of_each_kind(self.plan, self.common)
+            jobs = [kinds] + [kinds._replace(runs=())] * (self.engine.size - 1)
+            with contextlib.closing(self.engine.outcomes(warm_up, jobs)) as found:
                 for outcome in found:
                     if outcome.status in ("failed", "unsent"):
                         raise error_of(outcome, "the first runs")

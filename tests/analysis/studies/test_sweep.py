@@ -120,7 +120,9 @@ def test_an_error_of_the_progress_function_is_raised_as_it_is(tmp_path: Path, mo
 def test_the_first_shards_leave_runs_for_all_workers(tmp_path: Path) -> None:
     """Whatever a slow measure makes of the expected time, which is that of CMOMMT without one."""
     sweep(small(replicates=20), tmp_path / "out", executor=(engine := Engine(size=2)))
-    _warm_up, first, *_ = engine.jobs
+    compiles, starts, first, *_ = engine.jobs
+    assert compiles.runs
+    assert not starts.runs
     assert len(first.runs) == 80 // (2 * 4)
 
 
