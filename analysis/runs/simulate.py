@@ -102,8 +102,8 @@ def run_all(
     # A pool of one worker has no processes that would have to be ended.
     workers = pool if pool is not None else WorkerPool(1)
     if workers.size > 1:
-        # In one worker, so that no two workers compile the same kernels.
-        kinds = [_one_of_each_kind(job for _, job in missing)]
+        # In one worker, so that no two workers compile the same kernels; the others start meanwhile.
+        kinds = [_one_of_each_kind(job for _, job in missing)] + [[]] * (workers.size - 1)
         results_of(workers, _compile, kinds, describe=lambda _: "compilation")
     chunks = _chunks(missing, workers.size)
 
