@@ -69,6 +69,11 @@ class ReusedWorlds:
             self._built = _Built(world, parameters)
         return world
 
+    def rest(self) -> None:
+        """Close the present world, unless a later run can use it as it is. Idempotent."""
+        if self._built is None or not self._built.is_unchanged:
+            self.close()
+
     def close(self) -> None:
         """Close the present world. Idempotent."""
         # A model may have returned something that cannot be closed, which the caller refuses.
@@ -97,6 +102,13 @@ class _Built:
         self._start: Starts | None = None
         self._runs: dict[int, int] = {}
 
+    @property
+    def is_unchanged(self) -> bool:
+        """Whether nothing was added to the world, removed or replaced since it was built."""
+        world = self.world
+        is_whole = _trace(world) == self._trace and vars(world).keys() <= self._names
+        return is_whole and _settings(world) == self._settings
+
     def begin(
         self,
         model: Callable[..., World],
@@ -106,9 +118,7 @@ class _Built:
     ) -> bool:
         """Begin a run in this world if possible; return whether it was."""
         world = self.world
-        if model is not type(world) or _trace(world) != self._trace or not vars(world).keys() <= self._names:
-            return False
-        if _settings(world) != self._settings:
+        if model is not type(world) or not self.is_unchanged:
             return False
         numbers, kind = self._divided(parameters)
         if not _are_same(kind, self._kind):

@@ -1,7 +1,8 @@
-"""Which share of a study's CPU time is not its runs: a sweep beside a plain loop that makes the same runs.
+"""Which share of a study's CPU time is not its runs: ``python benchmarks/study_machinery.py``.
 
-The loop uses `ReusedWorlds` and calls the measure, in the order in which the sweep makes its runs, and keeps nothing.
-Both are in this process, in turn, round after round: ``python benchmarks/study_machinery.py``.
+Sweeps are made in this process. A run lasts from the begin of its world to the end of its measure, which is measured
+within the sweep: two sweeps differ by more than the machinery takes. Shards and heartbeats last seconds of the wall
+clock, so other work on the machine makes the share larger.
 """
 
 from __future__ import annotations
@@ -11,18 +12,18 @@ import contextlib
 import statistics
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
-from functools import partial
+import time
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
+from unittest import mock
 
-import numpy as np
-from measure import cpu_seconds, interleave
+from measure import cpu_seconds
 
-from teamsight import CMOMMT
 from teamsight.agents.reused_worlds import ReusedWorlds
-from teamsight.analysis.runs.run_many import summary
+from teamsight.analysis.runs import run_many
 from teamsight.analysis.studies.study import Study
-from teamsight.analysis.studies.sweep import Selection, sweep
+from teamsight.analysis.studies.sweep import sweep
 
 RADII = tuple(2.0 + 0.05 * number for number in range(100))
 #: By name: robots, targets, steps of a run, runs, and the most of the CPU time that the machinery may take.
@@ -31,8 +32,6 @@ KINDS = {
     "short": (15, 15, 60, 20_000, None),
     "usual": (15, 15, 600, 5_000, 0.02),
 }
-# Runs that the loop announces at a time, as the sweep does.
-_ANNOUNCED = 5_000
 
 
 def study_of(name: str, share: float) -> Study:
@@ -42,29 +41,28 @@ def study_of(name: str, share: float) -> Study:
     return Study(fixed=fixed, axes={"radius": RADII}, replicates=max(1, round(runs * share / len(RADII))), steps=steps)
 
 
-def swept(study: Study) -> float:
-    """Return the CPU time of a sweep in this process, its files included [s]."""
-    with tempfile.TemporaryDirectory() as folder:
-        return cpu_seconds(lambda: sweep(study, Path(folder, "study")))
+def swept(study: Study) -> tuple[float, float]:
+    """Return the CPU time of a sweep in this process, its files included, and that of its runs [s]."""
+    with tempfile.TemporaryDirectory() as folder, timed_runs() as taken:
+        return cpu_seconds(lambda: sweep(study, Path(folder, "study"))), sum(taken)
 
 
-def looped(study: Study) -> float:
-    """Return the CPU time of a loop that makes the same runs [s]."""
-    plan = study.plan()
-    runs = [
-        (plan.components(setting), plan.seed(setting, replicate))
-        for setting, replicate in Selection(plan, np.full(plan.settings, study.replicates))
-    ]
+@contextlib.contextmanager
+def timed_runs() -> Iterator[list[float]]:
+    """Append the CPU time of each run within the block [s]."""
+    taken: list[float] = []
 
-    def make() -> None:
-        with contextlib.closing(ReusedWorlds()) as worlds:
-            for first in range(0, len(runs), _ANNOUNCED):
-                chunk = runs[first : first + _ANNOUNCED]
-                worlds.expect(chunk)
-                for parameters, seed in chunk:
-                    summary(worlds.begin(CMOMMT, parameters, seed), study.steps)
+    def begin(*arguments: Any, plain: Callable[..., Any] = ReusedWorlds.begin) -> Any:
+        taken.append(-time.process_time())
+        return plain(*arguments)
 
-    return cpu_seconds(make)
+    def summary(*arguments: Any, plain: Callable[..., Any] = run_many.summary) -> Any:
+        found = plain(*arguments)
+        taken[-1] += time.process_time()
+        return found
+
+    with mock.patch.object(ReusedWorlds, "begin", begin), mock.patch.object(run_many, "summary", summary):
+        yield taken
 
 
 def lines(names: Iterable[str], rounds: int, share: float) -> Iterator[tuple[str, bool]]:
@@ -72,12 +70,10 @@ def lines(names: Iterable[str], rounds: int, share: float) -> Iterator[tuple[str
     for name in names:
         robots, targets, steps, _, most = KINDS[name]
         study = study_of(name, share)
-        # Compile, and import.
-        small = study_of(name, 0.0)
-        swept(small), looped(small)
-        taken = interleave({"sweep": partial(swept, study), "loop": partial(looped, study)}, rounds)
-        shares = [1 - loop / whole for loop, whole in zip(taken["loop"], taken["sweep"], strict=True)]
-        middle, each = statistics.median(shares), 1e6 * statistics.median(taken["sweep"]) / study.runs
+        swept(study_of(name, 0.0))  # compiles and imports
+        taken = [swept(study) for _ in range(rounds)]
+        shares = [1 - runs / whole for whole, runs in taken]
+        middle, each = statistics.median(shares), 1e6 * statistics.median(whole for whole, _ in taken) / study.runs
         goal = "" if most is None else f", goal at most {most:.0%}"
         yield (
             f"{name}: {study.runs:,} runs of {steps} steps, {robots} + {targets} bodies: {each:,.0f} µs a run, of "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import multiprocessing
 import os
@@ -137,6 +138,8 @@ def _serve(pipe: Connection, folder: Path | None) -> None:
                 raise
             except Exception as error:
                 pipe.send(("unsent", error_text(error)))
+    # Else the end of the interpreter looks for cycles among all that was imported, which takes most of a second.
+    gc.freeze()
 
 
 def _end_with_parent() -> None:

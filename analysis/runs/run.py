@@ -11,7 +11,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teamsight.analysis.runs.checkpoint import JSON, Codec, code_digest, modules_of
-from teamsight.analysis.runs.seeds import canonical, model_seed, scenario_of, setting_seed
+from teamsight.analysis.runs.seeds import canonical, seeds_of
 from teamsight.core import checks
 from teamsight.policies.interface import Policy
 
@@ -283,9 +283,7 @@ def task_seed(task: Task, root: int, replicate: int, scenario: Mapping[str, Any]
         The values that are given; the others are the defaults of the task.
     """
     full = {**task.scenario, **scenario}
-    if is_cmommt(task):
-        return model_seed(root, replicate, *scenario_of(full))  # type: ignore[arg-type]
-    return setting_seed(root, replicate, full)
+    return seeds_of(root, full, is_cmommt(task), "scenario" if is_cmommt(task) else "none")(replicate)
 
 
 def is_cmommt(task: Task) -> bool:

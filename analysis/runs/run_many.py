@@ -28,7 +28,7 @@ from teamsight.analysis.runs.run import (
     is_cmommt,
     task_seed,
 )
-from teamsight.analysis.runs.seeds import derived_seed
+from teamsight.analysis.runs.seeds import seeds_of
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.core import checks
 
@@ -298,7 +298,7 @@ def _seeding(
     if made is not None:
         task = made.task
         return count, lambda setting: [task_seed(task, root, run, made.scenario(setting)) for run in range(count)]
-    return count, lambda setting: [derived_seed(root, run, setting, model is None) for run in range(count)]
+    return count, lambda setting: [*map(seeds_of(root, setting, model is None), range(count))]
 
 
 class Evenness(NamedTuple):

@@ -7,7 +7,7 @@ user's experiments never meet the worlds on which a constant was chosen.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from numbers import Integral, Real
 from types import MappingProxyType
 from typing import Any, Literal, get_args
@@ -60,9 +60,11 @@ def canonical(value: Any) -> str:
     """
     # The usual types first: a reproduction converts a million values, and checks against abstract classes are slow.
     kind = type(value)
+    if kind is int:
+        return str(value)
     if kind is str or kind is bool:
         return repr(value)
-    if kind is not int and kind is not float:
+    if kind is not float:
         if isinstance(value, Mapping):
             return "{" + ", ".join(f"{name}={canonical(value[name])}" for name in sorted(value)) + "}"
         if kind is list:
@@ -91,22 +93,7 @@ def model_seed(root: int, replicate: int, robots: int, targets: int, radius: flo
     radius : float
         Radius of the arena [length].
     """
-    # In one go, since a study makes a seed for each run.
-    text = (
-        f"root={canonical(root)};replicate={canonical(replicate)};robots={canonical(robots)};"
-        f"targets={canonical(targets)};radius={canonical(radius)}"
-    )
-    # The text and the personalisation decide every published number: they must not change.
-    return _digest(text, b"teamsight-stage", _BITS)
-
-
-# Of a seed: so many survive the conversion to float that mixed tables and JSON make.
-_BITS = 53
-
-
-def _digest(text: str, person: bytes, bits: int) -> int:
-    digest = hashlib.blake2b(text.encode(), digest_size=8, person=person).digest()
-    return int.from_bytes(digest, "big") >> 64 - bits
+    return seeds_of(root, {"robots": robots, "targets": targets, "radius": radius}, is_cmommt=True)(replicate)
 
 
 def run_seed(root: int, run: int) -> int:
@@ -119,51 +106,27 @@ def run_seed(root: int, run: int) -> int:
     run : int
         Number of the run.
     """
-    text = f"root={canonical(root)};replicate={canonical(run)}"
-    return _digest(text, b"teamsight-delta", 63)
-
-
-def setting_seed(root: int, replicate: int, setting: Mapping[str, object]) -> int:
-    """Return the seed of one run into which all values of its setting enter, 0 to 2**53 - 1.
-
-    Parameters
-    ----------
-    root : int
-        Root seed of the study.
-    replicate : int
-        Number of the run, from 0 upwards.
-    setting : mapping
-        Parameters of the model.
-    """
-    text = f"root={canonical(root)};replicate={canonical(replicate)};setting={canonical(setting)}"
-    return _digest(text, b"teamsight-study", _BITS)
+    return seeds_of(root, {}, is_cmommt=False)(run)
 
 
 #: Which values of a setting enter its seeds: those of its scenario, so that treatments are paired, or all.
 Pairing = Literal["scenario", "none"]
 PAIRINGS: tuple[Pairing, ...] = get_args(Pairing)
-#: The parameters of `CMOMMT` that make its scenario.
-SCENARIO = ("robots", "targets", "radius")
+# The parameters of `CMOMMT` that make its scenario.
+_SCENARIO = ("robots", "targets", "radius")
+# Of a seed: so many survive the conversion to float that mixed tables and JSON make.
+_BITS = 53
 
 
-def scenario_of(setting: Mapping[str, object]) -> tuple[object, ...]:
-    """Return the robots, targets and radius of a setting of `CMOMMT`, which are the defaults if not given."""
-    from teamsight.agents.cmommt import DEFAULTS
-
-    return tuple(setting.get(name, DEFAULTS[name]) for name in SCENARIO)
-
-
-def derived_seed(
-    root: int, replicate: int, setting: Mapping[str, object], is_cmommt: bool, pairing: Pairing = "scenario"
-) -> int:
-    """Return the seed of one replicate of a setting; `run_many` and studies use the same.
+def seeds_of(
+    root: int, setting: Mapping[str, object], is_cmommt: bool, pairing: Pairing = "scenario"
+) -> Callable[[int], int]:
+    """Return the function that returns the seed of a replicate of a setting; `run_many` and studies use the same.
 
     Parameters
     ----------
     root : int
         Root seed.
-    replicate : int
-        Number of the run, from 0.
     setting : mapping
         Parameters of the model.
     is_cmommt : bool
@@ -172,8 +135,23 @@ def derived_seed(
     pairing : "scenario" or "none"
         With "none" all values of the setting enter, so that the runs of two settings are independent.
     """
+    rest, person, bits = "", b"teamsight-delta", 63
     if pairing == "none":
-        return setting_seed(root, replicate, setting)
-    if not is_cmommt:
-        return run_seed(root, replicate)
-    return model_seed(root, replicate, *scenario_of(setting))  # type: ignore[arg-type]
+        rest, person, bits = f";setting={canonical(setting)}", b"teamsight-study", _BITS
+    elif is_cmommt:
+        if any(name not in setting for name in _SCENARIO):
+            from teamsight.agents.cmommt import DEFAULTS
+
+            setting = {**DEFAULTS, **setting}
+        rest = "".join(f";{name}={canonical(setting[name])}" for name in _SCENARIO)
+        person, bits = b"teamsight-stage", _BITS
+    # Once for all replicates, since a study makes a seed for each run. The text and the personalisation decide every
+    # published number: they must not change.
+    begun = hashlib.blake2b(f"root={canonical(root)};replicate=".encode(), digest_size=8, person=person)
+
+    def seed(replicate: int) -> int:
+        digest = begun.copy()
+        digest.update(f"{canonical(replicate)}{rest}".encode())
+        return int.from_bytes(digest.digest(), "big") >> 64 - bits
+
+    return seed

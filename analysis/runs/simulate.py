@@ -173,8 +173,8 @@ def _outcomes(
     last outcome of its chunk.
     """
     if workers.size > 1:
-        # In one worker, so that no two workers compile the same kernels.
-        kinds = [_one_of_each_kind(job for _, job in missing)]
+        # In one worker, so that no two workers compile the same kernels; the others start meanwhile.
+        kinds = [_one_of_each_kind(job for _, job in missing)] + [[]] * (workers.size - 1)
         with contextlib.closing(workers.outcomes(_compile, kinds)) as compiled:
             list(compiled)
     make, alone = partial(_make, goes_on=bool(first)), dict(first)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from teamsight.analysis.runs.run import Run, task_seed
-from teamsight.analysis.runs.seeds import SCENARIO, derived_seed
+from teamsight.analysis.runs.seeds import seeds_of
 from teamsight.analysis.studies.definition.model import CMOMMT_NAME, integers_of, task_named
 from teamsight.analysis.studies.definition.values import Components, setting_ids, text_of, thawed
 
@@ -65,8 +65,8 @@ class Plan:
             columns |= block.columns
         self._values: dict[str, list[object]] = {name: thawed(tuple(column)) for name, column in columns.items()}
         self._components = Components()
-        # That of the last setting whose seed was asked for: its runs follow each other.
-        self._scenario: tuple[int, dict[str, object]] = -1, {}
+        # Those of the last setting of which one was asked for: its runs follow each other.
+        self._seeds: tuple[int, Callable[[int], int]] = -1, int
 
     @cached_property
     def ids(self) -> NDArray[np.uint64]:
@@ -107,7 +107,7 @@ class Plan:
 
     def parameters(self, k: int) -> dict[str, object]:
         """Return the values of setting `k`, JSON-like. Lists and tables in them must not be changed."""
-        return {name: self._value(name, k) for name in self.names}
+        return {name: values[int(k) // self._strides[name] % len(values)] for name, values in self._values.items()}
 
     def components(self, k: int) -> dict[str, object]:
         """Return the keyword arguments of the model in setting `k`. Imports its components."""
@@ -115,17 +115,16 @@ class Plan:
 
     def seed(self, k: int, replicate: int) -> int:
         """Return the seed of one replicate of setting `k`."""
-        study = self.study
-        if study.pairing == "none":
-            return derived_seed(study.seed, replicate, self.parameters(k), False, "none")
-        is_cmommt = study.model == CMOMMT_NAME
-        if k != self._scenario[0]:
-            names = SCENARIO if is_cmommt else () if self._task is None else tuple(self._task.scenario)
-            self._scenario = k, {name: self._value(name, k) for name in names if name in self._values}
-        given = self._scenario[1]
-        if self._task is None:
-            return derived_seed(study.seed, replicate, given, is_cmommt)
-        return task_seed(self._task, study.seed, replicate, given)
+        if k != self._seeds[0]:
+            self._seeds = k, self._seeds_of(k)
+        return self._seeds[1](replicate)
+
+    def _seeds_of(self, k: int) -> Callable[[int], int]:
+        study, given = self.study, self.parameters(k)
+        if study.pairing == "none" or (task := self._task) is None:
+            return seeds_of(study.seed, given, study.model == CMOMMT_NAME, study.pairing)
+        scenario = {name: given[name] for name in task.scenario if name in given}
+        return lambda replicate: task_seed(task, study.seed, replicate, scenario)
 
     def cost(self, k: int) -> float:
         """Return the expected work of a run of setting `k`; see `Run.cost`. Imports its components."""
@@ -161,7 +160,3 @@ class Plan:
                 f"axes: two of {self.settings:,} settings have one id by chance; give a parameter another value"
             )
         return order, known
-
-    def _value(self, name: str, k: int) -> object:
-        values = self._values[name]
-        return values[int(k) // self._strides[name] % len(values)]

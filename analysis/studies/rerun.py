@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from teamsight.analysis.studies.folder.study_folder import StudyFolder
-from teamsight.analysis.studies.shard import OWN_COLUMNS, common_of, recording
+from teamsight.analysis.studies.shard import OWN_COLUMNS, ShardRun, common_of, end_recording, recording
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
@@ -72,8 +72,13 @@ class PlannedRun(NamedTuple):
     def make(self) -> Rerun:
         """Make the run in this process, and compare it. An error of the run is raised as it is."""
         common = common_of(self.study, self.plan.types)
-        with recording(common) as (recorder, worlds):
-            measures, _, _ = recorder.make(worlds, recorder.parameters(self.parameters), self.seed)
+        with contextlib.ExitStack() as stack:
+            stack.callback(end_recording)
+            recorder = stack.enter_context(recording(common))
+            setting, _, replicate = self.run.partition("-")
+            run = ShardRun(setting, int(replicate), self.seed, self.parameters)
+            found, _ = recorder.make(run, recorder.parameters(self.parameters))
+            measures = recorder.measured(found).values
         names = dict.fromkeys([*measures, *(self.stored or {})])
         stored = measures if self.stored is None else self.stored
         differing = tuple(name for name in names if not _is_same(measures.get(name), stored.get(name)))

@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
 
-    from teamsight.agents.reused_worlds import ReusedWorlds
     from teamsight.agents.world import World
     from teamsight.analysis.studies.study import Record, Study
 
@@ -140,7 +139,7 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
     references.search_in(path)
     texts = {text.removeprefix(TASK_PREFIX) for text in _texts_in(study.as_dict())}
     named = {text for text in texts if references.is_reference(text)}
-    named |= {plug_in.reference for plug_in in plugins.plug_ins() if plug_in.name in texts}
+    named |= plugins.references_of(texts)
     sources = source_digests({reference.partition(":")[0] for reference in named}, path)
     code = checkpoint.code_digest(*DECIDING)
     return Common(study.model, study.steps, study.record, dict(types), path, code, sources, {})
@@ -185,16 +184,21 @@ def source_digests(modules: Iterable[str], folders: Iterable[str] = ()) -> dict[
 def _beside(names: set[str], folders: tuple[str, ...]) -> Iterator[str]:
     """Yield the names of loaded modules that stand in the packages of others, or in the folders."""
     packages = {top for top in (name.partition(".")[0] for name in names) if hasattr(sys.modules.get(top), "__path__")}
+    added = references.added()
+    if not (packages or folders or added):
+        return
+    # Most modules stand in a few folders.
+    absolute = cache(os.path.abspath)
     for name, module in tuple(sys.modules.items()):
         top = name.partition(".")[0]
         # Those of this package are in its own digest.
         if top in ("teamsight", "__main__", "__mp_main__") or not (file := getattr(module, "__file__", None)):
             continue
-        place = os.path.join(*name.split("."))
-        own = (os.path.join(folder, place + end) for folder in folders for end in (".py", f"{os.sep}__init__.py"))
-        if top in packages or any(os.path.abspath(file) == path for path in own):
+        place, stem = os.sep + name.replace(".", os.sep), file.removesuffix(".py").removesuffix(f"{os.sep}__init__")
+        home = absolute(stem.removesuffix(place) or os.sep) if stem.endswith(place) else ""
+        if top in packages or home in folders:
             yield name
-        elif references.is_added(file, place) and (two := references.hidden(name)):
+        elif home in added and (two := references.hidden(name)):
             raise ValueError(references.mixed_up(name, *two))
 
 
@@ -289,12 +293,12 @@ def _plain(text: str) -> str:
 
 
 class Recorder:
-    """Makes runs of a study and records them.
+    """Makes runs of a study, in worlds that are reused, and records them.
 
     Parameters
     ----------
     common : Common
-        What the runs share.
+        What the runs share; their kinds do not matter.
 
     Raises
     ------
@@ -303,9 +307,12 @@ class Recorder:
     """
 
     def __init__(self, common: Common) -> None:
+        # Slow to import: only where worlds are made.
+        from teamsight.agents.reused_worlds import ReusedWorlds
+
         references.search_in(common.path)
         task = task_named(common.model)
-        self._common = common
+        self.common, self.worlds = common._replace(kinds={}), ReusedWorlds()
         self._task = None if task is None else TaskModel(task)
         # The world of a task itself, so that runs of CMOMMT share one.
         self._model: Callable[..., World] = model_of(common.model) if task is None else task.world
@@ -313,6 +320,7 @@ class Recorder:
         self._taken = OWN_COLUMNS.union(common.types)
         self._components = Components()
         self._last: tuple[object, dict[str, Any]] = None, {}
+        self._class: type | None = None
 
     def parameters(self, given: Mapping[str, object]) -> dict[str, Any]:
         """Return the keyword arguments of the model for parameters as a study has them."""
@@ -327,40 +335,57 @@ class Recorder:
             self._last = given, found
         return found
 
-    def begin(self, worlds: ReusedWorlds, parameters: Mapping[str, Any], seed: int) -> World:
+    def begin(self, parameters: Mapping[str, Any], seed: int) -> World:
         """Return a world before its first step."""
-        return expect_world(worlds.begin(self._model, parameters, seed))
+        world = self.worlds.begin(self._model, parameters, seed)
+        if type(world) is not self._class:
+            self._class = type(expect_world(world))
+        return world
 
-    def make(
-        self, worlds: ReusedWorlds, parameters: Mapping[str, Any], seed: int
-    ) -> tuple[dict[str, object], Kinds, dict[str, pd.DataFrame]]:
-        """Make a run; return its measures, what each holds, and the library's own tables by kind of part."""
-        world, record = self.begin(worlds, parameters, seed), self._common.record
+    def make(self, run: ShardRun, parameters: Mapping[str, Any]) -> tuple[object, dict[str, pa.Table]]:
+        """Make a run; return what `measured` takes, and the rows of the library's own tables by kind of part."""
+        world, record = self.begin(parameters, run.seed), self.common.record
         if record.trajectories:
             world.recording.record_positions(record.trajectories)
-        values, kinds = measured_of(self._measure(world, self._common.steps), self._taken, self._measure)
-        tables = {}
+        found = self._measure(world, self.common.steps)
+        # What no later run can change is examined after the last one: right after a run, which displaces all else from
+        # the caches of the processor, that takes several times as long.
+        if not (isinstance(found, tuple) and _SCALARS.issuperset(map(type, found))):
+            found = self.measured(found)
+        if not (record.steps or record.trajectories or record.events):
+            return found, {}
+        frames = {}
         if record.steps:
-            tables["steps"] = world.recording.history.reset_index()
+            frames["steps"] = world.recording.history.reset_index()
         if record.trajectories:
-            tables["trajectories"] = world.recording.trajectory
+            frames["trajectories"] = world.recording.trajectory
         if record.events:
-            tables["events"] = world.events
-        return values, kinds, tables
+            frames["events"] = world.events
+        return found, {kind: _rows_of(run, kind, frame) for kind, frame in frames.items()}
+
+    def measured(self, found: object) -> Measured:
+        """Return the values of the columns that the measure returned, and what each column holds."""
+        return found if isinstance(found, Measured) else measured_of(found, self._taken, self._measure)
 
 
 #: What a column holds: "int", "number", "flag" or "text"; None where it is not known.
 Kind = str | None
 
 _KINDS: dict[object, Kind] = {int: "int", float: "number", bool: "flag", str: "text"}
+_SCALARS = frozenset(_KINDS)
 #: What a column holds, in words.
 WORDS = {"int": "a whole number", "number": "a number", "flag": "True or False", "text": "a text"}
 _MOST_INT = 2**63
 
 
-def measured_of(
-    found: object, taken: frozenset[str], measure: Callable[..., object]
-) -> tuple[dict[str, object], Kinds]:
+class Measured(NamedTuple):
+    """What a run measured: the values of its columns, and what each column holds."""
+
+    values: dict[str, object]
+    kinds: dict[str, Kind]
+
+
+def measured_of(found: object, taken: frozenset[str], measure: Callable[..., object]) -> Measured:
     """Return the values of the columns that a measure returned, and what each column holds.
 
     Parameters
@@ -384,12 +409,15 @@ def measured_of(
     for name, value in columns_of(found, taken).items():
         if type(name) is not str or not name or not name.isascii():
             _check_name(name)
-        wanted = declared.get(name)
-        if type(value) is float and wanted in (None, "number"):  # the usual case
+        wanted, type_ = declared.get(name), type(value)
+        # The usual cases: checks against abstract classes are slow.
+        if type_ is float and wanted in (None, "number"):
             values[name], kinds[name] = value, "number"
+        elif type_ is int and wanted == "int" and -_MOST_INT <= value < _MOST_INT:
+            values[name], kinds[name] = value, wanted
         else:
             values[name], kinds[name] = _value(name, value, wanted)
-    return values, kinds
+    return Measured(values, kinds)
 
 
 def _check_name(name: object) -> None:
@@ -527,23 +555,20 @@ class PartTables:
         self._failures: list[tuple[ShardRun, Failure]] = []
         self._tables: dict[str, list[pa.Table]] = {}
 
-    def add(self, run: ShardRun, made: tuple[dict[str, object], Kinds, dict[str, pd.DataFrame]] | Failure) -> None:
-        """Add what `Recorder.make` returned of a run, or why it failed."""
-        if isinstance(made, Failure):
-            self._failures.append((run, made))
+    def add(self, run: ShardRun, found: Measured | Failure, tables: Mapping[str, pa.Table]) -> None:
+        """Add what a run measured, or why it failed, and its rows of other kinds of parts."""
+        if isinstance(found, Failure):
+            self._failures.append((run, found))
             return
-        values, kinds, frames = made
-        try:
-            tables = {kind: _rows_of(run, kind, frame) for kind, frame in frames.items()}
-            if "events" in tables:
-                kinds = kinds | _details(tables["events"])
-            if kinds != self._last:
+        kinds = found.kinds | _details(tables["events"]) if "events" in tables else found.kinds
+        if kinds != self._last:
+            try:
                 self._known, self._kinds = merged(self._known, kinds), merged(self._kinds, kinds)
-                self._last = kinds
-        except (ValueError, TypeError, NotImplementedError) as error:  # Arrow raises all three
-            self._failures.append((run, Failure(shortened(str(error), _LONGEST_ERROR), "")))
-            return
-        self._runs.append((run, values))
+            except ValueError as error:
+                self._failures.append((run, Failure(shortened(str(error), _LONGEST_ERROR), "")))
+                return
+            self._last = kinds
+        self._runs.append((run, found.values))
         for kind, table in tables.items():
             self._tables.setdefault(kind, []).append(table)
 
@@ -661,7 +686,8 @@ def _parquet(table: pa.Table, metadata: Mapping[str, str] | None = None) -> byte
 
     table = table.replace_schema_metadata({"software": "teamsight", **(metadata or {})})
     target = io.BytesIO()
-    pq.write_table(table, target, compression="zstd")
+    # Without dictionaries: most values occur once, and what repeats itself is compressed all the same.
+    pq.write_table(table, target, compression="zstd", use_dictionary=False)
     return target.getvalue()
 
 
@@ -680,38 +706,71 @@ def make_shard(shard: Shard) -> ShardResult:
         If this process has another version of the code, or of a module that the study names.
     """
     began = reported = time.perf_counter()
-    check_same_code(shard.common)
-    tables = PartTables(shard.common)
-    with recording(shard.common) as (recorder, worlds):
+    tables, made = PartTables(shard.common), list[Any]()
+    with recording(shard.common) as recorder:
         prepared = [(run, _attempt(recorder.parameters, run.parameters)) for run in shard.runs]
-        worlds.expect((found, run.seed) for run, found in prepared if not isinstance(found, Failure))
+        recorder.worlds.expect((found, run.seed) for run, found in prepared if not isinstance(found, Failure))
         for count, (run, parameters) in enumerate(prepared, 1):
-            if isinstance(parameters, Failure):
-                tables.add(run, parameters)
-            else:
-                tables.add(run, _attempt(recorder.make, worlds, parameters, run.seed))
+            is_failure = isinstance(parameters, Failure)
+            made.append(parameters if is_failure else _attempt(recorder.make, run, parameters))
             if (now := time.perf_counter()) - reported >= _PERIOD:
                 reported = now
                 advance(shard.name, count)
+    for run, one in zip(shard.runs, made, strict=True):
+        if isinstance(one, Failure):
+            tables.add(run, one, {})
+        else:
+            tables.add(run, _attempt(recorder.measured, one[0]), one[1])
     return tables.result(time.perf_counter() - began)
 
 
+class _Kept(threading.local):
+    """The recorder of the last shard: the next one is mostly of the same study, and building a world takes long."""
+
+    recorder: Recorder | None = None
+
+
+_kept = _Kept()
+
+
 @contextlib.contextmanager
-def recording(common: Common) -> Iterator[tuple[Recorder, ReusedWorlds]]:
-    """Make runs within the block, by a recorder and worlds that are reused."""
-    # Slow to import: only where worlds are made.
-    from teamsight.agents.reused_worlds import ReusedWorlds
+def recording(common: Common) -> Iterator[Recorder]:
+    """Make runs within the block; the world stays for the next block of the same study in this thread.
+
+    Raises
+    ------
+    SourceError
+        If this process has another version of the code, or of a module that the study names.
+    """
     from teamsight.analysis.runs.simulate import announcing
 
-    with contextlib.closing(ReusedWorlds()) as worlds, announcing():
-        yield Recorder(common), worlds
+    recorder = _kept.recorder
+    if recorder is None or recorder.common != common._replace(kinds={}):
+        end_recording()
+        check_same_code(common)
+        recorder = Recorder(common)
+    # A model or a measure may make the runs of another study meanwhile.
+    _kept.recorder = None
+    try:
+        with announcing():
+            yield recorder
+    finally:
+        recorder.worlds.rest()
+        _kept.recorder = recorder
+
+
+def end_recording() -> None:
+    """Close the world that this thread has kept."""
+    if _kept.recorder is not None:
+        _kept.recorder.worlds.close()
+        _kept.recorder = None
 
 
 def died(shard: Shard, error: str) -> ShardResult:
     """Return the result of a shard that no worker survived: all its runs failed."""
     tables = PartTables(shard.common)
     for run in shard.runs:
-        tables.add(run, Failure(error, ""))
+        tables.add(run, Failure(error, ""), {})
     return tables.result()
 
 

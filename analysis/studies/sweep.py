@@ -28,9 +28,9 @@ from teamsight.analysis.studies.shard import (
     Shard,
     ShardResult,
     ShardRun,
-    check_same_code,
     common_of,
     died,
+    end_recording,
     failure_of,
     make_shard,
     recording,
@@ -135,7 +135,7 @@ class Selection:
 
 
 # Work of a shard [s], and of the first ones, as long as the rate is not known.
-_SECONDS, _FIRST_SECONDS = 1.0, 0.25
+_SECONDS, _FIRST_SECONDS = 2.0, 0.25
 # The least work of a shard at the end, where shards are smaller so that all workers end together [s].
 _LEAST_SECONDS = 0.1
 # Shards into which what is left is divided for each worker.
@@ -143,7 +143,7 @@ _SHARDS_PER_WORKER = 4
 # Cost per second of CMOMMT, as `Run.cost` counts it, until it is measured. Other models begin with single runs.
 _RATES = {"cmommt": 800_000.0}
 # Runs of a shard: each is a row in memory.
-_MOST_RUNS = 5_000
+_MOST_RUNS = 10_000
 # Into how many pieces a shard is divided in which workers died.
 _PIECES = 8
 # Share of the last shard in a rate that rises.
@@ -294,12 +294,11 @@ def warm_up(shard: Shard) -> None:
     SourceError
         If this process has another version of the code.
     """
-    check_same_code(shard.common)
-    with warnings.catch_warnings(), _left_to_the_runs(), recording(shard.common) as (recorder, worlds):
+    with warnings.catch_warnings(), recording(shard.common) as recorder:
         warnings.simplefilter("ignore")
         for run in shard.runs:
             with _left_to_the_runs():
-                recorder.begin(worlds, recorder.parameters(run.parameters), run.seed).run(1)
+                recorder.begin(recorder.parameters(run.parameters), run.seed).run(1)
 
 
 @contextlib.contextmanager
@@ -413,8 +412,10 @@ class Rounds:
 
     def _make(self, missing: Selection) -> None:
         if self.engine.size > 1 and self._rate is None:
-            # In one worker, before others would compile the same.
-            with contextlib.closing(self.engine.outcomes(warm_up, [one_of_each_kind(self.plan, self.common)])) as found:
+            # One worker compiles before others would compile the same; meanwhile these start, and import the model.
+            kinds = one_of_each_kind(self.plan, self.common)
+            jobs = [kinds] + [kinds._replace(runs=())] * (self.engine.size - 1)
+            with contextlib.closing(self.engine.outcomes(warm_up, jobs)) as found:
                 for outcome in found:
                     if outcome.status in ("failed", "unsent"):
                         raise error_of(outcome, "the first runs")
@@ -587,6 +588,7 @@ def sweep(
         workers = workers_for(expected_seconds(plan, most))
     folder = StudyFolder(out)
     with contextlib.ExitStack() as stack:
+        stack.callback(end_recording)
         stack.enter_context(folder.lock(shard, wait, emit))
         manifest = folder.prepare(study, plan, code=common.code, sources=common.sources, mixed_code=mixed_code)
         common = common._replace(kinds=dict(manifest.holds))
@@ -632,4 +634,5 @@ def warm_up_study(study: Study) -> int:
     _, plan, common = _checked(study)
     shard = one_of_each_kind(plan, common)
     warm_up(shard)
+    end_recording()
     return len(shard.runs)

@@ -9,7 +9,7 @@ A distribution lists its plug-ins in its ``pyproject.toml``::
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -78,6 +78,11 @@ def plug_ins() -> tuple[PlugIn, ...]:
 def names(group: str) -> tuple[str, ...]:
     """Return the names of the plug-ins of a group, in alphabetical order."""
     return tuple(sorted({one.name for one in _of(group)}))
+
+
+def references_of(known: Collection[str]) -> set[str]:
+    """Return what the plug-ins of these names refer to, without looking for new ones."""
+    return {one.reference for one in _listed(tuple(sys.path)) if one.name in known}
 
 
 def has(group: str, name: str) -> bool:

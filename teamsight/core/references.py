@@ -120,18 +120,9 @@ def _module(name: str, given: str, place: str) -> ModuleType:
         raise ValueError(f"{given}: module {name!r} fails to import: {why}; {cure}") from error
 
 
-def is_added(file: str, place: str) -> bool:
-    """Whether a file is that of a module in a folder that `search_in` has added, for this study or another one.
-
-    Parameters
-    ----------
-    file : str
-        The file.
-    place : str
-        The path of the module in such a folder, without its ending.
-    """
-    ends = (".py", f"{os.sep}__init__.py")
-    return any(file == os.path.join(folder, place + end) for folder in _added for end in ends)
+def added() -> tuple[str, ...]:
+    """Return the folders that `search_in` has added, for this study and for others."""
+    return tuple(_added)
 
 
 def mixed_up(name: str, found: str, own: str) -> str:

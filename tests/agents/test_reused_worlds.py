@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import mesa
@@ -209,6 +210,20 @@ def test_options_that_their_owner_changes_are_noticed() -> None:
     assert first is not second
     assert isinstance(second, CMOMMT)
     assert second.policy == ACmommt(idle="stay")
+
+
+def test_a_world_rests_unless_something_was_added_which_closing_it_completes(tmp_path: Path) -> None:
+    worlds, parameters = ReusedWorlds(), {"robots": 3, "targets": 2}
+    first = worlds.begin(CMOMMT, parameters, 0)
+    first.run(2)
+    worlds.rest()
+    second = worlds.begin(CMOMMT, parameters, 1)
+    assert second is first
+    second.record(tmp_path / "page.html")
+    second.run(2)
+    worlds.rest()
+    assert (tmp_path / "page.html").exists()
+    assert worlds.begin(CMOMMT, parameters, 2) is not first
 
 
 def test_starts_of_many_runs_are_those_of_each() -> None:

@@ -163,6 +163,9 @@ def are_equal(one: object, other: object) -> bool:
     return one is other or (one == other and text_of(one) == text_of(other))
 
 
+_STORED: dict[str, Any] = {"int": int, "number": float, "flag": bool}
+
+
 def stored(value: object, kind: str) -> int | float | bool | str:
     """Return a value as a column of results holds it.
 
@@ -175,9 +178,8 @@ def stored(value: object, kind: str) -> int | float | bool | str:
     """
     if kind == "text":
         return value if isinstance(value, str) else json.dumps(value, sort_keys=True, ensure_ascii=False)
-    made = {"int": int, "number": float, "flag": bool}[kind]
-    result: int | float | bool = made(value)  # type: ignore[arg-type]
-    return result
+    made: int | float | bool = _STORED[kind](value)
+    return made
 
 
 class Components:
@@ -200,6 +202,8 @@ class Components:
         TypeError, ValueError
             If a reference does not load, or options are wrong.
         """
+        if not any("." in name for name in parameters):
+            return {name: self.made(name, value) for name, value in parameters.items()}
         options: dict[str, dict[str, object]] = {}
         for name in parameters:
             base, dot, option = name.partition(".")
@@ -236,6 +240,8 @@ class Components:
             # A sensor takes no names of its own, so that any is one of a plug-in.
             is_component = references.is_reference(value) or name == "sensor"
             return self._component(name, value, {}) if is_component else value
+        if isinstance(value, (int, float)):  # before checks against abstract classes, which are slow
+            return value
         if isinstance(value, (list, tuple)):
             return [self.made(name, one) for one in value]
         if not isinstance(value, Mapping):

@@ -324,14 +324,15 @@ def reading(part: Part, content: bytes) -> Iterator[pq.ParquetFile]:
 
 def rows(file: pq.ParquetFile, columns: Iterable[str] | None = None) -> pa.Table:
     """Return the rows of a part: all columns, or those of these names that it has."""
-    names = None if columns is None else [name for name in columns if name in file.schema_arrow.names]
+    known = file.schema_arrow.names
+    names = None if columns is None else [name for name in columns if name in known]
     # Without threads, whose overhead is larger than a part.
     return file.read(names, use_threads=False)
 
 
 def noted(file: pq.ParquetFile, key: str) -> dict[str, str]:
     """Return what the metadata of a part says under a key, without what is not known; empty if it says nothing."""
-    found = json.loads((file.schema_arrow.metadata or {}).get(key.encode(), b"{}"))
+    found = json.loads((file.metadata.metadata or {}).get(key.encode(), b"{}"))
     return {str(name): str(value) for name, value in found.items() if value is not None}
 
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from teamsight import Study, run_many
 from teamsight.analysis.runs.run import Run
-from teamsight.analysis.runs.seeds import canonical, model_seed, run_seed, setting_seed
+from teamsight.analysis.runs.seeds import canonical, model_seed, run_seed, seeds_of
 from teamsight.analysis.studies.definition.values import frozen, hex_of, run_id, text_of, thawed
 
 NUMBERS = st.integers(-50, 50) | st.floats(-50, 50)
@@ -94,7 +94,7 @@ def test_a_plan_is_that_of_its_naive_twin(study: Study) -> None:
 
 def naive_seed(study: Study, setting: dict[str, Any], replicate: int) -> int:
     if study.pairing == "none":
-        return setting_seed(study.seed, replicate, setting)
+        return seeds_of(study.seed, setting, False, "none")(replicate)
     robots, targets, radius = setting.get("robots", 10), setting.get("targets", 15), setting.get("radius", 5.0)
     return model_seed(study.seed, replicate, robots, targets, radius)
 
