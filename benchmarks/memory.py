@@ -1,15 +1,13 @@
-"""The memory of large worlds, each in a process of its own; and how long the command line takes to answer."""
+"""The memory of large worlds, each in a process of its own."""
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import resource
 import subprocess
 import sys
-import time
 
-from measure import Row, median
+from measure import Row
 
 ROBOTS = 100_000
 POLICIES = ("random-walk", "centroid", "a-cmommt")
@@ -26,19 +24,6 @@ def measure_memory(policies: tuple[str, ...]) -> list[Row]:
             peak = json.loads(answer)["peak"]
             rows.append(Row(f"memory of {ROBOTS:,} + {ROBOTS:,}: {policy}, {degree}", "GiB", peak, most=2))
     return rows
-
-
-def measure_help(rounds: int) -> list[Row]:
-    """Measure the wall time of ``teamsight --help``, where there is a command line."""
-    if importlib.util.find_spec("teamsight.cli") is None:
-        return []
-    command = [sys.executable, "-c", "from teamsight.cli import main; main(['--help'])"]
-    taken = []
-    for _ in range(rounds):
-        begin = time.perf_counter()
-        subprocess.run(command, check=True, capture_output=True)
-        taken.append(time.perf_counter() - begin)
-    return [median("teamsight --help, wall time", "s", taken, most=0.5)]
 
 
 def main(policy: str, degree: str) -> None:

@@ -24,7 +24,7 @@ from foraging import measure_foraging
 from interactions import measure_interactions
 from learning import measure_learning
 from measure import Row
-from memory import POLICIES, measure_help, measure_memory
+from memory import POLICIES, measure_memory
 from plain_c import PlainC
 from processes import measure_processes
 from pursuit import measure_pursuit
@@ -36,13 +36,14 @@ from scaling import measure_scaling
 from sensors import measure_sensors
 from short_runs import measure_short_runs
 from speed import measure_speed
+from start import measure_start
 from studies import measure_engines
 from study_speed import measure_study_speed
 from tasks import measure_tasks
 from view import measure_view
 
 PARTS = (
-    "speed", "short", "scaling", "memory", "help", "learning", "regression", "sensors", "cycles", "conditions",
+    "speed", "short", "scaling", "memory", "start", "learning", "regression", "sensors", "cycles", "conditions",
     "events", "interactions", "components", "processes", "foraging", "pursuit", "studies", "tasks", "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
@@ -64,7 +65,7 @@ def main() -> int:
         "short": lambda: measure_short_runs(rounds),
         "scaling": lambda: measure_scaling(c, min(rounds, 7)),
         "memory": lambda: measure_memory(POLICIES[-1:] if options.quick else POLICIES),
-        "help": lambda: measure_help(min(rounds, 7)),
+        "start": lambda: measure_start(min(rounds, 7)),
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),

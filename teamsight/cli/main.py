@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import click
 
 from teamsight import __version__
-from teamsight.cli import calibrate, delta, demo, evolve, look, reproduce, study, warm
-from teamsight.cli import learn as learning
 from teamsight.cli.exits import run_and_exit
-from teamsight.cli.options import Command, Group, Options
+from teamsight.cli.options import Group, LazyCommands, command_in
 
 # What stands there for somebody who types the name of the program and nothing else.
 _FIRST = """\
@@ -22,8 +20,36 @@ teamsight delta --robots 30 --radius 5    how many neighbours at most?
 teamsight --help                          all commands"""
 
 
+# The section of each command in the help, and where it is; those of groups are below.
+_COMMANDS = {
+    "demo": ("Look", "demo.demo"), "watch": ("Look", "look.watch"), "run": ("Look", "look.run"),
+    "tasks": ("Look", "look.tasks"), "plugins": ("Look", "look.plugins"), "delta": ("Measure", "delta.delta"),
+    "sweep": ("Study", "study.sweep"), "status": ("Study", "study.status"), "plot": ("Study", "study.plot"),
+    "rerun": ("Study", "study.rerun"), "verify": ("Study", "study.verify"), "submit": ("Study", "study.submit"),
+    "schema": ("Study", "study.schema"), "learn": ("Learn", "main.learn"), "evolve": ("Learn", "main.evolution"),
+    "reproduce": ("Reproduce", "reproduce.papers"), "calibrate": ("Reproduce", "calibrate.calibrate"),
+    "warm": ("Set up", "warm.warm"),
+}  # fmt: skip
+_LEARN = ("explore", "evaluate", "figure", "diagnose", "curve")
+_EVOLVE = ("train", "test")
+
+
+def _command(name: str) -> click.Command:
+    section, place = _COMMANDS[name]
+    return command_in(place, section)
+
+
+def _learn(name: str) -> click.Command:
+    return command_in(f"learn.{name}")
+
+
+def _evolve(name: str) -> click.Command:
+    return command_in(f"evolve.{name}")
+
+
 @click.group(
     cls=Group,
+    made=LazyCommands(_COMMANDS, _command),
     alone=_FIRST,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Results depend on the settings and the seed only, not on the number of workers. With TEAMSIGHT_TRACEBACK=1 "
@@ -48,7 +74,7 @@ def commands() -> None:
     """
 
 
-@click.group(cls=Group, section="Learn")
+@click.group(cls=Group, section="Learn", made=LazyCommands(_LEARN, _learn))
 def learn() -> None:
     """Explore once, and learn from the recorded transitions.
 
@@ -61,7 +87,7 @@ def learn() -> None:
     """
 
 
-@click.group("evolve", cls=Group, section="Learn")
+@click.group("evolve", cls=Group, section="Learn", made=LazyCommands(_EVOLVE, _evolve))
 def evolution() -> None:
     """Find the constants of the policy 'evolved', and compare it with A-CMOMMT.
 
@@ -69,52 +95,6 @@ def evolution() -> None:
       teamsight evolve train    find constants, or continue to do so
       teamsight evolve test     compare them with the best A-CMOMMT
     """
-
-
-@click.group("reproduce", cls=reproduce.Papers, section="Reproduce")
-def papers() -> None:
-    """Reproduce a paper: its runs, its figures and its claims.
-
-    Without the name of a paper, that of Touzet (2000), whose figures have numbers.
-
-    \b
-      teamsight reproduce                       all its figures, and its claims
-      teamsight reproduce 4 5                   two of its figures
-      teamsight reproduce tan1993 --quick       another paper, coarse and fast
-      teamsight reproduce tan1993 --help        its options
-    """
-
-
-_COMMANDS: dict[str, tuple[Any, ...]] = {
-    "Look": (
-        (demo.demo, demo.DemoSettings), (look.watch, look.WatchSettings), (look.run, look.RunSettings),
-        (look.tasks, look.TasksSettings), (look.plugins, Options),
-    ),
-    "Measure": ((delta.delta, delta.DeltaSettings),),
-    "Study": (
-        (study.sweep, study.SweepSettings), (study.status, study.StatusSettings), (study.plot, study.PlotSettings),
-        (study.rerun, study.RerunSettings), (study.verify, study.VerifySettings),
-        (study.submit, study.SubmitSettings), (study.schema, Options),
-    ),
-    "Learn": (learn, evolution),
-    "Reproduce": (papers, (calibrate.calibrate, calibrate.CalibrateSettings)),
-    "Set up": ((warm.warm, Options),),
-}  # fmt: skip
-_LEARN: tuple[tuple[Any, type[Options]], ...] = (
-    (learning.explore, learning.ExploreSettings), (learning.evaluate, learning.EvaluateSettings),
-    (learning.figure, learning.FigureSettings), (learning.diagnose, learning.DiagnoseSettings),
-    (learning.curve, learning.CurveSettings),
-)  # fmt: skip
-
-for _section, _made in _COMMANDS.items():
-    for _command in _made:
-        if isinstance(_command, tuple):
-            _command = Command(_command[0], _command[1], _section)
-        commands.add_command(_command)
-for _work, _settings in _LEARN:
-    learn.add_command(Command(_work, _settings))
-evolution.add_command(Command(evolve.train, evolve.TrainSettings))
-evolution.add_command(Command(evolve.test, evolve.TestSettings))
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

@@ -10,7 +10,8 @@ import os
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
-from functools import partial
+from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
@@ -481,6 +482,51 @@ def usage(error: click.ClickException) -> str:
     return error.format_message().rstrip(".") + (f"; see {context.command_path} --help" if context else "")
 
 
+class LazyCommands(Mapping[str, click.Command]):
+    """The commands of a group; each is made, and its file imported, when it is asked for.
+
+    Parameters
+    ----------
+    names : collection of str
+        Their names, in the order of the help.
+    make : callable
+        Returns the command of a name.
+    """
+
+    def __init__(self, names: Collection[str], make: Callable[[str], click.Command]) -> None:
+        self._names, self._make = names, make
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __getitem__(self, name: str) -> click.Command:
+        if name not in self._names:
+            raise KeyError(name)
+        return self._make(name)
+
+
+@cache
+def command_in(place: str, section: str = "") -> click.Command:
+    """Return the command of a function, as in ``look.run``, whose parameter is annotated with its options.
+
+    Parameters
+    ----------
+    place : str
+        The module in `teamsight.cli`, and the function or a command that is made there.
+    section : str
+        As of `Command`.
+    """
+    name, _, function = place.rpartition(".")
+    module = import_module(f"teamsight.cli.{name}")
+    work = getattr(module, function)
+    if isinstance(work, click.Command):
+        return work
+    return Command(work, getattr(module, work.__annotations__["settings"]), section)
+
+
 class Group(click.Group):
     """A group of commands that suggests the nearest command for an unknown name.
 
@@ -492,10 +538,15 @@ class Group(click.Group):
         What the group prints where no command is given; by default its help.
     section : str
         As of `Command`.
+    made : mapping of str to Command
+        Its commands.
     """
 
-    def __init__(self, *given: Any, alone: str = "", section: str = "", **further: Any) -> None:
+    def __init__(
+        self, *given: Any, made: Mapping[str, click.Command], alone: str = "", section: str = "", **further: Any
+    ) -> None:
         super().__init__(*given, **further)
+        self.commands: Any = made
         self._alone, self.section = alone, section
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:

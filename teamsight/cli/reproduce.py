@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from functools import cache
 from importlib import import_module
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from teamsight.analysis.papers import DEFAULT, PAPERS
-from teamsight.cli.options import Command, Divides, Folder, Format, Group, Writes
+from teamsight.cli.options import Command, Divides, Folder, Format, Group, LazyCommands, Writes
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Flag
 
@@ -40,25 +40,6 @@ class PaperSettings(Divides, Writes):
     quick: Flag = False
 
 
-class _Commands(Mapping[str, click.Command]):
-    """The commands of all papers; each is made, and its file imported, when it is asked for."""
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(PAPERS)
-
-    def __len__(self) -> int:
-        return len(PAPERS)
-
-    def __getitem__(self, name: str) -> click.Command:
-        if name not in PAPERS:
-            raise KeyError(name)
-        try:
-            return command_of(name)
-        except Exception as error:
-            # All papers are imported for the help of one.
-            raise ValueError(f"the paper {name!r} cannot be read: {type(error).__name__}: {error}") from error
-
-
 class Papers(Group):
     """The group of the papers; the paper of 2000 is meant where none is named.
 
@@ -69,10 +50,6 @@ class Papers(Group):
     """
 
     default = DEFAULT
-
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
-        self.commands: Any = _Commands()
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         named = args[0] if args else ""
@@ -137,3 +114,25 @@ def plan_in(settings: Any, paper: Reproduction[Any, Any]) -> Any:
         paper.plan(**paper.quick)  # also without --quick: a mistake in it is found in any case
     coarse = paper.quick if settings.quick else {}
     return paper.plan(**values | {name: value for name, value in coarse.items() if name not in settings.given})
+
+
+def _command(name: str) -> Command:
+    try:
+        return command_of(name)
+    except Exception as error:
+        # All papers are imported for the help of one.
+        raise ValueError(f"the paper {name!r} cannot be read: {type(error).__name__}: {error}") from error
+
+
+@click.group("reproduce", cls=Papers, section="Reproduce", made=LazyCommands(PAPERS, _command))
+def papers() -> None:
+    """Reproduce a paper: its runs, its figures and its claims.
+
+    Without the name of a paper, that of Touzet (2000), whose figures have numbers.
+
+    \b
+      teamsight reproduce                       all its figures, and its claims
+      teamsight reproduce 4 5                   two of its figures
+      teamsight reproduce tan1993 --quick       another paper, coarse and fast
+      teamsight reproduce tan1993 --help        its options
+    """

@@ -1,0 +1,56 @@
+"""How long the command line takes to answer: the first time on a machine, later, and for its help."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+
+from measure import Row, interleave, median, ratio
+
+RUN = [sys.executable, "-m", "teamsight", "run"]
+
+
+def measure_start(rounds: int) -> list[Row]:
+    """Measure ``teamsight run`` with an empty cache and with a full one, beside the import of mesa, and the help."""
+    with tempfile.TemporaryDirectory() as kept:
+        _cpu(RUN, kept)
+        taken = interleave(
+            {
+                "mesa": lambda: _cpu([sys.executable, "-c", "import mesa"], kept),
+                "first": _first,
+                "later": lambda: _cpu(RUN, kept),
+                "help": _help,
+            },
+            rounds,
+        )
+    return [
+        median("import mesa", "CPU s", taken["mesa"]),
+        median("teamsight run, empty cache", "CPU s", taken["first"]),
+        ratio("the same / import mesa", taken["first"], taken["mesa"], most=8),
+        median("teamsight run, full cache", "CPU s", taken["later"]),
+        ratio("the same / import mesa", taken["later"], taken["mesa"], most=1.2),
+        median("teamsight --help, wall time", "s", taken["help"], most=0.5),
+    ]
+
+
+def _first() -> float:
+    with tempfile.TemporaryDirectory() as empty:
+        return _cpu(RUN, empty)
+
+
+def _cpu(command: list[str], cache: str) -> float:
+    """Return the CPU time of a command in a process of its own [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(command, check=True, capture_output=True, env=dict(os.environ, TEAMSIGHT_CACHE_DIR=cache))
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def _help() -> float:
+    begin = time.perf_counter()
+    subprocess.run([sys.executable, "-m", "teamsight", "--help"], check=True, capture_output=True)
+    return time.perf_counter() - begin
