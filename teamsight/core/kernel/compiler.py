@@ -99,8 +99,13 @@ class _Whole(JITCodeLibrary):  # type: ignore[misc]
             # Addresses of this process, such as those of functions of ctypes, remain, so that they are found later.
             if not defined.is_declaration and not defined.name.startswith(("cfunc.", "numba.dynamic.globals")):
                 defined.linkage = "internal"
-        manager, builder = self._codegen._module_pass_manager()
-        manager.run(module, builder)
+        # Numba would first inline, to find what it can drop of counting references, which kernels have not.
+        manager: Any = self._codegen._module_pass_manager()
+        if isinstance(manager, tuple):  # since numba 0.62
+            manager, builder = manager
+            manager.run(module, builder)
+        else:
+            manager.run(module)
 
     def _finalize_final_module(self) -> None:
         # Not for numba's engine: by their names it would find functions that the optimiser has changed for this entry.
