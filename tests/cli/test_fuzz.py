@@ -85,7 +85,8 @@ def complaints(folder: Path, kept: dict[str, bytes], arguments: list[str], statu
         "said nothing": status != 0 and not lines,
         "a line is too long": any(len(line) >= 400 for line in lines),
         f"a mistake: {err[:400]}": _MISTAKE.search(err),
-        f"a line of another kind: {err[:400]}": status != 0 and not all(line.startswith("teamsight: ") for line in lines),
+        f"a line of another kind: {err[:400]}":
+            status != 0 and not all(line.startswith(("teamsight: ", "a job failed: ")) for line in lines),
         "replaced a link": not all((folder / name).is_symlink() for name in ("link", "dangling", "folder-link")),
         "replaced the pipe": not (folder / "pipe").is_fifo(),
         "followed a link": (folder / "elsewhere" / "new").exists(),
