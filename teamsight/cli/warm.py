@@ -32,6 +32,23 @@ def worlds() -> Iterator[Callable[[], Any]]:
             yield partial(task.build, treatment, rng=1)
 
 
+def use_all(progress: Callable[[int, int], None]) -> None:
+    """Make all these worlds and run each for a few steps.
+
+    Parameters
+    ----------
+    progress : callable
+        Called with the number of worlds that are done, and of all.
+    """
+    every = [*worlds()]
+    for number, make in enumerate(every):
+        progress(number, len(every))
+        world = make()
+        with world.record():
+            world.run(2)
+        world.step()
+
+
 def warm(settings: Options) -> None:
     """Compile the kernels of commands and tasks, which are kept.
 
@@ -44,17 +61,14 @@ def warm(settings: Options) -> None:
     """
     from teamsight.cli.show import Watch, say
     from teamsight.core.kernel.cache import cache_folder
+    from teamsight.core.kernel.entry import READY
     from teamsight.core.kernel.report import listening
 
     compiled: list[str] = []
-    every = [*worlds()]
     with Watch() as watch, listening(compiled.append):
-        for number, make in enumerate(every):
-            watch("compiling", number, len(every))
-            world = make()
-            with world.record():
-                world.run(2)
-            world.step()
+        use_all(lambda done, total: watch("compiling", done, total))
         taken = watch.passed()
-    count = f"{len(compiled)} kernel{'s' if len(compiled) != 1 else ''}"
-    say(f"compiled {count} in {taken}; they are in {cache_folder()}")
+    lost = sum(not entry.is_kept() for entry in READY)
+    if lost:
+        raise OSError(f"{lost} of {len(READY)} kernels could not be kept in {cache_folder()}; is there room?")
+    say(f"{len(READY)} kernels are ready, {len(compiled)} of them compiled in {taken}; the cache is {cache_folder()}")

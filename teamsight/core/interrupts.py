@@ -75,3 +75,8 @@ def is_interrupt(error: BaseException | None) -> bool:
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None
+
+
+def is_pending() -> bool:
+    """Whether Ctrl-C waits for the end of a block, for what takes long inside one."""
+    return _received

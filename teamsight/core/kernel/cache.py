@@ -16,6 +16,7 @@ import sys
 import tempfile
 import types as python_types
 from collections.abc import Callable, Iterator
+from enum import EnumType
 from functools import cache, cached_property
 from importlib.metadata import version
 from operator import itemgetter
@@ -26,8 +27,8 @@ from typing import Any, NamedTuple
 import llvmlite.binding as llvm
 import numpy as np
 
+from teamsight.core import interrupts
 from teamsight.core.checks import shown
-from teamsight.core.kernel.parts import Intrinsic
 
 #: The environment variable that names the folder.
 VARIABLE = "TEAMSIGHT_CACHE_DIR"
@@ -35,6 +36,7 @@ VARIABLE = "TEAMSIGHT_CACHE_DIR"
 _OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
 # Links are not followed, and pipes do not block; Windows has neither flag.
 _SAFELY = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+
 
 def cache_folder() -> Path | None:
     """Return the folder of compiled kernels; None if none can be made.
@@ -234,6 +236,8 @@ GENERIC = {
 _NAMED = {"NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX"}
 # How long to wait for another process, which may have been stopped, and how long between two looks at it [s].
 _PATIENCE, _PAUSE = 60.0, 0.02
+# After which the user is told, once.
+_SILENT = 2.0
 
 
 class Place(NamedTuple):
@@ -277,22 +281,32 @@ class Place(NamedTuple):
         except (ImportError, OSError):  # Windows, or no folder: each process compiles for itself
             yield
             return
-        until = monotonic() + _PATIENCE
+        until, is_held = monotonic() + _PATIENCE, False
         try:
-            while monotonic() < until:
+            while not is_held and monotonic() < until:
                 try:
                     # Not flock, whose lock a forked process would keep.
                     fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    break
+                    is_held = True
                 except (BlockingIOError, PermissionError):
+                    if interrupts.is_pending():
+                        raise KeyboardInterrupt from None
+                    if until - monotonic() < _PATIENCE - _SILENT:
+                        _say_waiting()
                     sleep(_PAUSE)
                 except OSError:  # a file system without locks
                     break
             yield
         finally:
-            with contextlib.suppress(OSError):
-                lock.unlink()
+            if is_held:
+                with contextlib.suppress(OSError):
+                    lock.unlink()
             os.close(descriptor)
+
+
+@cache
+def _say_waiting() -> None:
+    print("teamsight: waiting for another process that compiles the same kernels", file=sys.stderr)
 
 
 class KernelCache:
@@ -335,9 +349,11 @@ def shipped_place(function: Callable[..., Any]) -> Place:
     """Return the place of an entry among those that come with a wheel; without file if this machine cannot use them."""
     machine = platform.machine()
     processor, needed = GENERIC.get(machine, ("", ()))
-    has = llvm.get_host_cpu_features()
     is_usual = _settings() == [default for _, default in _SETTINGS.values()] and not _NAMED & {*os.environ}
-    if not SHIPPED.is_dir() or not processor or not is_usual or not all(has.get(one) for one in needed):
+    if not SHIPPED.is_dir() or not processor or not is_usual:
+        return Place(b"", None)
+    has = llvm.get_host_cpu_features()
+    if not all(has.get(one) for one in needed):
         return Place(b"", None)
     return Place.of(SHIPPED, function, (digest(function, _source_of), sys.platform, machine, processor))
 
@@ -404,14 +420,14 @@ def enclosed(function: python_types.FunctionType) -> list[Any]:
 
 def globals_of(function: python_types.FunctionType) -> Iterator[tuple[str, Any]]:
     """Yield the globals that a function uses, and the attributes of modules, as in ``forces.attract``."""
-    names = list(names_in(function.__code__))
-    for name in names:
-        if name not in function.__globals__:
-            continue
-        value = function.__globals__[name]
+    names = list(dict.fromkeys(names_in(function.__code__)))
+    found = [(name, function.__globals__[name]) for name in names if name in function.__globals__]
+    met = set()
+    for name, value in found:  # grows
         yield name, value
-        if isinstance(value, python_types.ModuleType) and not is_library(value.__name__):
-            yield from ((part, getattr(value, part)) for part in names if hasattr(value, part))
+        if isinstance(value, python_types.ModuleType) and not is_library(value.__name__) and value not in met:
+            met.add(value)
+            found += [(part, getattr(value, part)) for part in names if hasattr(value, part)]
 
 
 def digest(
@@ -457,7 +473,7 @@ def _source(file: str) -> bytes:
 
 
 def _parts(value: Any, met: set[int], of_code: Callable[[Any], Iterator[bytes]]) -> Iterator[bytes]:
-    if isinstance(value, Intrinsic):
+    if getattr(value, "is_intrinsic", False):
         yield repr((value.__name__, value.identity)).encode()
         return
     if (options := getattr(value, "targetoptions", None)) is not None:
@@ -469,6 +485,15 @@ def _parts(value: Any, met: set[int], of_code: Callable[[Any], Iterator[bytes]])
     if isinstance(value, np.ndarray):
         # Its text leaves out what is in the middle.
         yield f"{value.dtype} {value.shape}".encode() + value.tobytes()
+        return
+    if isinstance(value, tuple):
+        # Their text, too, leaves out digits and the middle of arrays.
+        yield f"{type(value).__name__} {getattr(value, '_fields', '')} {len(value)}".encode()
+        for one in value:
+            yield from _parts(one, met, of_code)
+        return
+    if isinstance(value, EnumType):
+        yield repr(list(value)).encode()
         return
     if not isinstance(value, python_types.FunctionType):
         # Of a NamedTuple class kernels use the fields; an object, such as the layout of a record, shows what it holds.

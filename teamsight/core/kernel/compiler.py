@@ -10,6 +10,7 @@ import ctypes
 import gc
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from llvmlite import ir
@@ -22,6 +23,8 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.errors import NumbaError
 from numba.core.registry import CPUDispatcher
 from numba.core.typed_passes import NativeLowering
+
+from teamsight.core.kernel.cache import digest
 
 
 class _Part(JITCodeLibrary):  # type: ignore[misc]
@@ -126,7 +129,7 @@ class _LoweringOfEntries(NativeLowering):  # type: ignore[misc]
         return bool(super().run_pass(state))
 
 
-class CompilerOfEntries(Compiler):  # type: ignore[misc]
+class EntryCompiler(Compiler):  # type: ignore[misc]
     """Numba's compiler, with another way to machine code."""
 
     lowering = _LoweringOfEntries
@@ -141,7 +144,7 @@ class CompilerOfEntries(Compiler):  # type: ignore[misc]
         return list(pipelines)
 
 
-class _CompilerOfParts(CompilerOfEntries):
+class _PartCompiler(EntryCompiler):
     lowering = _LoweringOfParts
 
 
@@ -159,12 +162,23 @@ class Part(CPUDispatcher):  # type: ignore[misc]
     """
 
     def __init__(self, function: Callable[..., Any], variables: Any, options: Any) -> None:
-        super().__init__(function, variables, options, _CompilerOfParts)
+        super().__init__(function, variables, options, _PartCompiler)
+        self._made_of = ""
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Compile it once for all constants that it is called with; numba would compile it for each of them."""
+        if self._made_of != (found := digest(self.py_func)):
+            # Of globals that have changed since; the entry would be kept under the digest of the new ones.
+            self._reset_overloads()
+            self._made_of = found
         named = {name: types.unliteral(kind) for name, kind in kws.items()}
-        return super().get_call_template(tuple(map(types.unliteral, args)), named)
+        try:
+            return super().get_call_template(tuple(map(types.unliteral, args)), named)
+        except NumbaError:
+            # Some need the constant, such as the index of a tuple of several types, or the length for `scratch`.
+            with suppress(NumbaError):
+                return super().get_call_template(args, kws)
+            raise
 
 
 @global_compiler_lock  # type: ignore[untyped-decorator]
@@ -192,7 +206,7 @@ def compiled(function: Callable[[int], int], options: Any) -> tuple[str, bool, b
     """
     # numba.cfunc would compile at once and use numba's own cache.
     compiler: Any = CFunc(
-        function, ((types.int64,), types.int64), locals={}, options=dict(options), pipeline_class=CompilerOfEntries
+        function, ((types.int64,), types.int64), locals={}, options=dict(options), pipeline_class=EntryCompiler
     )
     # numba makes millions of objects that it keeps; to look for garbage among them takes a tenth of the time.
     is_collecting = gc.isenabled()
@@ -220,7 +234,8 @@ def _are_known(names: list[str]) -> bool:
         process = ctypes.CDLL(None)
     except (OSError, TypeError):  # Windows has no such handle
         return not names
-    return all(hasattr(process, name) for name in names)
+    # Intel's, if it is installed, is in a library that numba loads.
+    return all(hasattr(process, name) and not name.startswith("__svml") for name in names)
 
 
 def _last_name(mangled: str) -> str:

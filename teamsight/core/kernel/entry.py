@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import ctypes
+import threading
 import types as python_types
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache, cached_property
 from time import perf_counter
 from typing import Any
+from weakref import WeakSet
 
 from teamsight.core.interrupts import deferred
-from teamsight.core.kernel.cache import Code, KernelCache
+from teamsight.core.kernel.cache import Code, KernelCache, Place
 from teamsight.core.kernel.parts import OPTIONS
 from teamsight.core.kernel.record import Packed
 from teamsight.core.kernel.report import REPORT
+
+#: The entries that this process uses.
+READY: WeakSet[Entry] = WeakSet()
 
 
 class Entry:
@@ -31,6 +36,8 @@ class Entry:
         # What keeps the machine code, and its address; 0 before it is used.
         self._code: Any = None
         self._address = 0
+        # Of two threads that load it, the later would free the code that the other one runs.
+        self._one_at_a_time = threading.RLock()
 
     @property
     def address(self) -> int:
@@ -38,7 +45,10 @@ class Entry:
         if not self._address:
             began = perf_counter()
             try:
-                self._get_ready()
+                with self._one_at_a_time:
+                    if not self._address:
+                        self._get_ready()
+                        READY.add(self)
             finally:
                 REPORT.taken += perf_counter() - began
         return self._address
@@ -53,7 +63,11 @@ class Entry:
 
     def is_missing(self) -> bool:
         """Whether it has to be compiled: it is not in use, and not in the cache."""
-        return not self._address and not self._cache.contains()
+        return not self._address and not self.is_kept()
+
+    def is_kept(self) -> bool:
+        """Whether another process finds its machine code."""
+        return self._cache.contains()
 
     @cached_property
     def _cache(self) -> KernelCache:
@@ -63,10 +77,12 @@ class Entry:
         """Load the machine code from the cache, or compile it."""
         if self._load():
             return
+        # Before numba is imported, which may change its settings.
+        place = self._cache.kept
         # In callbacks from LLVM an interrupt would be lost, and numba would report it as an error of its own.
-        with self._cache.kept.turn(), deferred():
+        with place.turn(), deferred():
             if not self._load():
-                self._compile()
+                self._compile(place)
 
     def _load(self) -> bool:
         """Load the machine code from the cache; return whether that was possible."""
@@ -76,7 +92,7 @@ class Entry:
                 self._code, self._address = code.load()
         return bool(self._address)
 
-    def _compile(self) -> None:
+    def _compile(self, place: Place) -> None:
         announce(self.function.__qualname__)
         from teamsight.core.kernel.compiler import compiled
         from teamsight.core.kernel.errors import COMPILE_ERRORS, explained, refuse_random_numbers
@@ -87,7 +103,7 @@ class Entry:
             code = Code(*parts)
             self._code, self._address = code.load()
             if is_portable:
-                self._cache.kept.save(code)
+                place.save(code)
         except COMPILE_ERRORS as error:
             raise TypeError(explained(self.function, error)) from error
         finally:

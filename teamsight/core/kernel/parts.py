@@ -90,6 +90,7 @@ class Intrinsic:
     """
 
     __name__: str
+    is_intrinsic = True
 
     def __init__(self, function: Callable[..., Any], identity: Any = None) -> None:
         update_wrapper(self, function)
