@@ -14,7 +14,7 @@ from contextlib import suppress
 from typing import Any
 
 from llvmlite import ir
-from numba import types
+from numba import config, types
 from numba.core.ccallback import CFunc
 from numba.core.codegen import JITCodeLibrary, RuntimeLinker
 from numba.core.compiler import Compiler, _LowerResult
@@ -202,8 +202,10 @@ def compiled(function: Callable[[int], int], options: Any) -> tuple[str, bool, b
     Raises
     ------
     NumbaError
-        If kernels call each other in a circle. Numba raises other errors for what it cannot compile.
+        If kernels call each other in a circle, or numba is set to compile nothing. Numba raises other errors for what it cannot compile.
     """
+    if config.DISABLE_JIT:
+        raise NumbaError("numba compiles nothing, because NUMBA_DISABLE_JIT is set; unset it")
     # numba.cfunc would compile at once and use numba's own cache.
     compiler: Any = CFunc(
         function, ((types.int64,), types.int64), locals={}, options=dict(options), pipeline_class=EntryCompiler

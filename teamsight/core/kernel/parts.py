@@ -51,6 +51,8 @@ class Kernel:
     def _whole(self) -> Callable[..., Any]:
         import numba
 
+        if numba.config.DISABLE_JIT:
+            return self.py_func
         # Another function, since numba takes a call of the same one for recursion.
         part = self
         return cast(Callable[..., Any], numba.jit(**OPTIONS)(lambda *arguments: part(*arguments)))

@@ -70,6 +70,15 @@ def test_python_calls_a_kernel_as_a_whole() -> None:
         power()
 
 
+def test_where_numba_compiles_nothing_kernels_are_python_and_entries_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "DISABLE_JIT", 1)
+    twice.__dict__.pop("_whole", None)
+    assert twice(4) == 8
+    twice.__dict__.pop("_whole", None)
+    with pytest.raises(TypeError, match="because NUMBA_DISABLE_JIT is set; unset it"):
+        Entry(by_address)(4)
+
+
 def test_kernels_in_a_circle_are_refused() -> None:
     """Their code would crash when it is loaded from the cache."""
     for _ in range(2):
