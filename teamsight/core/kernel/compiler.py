@@ -202,7 +202,8 @@ def compiled(function: Callable[[int], int], options: Any) -> tuple[str, bool, b
     Raises
     ------
     NumbaError
-        If kernels call each other in a circle, or numba is set to compile nothing. Numba raises other errors for what it cannot compile.
+        If kernels call each other in a circle, or numba is set to compile nothing. Numba raises other errors for what
+        it cannot compile.
     """
     if config.DISABLE_JIT:
         raise NumbaError("numba compiles nothing, because NUMBA_DISABLE_JIT is set; unset it")
