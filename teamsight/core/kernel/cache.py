@@ -236,7 +236,7 @@ GENERIC = {
 _NAMED = {"NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_ENABLE_AVX"}
 # How long to wait for another process, which may have been stopped, and how long between two looks at it [s].
 _PATIENCE, _PAUSE = 60.0, 0.02
-# After which the user is told, once.
+# After which a line says so, once.
 _SILENT = 2.0
 
 
@@ -250,8 +250,8 @@ class Place(NamedTuple):
     def of(cls, folder: Path | None, function: Callable[..., Any], key: tuple[Any, ...]) -> Place:
         """Return the place of an entry in a folder."""
         name = re.sub(r"[^A-Za-z0-9._-]", "", function.__qualname__)[:_LONGEST_NAME]
-        told = repr(key).encode()
-        return cls(told, folder / f"{name}-{hashlib.sha256(told).hexdigest()[:32]}.kernel" if folder else None)
+        text = repr(key).encode()
+        return cls(text, folder / f"{name}-{hashlib.sha256(text).hexdigest()[:32]}.kernel" if folder else None)
 
     def load(self, reader: Callable[[Path], bytes | None]) -> Code | None:
         """Return what the file holds; None if it is not there or damaged."""
