@@ -178,8 +178,8 @@ def test_the_time_of_a_run_is_without_compilation(capsys: pytest.CaptureFixture[
         now[0] += 500.0
         really_compile(entry)
 
-    really_compile = Entry._compile
-    monkeypatch.setattr(Entry, "_compile", compiles)
+    really_compile = Entry._get_ready
+    monkeypatch.setattr(Entry, "_get_ready", compiles)
     monkeypatch.setattr(CMOMMT, "run", run)
     for module in ("teamsight.core.kernel.entry", "teamsight.cli.look"):
         monkeypatch.setattr(f"{module}.perf_counter", lambda: now[0])
