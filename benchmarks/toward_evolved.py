@@ -23,7 +23,7 @@ from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.core.kernel import inlined
 from teamsight.policies import ACmommt
-from teamsight.policies.handmade.target_tracks import AGE, X, Y, no_target_tracks, update_target_tracks
+from teamsight.policies.handmade.target_tracks import AGE, X, Y, first_slot, no_target_tracks, update_target_tracks
 from teamsight.policies.interface import Floats, PolicyState
 from teamsight.policies.lazy.lazy_regression import LazyRegression, follow_forces
 from teamsight.policies.lazy.readings import KINDS, readings_of
@@ -83,10 +83,11 @@ def _return_to_lost(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     follow_forces(percept, arrays, noise, action)
     state = arrays.state
     for i in range(percept.heading.shape[0]):
-        count = update_target_tracks(i, percept, state, _FARTHEST * percept.sensing_range[i], _OLDEST)
-        if percept.targets.start[i] == percept.targets.start[i + 1] and count > 0:
-            best = 0
-            for slot in range(1, count):
+        slots, _ = update_target_tracks(i, percept, state, _FARTHEST * percept.sensing_range[i], _OLDEST)
+        if percept.targets.start[i] == percept.targets.start[i + 1] and slots != 0:
+            best, slots = first_slot(slots)
+            while slots != 0:
+                slot, slots = first_slot(slots)
                 if state.ints[i, slot, AGE] < state.ints[i, best, AGE]:
                     best = slot
             _turn_to(state.floats[i, best, X], state.floats[i, best, Y], i, action)

@@ -17,15 +17,15 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.angles import direction
-from teamsight.core.kernel import inlined
+from teamsight.core.kernel import inlined, ones
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.target_tracks import (
     AGE,
-    RELAYED,
     STEP_X,
     STEP_Y,
     X,
     Y,
+    first_slot,
     no_target_tracks,
     update_target_tracks,
 )
@@ -144,38 +144,33 @@ def few(count: float) -> float:
 
 
 @inlined
-def is_seen(ints: Any, slot: int) -> bool:
-    """Return whether the robot itself sees the target of a track now."""
-    return bool(ints[slot, AGE] == 0) & bool(ints[slot, RELAYED] == 0)
-
-
-@inlined
-def write_targets(i: int, count: int, percept: Any, state: Any, constants: Any) -> tuple[int, float]:
-    """Write the features of each track; return how many targets are seen, and how many of them are its own."""
-    floats = state.floats[i]
+def write_targets(i: int, used: Any, sensed: Any, percept: Any, floats: Any, constants: Any) -> float:
+    """Write the features of each track; return how many of the sensed targets are the robot's own."""
     per_reach = 1.0 / percept.sensing_range[i]
-    seen = 0
     mine = 0.0
-    for slot in range(count):
+    slots = used
+    while slots != 0:
+        slot, slots = first_slot(slots)
         x = floats[slot, X] * per_reach
         y = floats[slot, Y] * per_reach
         distance = math.sqrt(x * x + y * y)
         floats[slot, DISTANCE] = distance
-        _write_rivals(i, slot, x, y, percept, floats, state.ints[i], count)
+        _write_rivals(i, slot, x, y, percept, floats, sensed)
         lead = floats[slot, RIVAL_DISTANCE] - distance
         edge = lead * constants[OWN_SLOPE] + constants[OWN_OFFSET]
         own = 0.5 + 0.5 * edge / (1.0 + abs(edge))
         floats[slot, OWN] = own
-        if is_seen(state.ints[i], slot):
-            seen += 1
+        if sensed >> slot & np.uint64(1) != 0:
             mine += own
-    for slot in range(count):
-        floats[slot, COMPANY] = _company(slot, count, floats, per_reach)
-    return seen, mine
+    slots = used
+    while slots != 0:
+        slot, slots = first_slot(slots)
+        floats[slot, COMPANY] = _company(slot, used, floats, per_reach)
+    return mine
 
 
 @inlined
-def _write_rivals(i: int, slot: int, x: float, y: float, percept: Any, floats: Any, ints: Any, count: int) -> None:
+def _write_rivals(i: int, slot: Any, x: float, y: float, percept: Any, floats: Any, sensed: Any) -> None:
     """Write the distance and load of the teammate nearest to a target, and the number of teammates in range."""
     teammates = percept.teammates
     per_reach = 1.0 / percept.sensing_range[i]
@@ -192,31 +187,34 @@ def _write_rivals(i: int, slot: int, x: float, y: float, percept: Any, floats: A
             rival = k
     floats[slot, RIVAL_DISTANCE] = nearest
     floats[slot, RIVALS] = rivals
-    floats[slot, RIVAL_LOAD] = load(rival, percept, floats, ints, count, per_reach) if rival >= 0 else 0.0
+    floats[slot, RIVAL_LOAD] = load(rival, percept, floats, sensed, per_reach) if rival >= 0 else 0.0
 
 
 @inlined
-def load(teammate: int, percept: Any, floats: Any, ints: Any, count: int, per_reach: float) -> float:
-    """Return how many of the targets in the robot's sight are in range of a teammate."""
+def load(teammate: int, percept: Any, floats: Any, sensed: Any, per_reach: float) -> float:
+    """Return how many of the targets that the robot senses are in range of a teammate."""
     x = percept.teammates.offset[teammate, 0]
     y = percept.teammates.offset[teammate, 1]
     found = 0
-    for slot in range(count):
+    slots = sensed
+    while slots != 0:
+        slot, slots = first_slot(slots)
         way_x = (floats[slot, X] - x) * per_reach
         way_y = (floats[slot, Y] - y) * per_reach
-        found += is_seen(ints, slot) & (way_x * way_x + way_y * way_y < 1.0)
+        found += way_x * way_x + way_y * way_y < 1.0
     return float(found)
 
 
 @inlined
-def _company(slot: int, count: int, floats: Any, per_reach: float) -> float:
+def _company(slot: Any, used: Any, floats: Any, per_reach: float) -> float:
     """Return how many of its other targets the robot could keep in range together with this one."""
     company = 0.0
-    for other in range(count):
-        if other != slot:
-            way_x = (floats[slot, X] - floats[other, X]) * per_reach
-            way_y = (floats[slot, Y] - floats[other, Y]) * per_reach
-            company += floats[other, OWN] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
+    others = used & ~(np.uint64(1) << slot)
+    while others != 0:
+        other, others = first_slot(others)
+        way_x = (floats[slot, X] - floats[other, X]) * per_reach
+        way_y = (floats[slot, Y] - floats[other, Y]) * per_reach
+        company += floats[other, OWN] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
     return company
 
 
@@ -286,7 +284,7 @@ def put_context(seen: int, mine: float, teammates: int, floats: Any) -> None:
 
 
 @inlined
-def put_target(slot: int, floats: Any, ints: Any, per_reach: float) -> None:
+def put_target(slot: Any, floats: Any, ints: Any, per_reach: float) -> None:
     """Write the features of a target track."""
     features = floats[FEATURES]
     distance = floats[slot, DISTANCE]
@@ -332,7 +330,7 @@ def _neuron(constants: Any, first: int, features: Any, count: int) -> float:
 
 
 @inlined
-def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
+def _pull(i: int, used: Any, percept: Any, arrays: Any) -> tuple[float, float]:
     """Return the sum of the forces of all target tracks."""
     constants = arrays.parameters
     floats = arrays.state.floats[i]
@@ -340,7 +338,8 @@ def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
     per_reach = 1.0 / percept.sensing_range[i]
     force_x = 0.0
     force_y = 0.0
-    for slot in range(count):
+    while used != 0:
+        slot, used = first_slot(used)
         put_target(slot, floats, ints, per_reach)
         pull = constants[TARGET_OUT]
         along = constants[TARGET_OUT + 1 + TARGET_NEURONS]
@@ -362,7 +361,7 @@ def _pull(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
 
 
 @inlined
-def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
+def _push(i: int, sensed: Any, percept: Any, arrays: Any) -> tuple[float, float]:
     """Return the sum of the forces of all perceived teammates."""
     constants = arrays.parameters
     teammates = percept.teammates
@@ -374,7 +373,7 @@ def _push(i: int, count: int, percept: Any, arrays: Any) -> tuple[float, float]:
     for k in range(teammates.start[i], teammates.start[i + 1]):
         distance = teammates.distance[k] / percept.awareness_range[i]
         features[CONTEXT] = 2.0 * distance - 1.0
-        features[CONTEXT + 1] = few(load(k, percept, floats, arrays.state.ints[i], count, per_reach))
+        features[CONTEXT + 1] = few(load(k, percept, floats, sensed, per_reach))
         force = constants[TEAMMATE_OUT] + _law(constants, TEAMMATE_LAW, TEAMMATE_KNOTS, distance)
         for j in range(TEAMMATE_NEURONS):
             first = TEAMMATE_HIDDEN + j * (1 + TEAMMATE_INPUTS)
@@ -415,12 +414,14 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     teammates = percept.teammates.start
     for i in range(percept.heading.shape[0]):
         floats = arrays.state.floats[i]
-        count = update_target_tracks(i, percept, arrays.state, _FARTHEST * percept.sensing_range[i], _OLDEST)
-        seen, mine = write_targets(i, count, percept, arrays.state, constants)
+        farthest = _FARTHEST * percept.sensing_range[i]
+        used, sensed = update_target_tracks(i, percept, arrays.state, farthest, _OLDEST)
+        mine = write_targets(i, used, sensed, percept, floats, constants)
+        seen = ones(sensed)
         update_self(i, seen, percept, floats)
         put_context(seen, mine, teammates[i + 1] - teammates[i], floats)
-        x, y = _pull(i, count, percept, arrays)
-        push_x, push_y = _push(i, count, percept, arrays)
+        x, y = _pull(i, used, percept, arrays)
+        push_x, push_y = _push(i, sensed, percept, arrays)
         drive_x, drive_y = _drive(i, percept, arrays)
         x += push_x + drive_x
         y += push_y + drive_y
@@ -465,7 +466,8 @@ class Evolved(CompiledPolicy):
     Notes
     -----
     *Source:* none; the evolution starts with Parker's forces. Made by ``teamsight evolve train``; see
-    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered. It reads odometry (``percept.moved``)
+    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered; of two
+    whose identities differ by a multiple of 16, the one that it sensed last. It reads odometry (``percept.moved``)
     and a compass, the heading in the world's frame.
     """
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from teamsight.core.component import Allowed, Index, NonNegative, Positive, Probability
+from teamsight.core.component import Allowed, NonNegative, Positive, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import (
@@ -24,10 +24,12 @@ from teamsight.policies.handmade.forces import (
 )
 from teamsight.policies.handmade.target_tracks import (
     AGE,
-    IDENTITY,
     RELAYED,
+    USED,
+    Slots,
     X,
     Y,
+    first_slot,
     no_target_tracks,
     update_target_tracks,
 )
@@ -89,41 +91,39 @@ def push(per_reach: float, percept: Any, i: int, parameters: Any) -> tuple[float
 
 
 @inlined
-def update_tracks(i: int, percept: Any, arrays: Any) -> int:
-    """Update the target tracks of robot `i`, if there can be any; return their number."""
+def lost_tracks(i: int, percept: Any, arrays: Any) -> Any:
+    """Update the target tracks of robot `i`, if there can be any; return the slots of those that it does not sense."""
     ints = arrays.state.ints
     has_relayed = percept.relayed.start[i + 1] > percept.relayed.start[i]
     has_targets = percept.targets.start[i + 1] > percept.targets.start[i]
-    if ints.shape[1] == 0 or not (has_targets or has_relayed or ints[i, 0, IDENTITY] >= 0):
-        return 0
+    if ints.shape[1] == 0 or not (has_targets or has_relayed or ints[i, 0, USED] != 0):
+        return np.uint64(0)
     parameters = arrays.parameters
     oldest = 5.0 * max(parameters[_OWN], parameters[_RELAYED])
     # The largest distance of a relayed target.
     farthest = percept.awareness_range[i] + percept.sensing_range[i]
     if not has_relayed:
         farthest = parameters[_PREDICTIVE] * percept.sensing_range[i]
-    return update_target_tracks(i, percept, arrays.state, farthest, oldest)
+    used, sensed = update_target_tracks(i, percept, arrays.state, farthest, oldest)
+    return used & ~sensed
 
 
 @inlined
-def expectation(i: int, slot: int, per_reach: float, percept: Any, arrays: Any) -> tuple[float, float, int]:
-    """Return the force of a target that is remembered but not sensed, and 1; zeros if it is sensed."""
+def expectation(i: int, slot: Any, per_reach: float, percept: Any, arrays: Any) -> tuple[float, float]:
+    """Return the force of a target that is remembered but not sensed."""
     parameters = arrays.parameters
     state = arrays.state
-    age = state.ints[i, slot, AGE]
-    relayed = state.ints[i, slot, RELAYED]
-    if age == 0 and relayed == 0:
-        return 0.0, 0.0, 0
     x = state.floats[i, slot, X]
     y = state.floats[i, slot, Y]
-    exists = math.exp(-age / (parameters[_RELAYED] if relayed else parameters[_OWN]))
+    decay = parameters[_RELAYED] if state.ints[i, slot, RELAYED] else parameters[_OWN]
+    exists = math.exp(-state.ints[i, slot, AGE] / decay)
     pull_x, pull_y = pull(x, y, math.sqrt(x * x + y * y), per_reach, percept, i, parameters)
-    return exists * pull_x, exists * pull_y, 1
+    return exists * pull_x, exists * pull_y
 
 
 @inlined
-def act(x: float, y: float, lost: int, i: int, percept: Any, parameters: Any, noise: Any, action: Any) -> None:
-    """Write the action of robot `i` on which the force (x, y) acts, and which remembers `lost` targets."""
+def act(x: float, y: float, has_lost: bool, i: int, percept: Any, parameters: Any, noise: Any, action: Any) -> None:
+    """Write the action of robot `i` on which the force (x, y) acts, and which may remember lost targets."""
     square = x * x + y * y
     if square > 1e-18:
         length = math.sqrt(square)
@@ -132,7 +132,7 @@ def act(x: float, y: float, lost: int, i: int, percept: Any, parameters: Any, no
         action.heading[i, 1] = y * shrink
         action.distance[i] = min(parameters[_GAIN] * length, 1.0) * percept.speed[i]
     elif parameters[_WHEN] == 0.0 or (
-        lost == 0
+        not has_lost
         and percept.targets.start[i] == percept.targets.start[i + 1]
         and percept.teammates.start[i] == percept.teammates.start[i + 1]
     ):
@@ -159,13 +159,14 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         # Summed apart, because sums depend on their order.
         lost_x = 0.0
         lost_y = 0.0
-        lost = 0
-        for slot in range(update_tracks(i, percept, arrays)):
-            pull_x, pull_y, is_lost = expectation(i, slot, per_reach, percept, arrays)
+        lost = lost_tracks(i, percept, arrays)
+        slots = lost
+        while slots != 0:
+            slot, slots = first_slot(slots)
+            pull_x, pull_y = expectation(i, slot, per_reach, percept, arrays)
             lost_x += pull_x
             lost_y += pull_y
-            lost += is_lost
-        act(x + lost_x, y + lost_y, lost, i, percept, parameters, noise, action)
+        act(x + lost_x, y + lost_y, lost != 0, i, percept, parameters, noise, action)
 
 
 @dataclass(frozen=True)
@@ -200,7 +201,8 @@ class ACmommt(CompiledPolicy):
     relayed_decay : float
         The same τ for a target that was relayed by a teammate [steps].
     target_tracks : int
-        Number of targets that a robot remembers; 0 for none.
+        Number of targets that a robot remembers, at most 64; 0 for none. Of two targets whose identities differ by a
+        multiple of it, a robot remembers the one that it sensed last.
     turn_probability : float
         Probability per step with which an idle robot that wanders turns, in [0, 1]; other idle behaviours do not use
         it. Targets turn with 0.05.
@@ -235,7 +237,7 @@ class ACmommt(CompiledPolicy):
     repulsion_scale: Annotated[str, Allowed(choices=SCALES)] = "sensing"
     decay: Positive = 10.0
     relayed_decay: Positive = 5.0
-    target_tracks: Index = 16
+    target_tracks: Slots = 16
     turn_probability: Probability = TURN_PROBABILITY
     gain: Positive = 1.0
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from teamsight.core.component import Count, NonNegative
 from teamsight.core.kernel import inlined
-from teamsight.policies.handmade.a_cmommt import ACmommt, act, expectation, pull, push, update_tracks
-from teamsight.policies.handmade.target_tracks import IDENTITY, no_target_tracks
+from teamsight.policies.handmade.a_cmommt import ACmommt, act, expectation, lost_tracks, pull, push
+from teamsight.policies.handmade.target_tracks import IDENTITY, first_slot, no_target_tracks
 from teamsight.policies.interface import PolicyState
 
 # Float fields of the state after the four of target tracks: the identity of a target, plus 1 (0 ends the list), the
@@ -84,14 +84,15 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
             y += novelty * pull_y
         lost_x = 0.0
         lost_y = 0.0
-        lost = 0
-        for slot in range(update_tracks(i, percept, arrays)):
-            pull_x, pull_y, is_lost = expectation(i, slot, per_reach, percept, arrays)
+        lost = lost_tracks(i, percept, arrays)
+        slots = lost
+        while slots != 0:
+            slot, slots = first_slot(slots)
+            pull_x, pull_y = expectation(i, slot, per_reach, percept, arrays)
             novelty = _novelty(arrays.state.ints[i, slot, IDENTITY], known, number, total, evenness)
             lost_x += novelty * pull_x
             lost_y += novelty * pull_y
-            lost += is_lost
-        act(x + lost_x, y + lost_y, lost, i, percept, parameters, noise, action)
+        act(x + lost_x, y + lost_y, lost != 0, i, percept, parameters, noise, action)
 
 
 @dataclass(frozen=True)
