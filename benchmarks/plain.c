@@ -33,7 +33,7 @@ static int robots, targets;
 static double radius;
 static body *robot, *target;
 static track *tracks;
-static int *track_count;
+static unsigned *tracked;
 static sights seen, teammates;
 static vector *aim;
 static double *distance;
@@ -154,57 +154,49 @@ static vector pull(vector way, double square, const sight *teammate, int mate_co
     return (vector){force * way.x, force * way.y};
 }
 
-/* Tracks: where targets are expected that were lost from sight. */
+/* Tracks: where targets are expected that were lost from sight. That of a target is in the slot that its identity gives. */
 
-static int find(const sight *list, int count, int wanted) {
-    for (int k = 0; k < count; k++)
-        if (list[k].other == wanted)
-            return k;
-    return -1;
+static void expect(track *t, vector moved) {
+    t->place.x += t->step.x - moved.x;
+    t->place.y += t->step.y - moved.y;
+    t->age++;
 }
 
-static int tracked(const track *list, int count, int wanted) {
-    for (int k = 0; k < count; k++)
-        if (list[k].target == wanted)
-            return 1;
-    return 0;
-}
-
-static int update_tracks(track *list, int old, vector moved, const sight *sights, int sight_count) {
-    int count = 0, matched = 0;
-    for (int slot = 0; slot < old; slot++) {
+/* Return the slots of the tracks in use, and set `lost` to those of targets out of sight. */
+static unsigned update_tracks(track *list, unsigned used, vector moved, const sight *sights, int sight_count, unsigned *lost) {
+    unsigned sensed = 0;
+    for (int k = 0; k < sight_count; k++) {
+        unsigned slot = (unsigned)(robots + 1 + sights[k].other) % TRACKS, bit = 1u << slot;
         track *t = list + slot;
-        /* Tracks and sights both tend to keep their order: look first at the sight after the last one found. */
-        int k = matched < sight_count && sights[matched].other == t->target ? matched : find(sights, sight_count, t->target);
-        int age = t->age + 1;
-        if (k >= 0) {
-            vector expected = {t->place.x + t->step.x - moved.x, t->place.y + t->step.y - moved.y};
-            vector wrong = {sights[k].offset.x - expected.x, sights[k].offset.y - expected.y};
-            if (age > 1) {
-                wrong.x /= age;
-                wrong.y /= age;
+        if (sensed & bit)
+            continue;
+        sensed |= bit;
+        if (used & bit && t->target == sights[k].other) {
+            expect(t, moved);
+            vector wrong = {sights[k].offset.x - t->place.x, sights[k].offset.y - t->place.y};
+            if (t->age > 1) {
+                wrong.x /= t->age;
+                wrong.y /= t->age;
             }
             t->step.x += wrong.x;
             t->step.y += wrong.y;
-            t->place = sights[k].offset;
-            t->age = 0;
-            matched++;
         } else {
-            t->place.x += t->step.x - moved.x;
-            t->place.y += t->step.y - moved.y;
-            t->age = age;
-            double square = square_of(t->place);
-            if (square <= REACH * REACH || square >= PREDICTIVE * PREDICTIVE || age > OLDEST)
-                continue;
+            t->step = (vector){0.0, 0.0};
+            t->target = sights[k].other;
         }
-        if (slot != count)
-            list[count] = *t;
-        count++;
+        t->place = sights[k].offset;
+        t->age = 0;
     }
-    for (int k = 0; matched < sight_count && k < sight_count && count < TRACKS; k++)
-        if (!tracked(list, count, sights[k].other))
-            list[count++] = (track){sights[k].offset, {0.0, 0.0}, sights[k].other, 0};
-    return count;
+    used |= sensed;
+    for (unsigned rest = used & ~sensed; rest; rest &= rest - 1) {
+        track *t = list + __builtin_ctz(rest);
+        expect(t, moved);
+        double square = square_of(t->place);
+        if (square <= REACH * REACH || square >= PREDICTIVE * PREDICTIVE || t->age > OLDEST)
+            used &= ~(rest & -rest);
+    }
+    *lost = used & ~sensed;
+    return used;
 }
 
 /* Decisions. */
@@ -227,16 +219,16 @@ static void decide(int i, long tick) {
         force.x += part.x;
         force.y += part.y;
     }
-    if (sight_count > 0 || track_count[i] > 0) {
+    if (sight_count > 0 || tracked[i]) {
         vector lost = {0.0, 0.0};
-        int count = track_count[i] = update_tracks(list, track_count[i], robot[i].moved, sights, sight_count);
-        for (int slot = 0; slot < count; slot++) {
-            if (list[slot].age == 0)
-                continue;
-            vector part = pull(list[slot].place, square_of(list[slot].place), teammate, mate_count);
+        unsigned rest;
+        tracked[i] = update_tracks(list, tracked[i], robot[i].moved, sights, sight_count, &rest);
+        for (; rest; rest &= rest - 1) {
+            const track *t = list + __builtin_ctz(rest);
+            vector part = pull(t->place, square_of(t->place), teammate, mate_count);
             if (part.x == 0.0 && part.y == 0.0)
                 continue;
-            double exists = exp(-list[slot].age / DECAY);
+            double exists = exp(-t->age / DECAY);
             lost.x += exists * part.x;
             lost.y += exists * part.y;
         }
@@ -464,7 +456,7 @@ int main(int argc, char **argv) {
     robot = array(robots, sizeof(body));
     target = array(targets, sizeof(body));
     tracks = array((size_t)robots * TRACKS, sizeof(track));
-    track_count = array(robots, sizeof(int));
+    tracked = array(robots, sizeof(unsigned));
     aim = array(robots, sizeof(vector));
     distance = array(robots, sizeof(double));
     robot_noise = array(robots, sizeof(block));
