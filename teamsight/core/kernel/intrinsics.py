@@ -21,7 +21,7 @@ def array_at(address: Any, shape: Any, dtype: Any) -> Any:
     `shape` is an int or a tuple of int, `dtype` a constant: a type such as ``np.float64``, or a structured dtype.
     """
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
-    return np.frombuffer((ctypes.c_char * size).from_address(address), dtype).reshape(shape)
+    return np.frombuffer((ctypes.c_char * size).from_address(int(address)), dtype).reshape(shape)
 
 
 @intrinsic
