@@ -46,9 +46,11 @@ _NOTHING = np.zeros(0)
 _UNKNOWN = -1
 # Targets without an identity of their own have larger ones than any that is given.
 _MOST = 2**31 - 1
+# The identity of a body that was seen, its offset along the axes of headings, and its distance.
+_Body = tuple[int, float, float, float]
 
 
-class Sightings(NamedTuple):
+class Detections(NamedTuple):
     """What a sensor, or a radio, has delivered: k bodies as seen from one robot at one time.
 
     Attributes
@@ -73,7 +75,7 @@ class Sightings(NamedTuple):
     offset: npt.ArrayLike | None = None
 
     @classmethod
-    def of(cls, seen: NeighbourList, row: int, tick: int | None = None) -> Sightings:
+    def of(cls, seen: NeighbourList, row: int, tick: int | None = None) -> Detections:
         """Return what a simulated robot senses, from a neighbour list of the percept of its group."""
         mine = slice(seen.start[row], seen.start[row + 1])
         # Copies, since the world writes its next step into the same arrays.
@@ -81,12 +83,12 @@ class Sightings(NamedTuple):
         return cls(distance, identity=identity, tick=tick, offset=offset)
 
 
-class Report(NamedTuple):
+class Relayed(NamedTuple):
     """What a teammate has sent: the targets that it senses, for degrees of awareness that share them.
 
     Attributes
     ----------
-    targets : Sightings
+    targets : Detections
         As seen by the teammate.
     heading : float or array_like, shape (2,)
         The teammate's heading [rad], or as a unit vector.
@@ -94,7 +96,7 @@ class Report(NamedTuple):
         The teammate's [length]; by default that of the robot itself.
     """
 
-    targets: Sightings
+    targets: Detections
     heading: float | npt.ArrayLike = 0.0
     sensing_range: float | None = None
 
@@ -155,9 +157,8 @@ class Controller:
 
     Notes
     -----
-    On the sightings of robot k of group g of a world, with the same seed and the same ticks, it decides as the robot
-    does there, to the last bit, if sightings are given as offsets along the arena's axes and the group is sensed within
-    discs. Columns of groups, such as those of interactions, are not available outside of a world.
+    On what robot k of group g of a world senses, with the same seed and the same ticks, it decides as the robot does
+    there, to the last bit, if detections are given as offsets along the arena's axes and all ranges are discs. Columns of groups, such as those of interactions, are not available outside of a world.
     """
 
     def __init__(
@@ -220,42 +221,42 @@ class Controller:
         self._places = np.zeros(one, np.int64)
         self._headings, self._reaches = np.zeros((one, 2)), np.full(one, self._ranges["targets"])
         self._headings[:, 0] = 1.0
-        self._reported = neighbour_room(one, _ROOM)
+        self._their_targets = neighbour_room(one, _ROOM)
         self._perception = Perception(1, 1)
         self._state: Any = self.policy.start(1) if isinstance(self.policy, Policy) else None
         self._bind()
 
     def decide(
         self,
-        targets: Sightings | None = None,
-        teammates: Sightings | None = None,
+        targets: Detections | None = None,
+        teammates: Detections | None = None,
         *,
         heading: float | npt.ArrayLike | None = None,
         moved: npt.ArrayLike | None = None,
-        reports: Mapping[int, Report] | None = None,
+        relayed: Mapping[int, Relayed] | None = None,
         tick: int | None = None,
-        **channels: Sightings | None,
+        **channels: Detections | None,
     ) -> Command:
         """Return what the robot is to do next.
 
         Parameters
         ----------
-        targets, teammates : Sightings, optional
-            Who is seen. None if nothing has arrived since the last decision: the last sightings are used again. Late
+        targets, teammates : Detections, optional
+            Who is seen. None if nothing has arrived since the last decision: the last detections are used again. Late
             and old ones are moved by the way that the robot has gone since; those that are older than `patience` are
-            ignored. ``Sightings()`` says that nobody is there.
+            ignored. ``Detections()`` says that nobody is there.
         heading : float or array_like, shape (2,), optional
             Of the robot, by its compass or odometry [rad], or as a unit vector. By default it has turned as it was
-            told to.
+            commanded to.
         moved : array_like, shape (2,), optional
             Its displacement since the last decision, by odometry, along the axes of headings [length]. By default it
-            has gone as it was told to.
-        reports : mapping of int to Report, optional
+            has gone as it was commanded to.
+        relayed : mapping of int to Relayed, optional
             What teammates have sent, by identity; of those that are not seen, nothing is known.
         tick : int, optional
             The present tick; by default the one after the last decision's, at first 0. Later decisions may leave out
             some.
-        **channels : Sightings
+        **channels : Detections
             What is seen in further channels that the policy reads.
 
         Raises
@@ -272,11 +273,11 @@ class Controller:
         given = {name: channels.get(name) for name in known} | {"targets": targets, "teammates": teammates}
         last = {name: self._latest(name, one, track) for name, one in given.items()}
         bodies = {name: self._bodies(name, one, track[-1]) for name, one in last.items()}
-        told = self._told(reports, bodies["teammates"]) if reports else {}
+        reported = self._reported_by(relayed, bodies["teammates"]) if relayed else {}
         places = self._places_of(bodies["teammates"])
         # From here on, nothing can fail but a policy of the user's.
         self._name(bodies["targets"], track[-1])
-        self._fill(bodies, places, told)
+        self._fill(bodies, places, reported)
         _, _, _, ahead, left, *step = track[-1]
         self._heading[0, 0], self._heading[0, 1] = ahead, left
         self._moved[0], self._time[0], self._now[0] = step, now, now
@@ -290,23 +291,23 @@ class Controller:
         return command
 
     def _pose(self, now: int, heading: Any, moved: Any) -> _Pose:
-        """Return where the robot is now: as it says, or as it was told to go."""
-        before, told = self._track[-1] if self._track else _Pose(now), self._command
+        """Return where the robot is now: as it says, or as it was commanded to go."""
+        before, done = self._track[-1] if self._track else _Pose(now), self._command
         if heading is None:
-            cosine, sine = math.cos(told.turn), math.sin(told.turn)
+            cosine, sine = math.cos(done.turn), math.sin(done.turn)
             ahead, left = cosine * before.ahead - sine * before.left, sine * before.ahead + cosine * before.left
         else:
             ahead, left = _unit("heading", heading)
-        x, y = (told.distance * ahead, told.distance * left) if moved is None else _vector("moved", moved)
+        x, y = (done.distance * ahead, done.distance * left) if moved is None else _vector("moved", moved)
         return _Pose(now, before.x + x, before.y + y, ahead, left, x, y)
 
-    def _latest(self, name: str, given: Sightings | None, track: Sequence[_Pose]) -> _Seen:
+    def _latest(self, name: str, given: Detections | None, track: Sequence[_Pose]) -> _Seen:
         """Return the bodies that count, as they were seen: those given, or the last ones, unless they are too old."""
         here = track[-1]
         if given is None:
             seen = self._last.get(name, _Seen(here.tick, here, []))
-        elif not isinstance(given, Sightings):
-            raise TypeError(f"{name}={checks.shown(given)}: must be Sightings(distance, bearing, identity), or None")
+        elif not isinstance(given, Detections):
+            raise TypeError(f"{name}={checks.shown(given)}: must be Detections(distance, bearing, identity), or None")
         elif given.tick is None or given.tick == here.tick:
             seen = _Seen(here.tick, here, _bodies_of(name, given, here.ahead, here.left))
         else:
@@ -320,61 +321,58 @@ class Controller:
         bodies = seen.bodies
         if seen.pose is not here:
             x, y = here.x - seen.pose.x, here.y - seen.pose.y
-            bodies = [
-                _Body(one.identity, one.x - x, one.y - y, math.hypot(one.x - x, one.y - y)) for one in bodies
-            ]
+            bodies = [(one, ahead - x, left - y, math.hypot(ahead - x, left - y)) for one, ahead, left, _ in bodies]
         return _within(bodies, self._ranges.get(name, self._ranges["targets"]))
 
     def _name(self, targets: list[_Body], now: _Pose) -> None:
         """Give targets of unknown identity one: that of the nearest such target that was near there, or a new one."""
-        unknown = [row for row, one in enumerate(targets) if one.identity == _UNKNOWN]
+        unknown = [row for row, one in enumerate(targets) if one[0] == _UNKNOWN]
         if not unknown and not self._unnamed:
             return
-        before = [one._replace(x=one.x - now.moved_x, y=one.y - now.moved_y) for one in self._unnamed]
-        pairs = sorted(
-            (math.hypot(targets[row].x - one.x, targets[row].y - one.y), row, place)
-            for row in unknown for place, one in enumerate(before)
+        before = [(one, x - now.moved_x, y - now.moved_y) for one, x, y, _ in self._unnamed]
+        gaps = sorted(
+            (math.hypot(targets[row][1] - x, targets[row][2] - y), row, one)
+            for row in unknown for one, x, y in before
         )  # fmt: skip
-        names, used = dict[int, int](), set[int]()
-        for gap, row, place in pairs:
-            if gap <= self._jump and row not in names and place not in used:
-                names[row] = before[place].identity
-                used.add(place)
+        names: dict[int, int] = {}
+        for gap, row, one in gaps:
+            if gap <= self._jump and row not in names and one not in names.values():
+                names[row] = one
         for row in unknown:
             if row not in names:
                 self._named += 1
                 names[row] = _MOST + self._named
-            targets[row] = targets[row]._replace(identity=names[row])
+            targets[row] = names[row], *targets[row][1:]
         self._unnamed = [targets[row] for row in unknown]
 
-    def _told(self, reports: Mapping[int, Report], teammates: list[_Body]) -> dict[int, _Told]:
+    def _reported_by(self, relayed: Mapping[int, Relayed], teammates: list[_Body]) -> dict[int, _Reported]:
         """Return what the teammates that are seen have sent, by their place in the team."""
-        told, seen = {}, {one.identity for one in teammates}
-        for identity, report in reports.items():
-            name = f"reports[{checks.shown(identity)}]"
+        reported, seen = {}, {one[0] for one in teammates}
+        for identity, report in relayed.items():
+            name = f"relayed[{identity!r}]"
             if identity not in self._place or identity == self.identity:
                 raise ValueError(f"{name}: must be of a teammate, one of {self._others}")
-            if not isinstance(report, Report):
-                raise TypeError(f"{name}={checks.shown(report)}: must be Report(targets, heading)")
+            if not isinstance(report, Relayed):
+                raise TypeError(f"{name}={checks.shown(report)}: must be Relayed(targets, heading)")
             ahead, left = _unit(f"{name}.heading", report.heading)
             reach = self._ranges["targets"]
             if report.sensing_range is not None:
                 reach = checks.number(f"{name}.sensing_range", report.sensing_range, above=0)
             bodies = _within(_bodies_of(f"{name}.targets", report.targets, ahead, left), reach)
             if identity in seen:
-                told[self._place[identity]] = _Told(ahead, left, reach, bodies)
-        return told
+                reported[self._place[identity]] = _Reported(ahead, left, reach, bodies)
+        return reported
 
     def _places_of(self, teammates: list[_Body]) -> list[int]:
         """Return the places in the team of the teammates that are seen; those unknown have what others leave."""
         places = []
-        for one in teammates:
-            place = self._place.get(one.identity, _UNKNOWN)
-            if one.identity != _UNKNOWN and (place in places or place in (self._own, _UNKNOWN)):
+        for identity, *_ in teammates:
+            place = self._place.get(identity, _UNKNOWN)
+            if identity != _UNKNOWN and (place in places or place in (self._own, _UNKNOWN)):
                 why = f"not one of {self._others}"
                 if place != _UNKNOWN:
                     why = "the robot itself" if place == self._own else "seen twice"
-                raise ValueError(f"teammates: {one.identity} is {why}; give each teammate that is seen once")
+                raise ValueError(f"teammates: {identity} is {why}; give each teammate that is seen once")
             places.append(place)
         if _UNKNOWN not in places:
             return places
@@ -388,25 +386,29 @@ class Controller:
             raise ValueError(f"teammates: {len(places)} are seen, and the team has {len(self.team) - 1} others")
         return [free.pop(0) if place == _UNKNOWN else place for place in places]
 
-    def _fill(self, bodies: Mapping[str, list[_Body]], places: list[int], told: Mapping[int, _Told]) -> None:
+    def _fill(self, bodies: Mapping[str, list[_Body]], places: list[int], reported: Mapping[int, _Reported]) -> None:
         """Write what is seen into the arrays that the kernels read."""
-        total = sum(len(one.targets) for one in told.values())
+        total = sum(len(one.targets) for one in reported.values())
         small = [name for name, seen in bodies.items() if len(seen) > len(self._seen[name].identity)]
-        if small or total > len(self._reported.identity):
+        if small or total > len(self._their_targets.identity):
             self._seen |= {name: neighbour_room(1, 2 * len(bodies[name])) for name in small}
-            if total > len(self._reported.identity):
-                self._reported = neighbour_room(len(self.team), 2 * total)
+            if total > len(self._their_targets.identity):
+                self._their_targets = neighbour_room(len(self.team), 2 * total)
             self._bind()
         for name, seen in bodies.items():
-            _write(seen, self._seen[name], 0, 0)
+            self._seen[name].start[1] = len(seen)
+            _write(seen, self._seen[name])
         if places:
             self._places[: len(places)] = places
-        if told or self._reported.start[-1]:
-            at = 0
+        if reported or self._their_targets.start[-1]:
+            start, targets = [0], []
             for place in range(len(self.team)):
-                one = told.get(place, _SILENT)
-                self._headings[place], self._reaches[place] = (one.ahead, one.left), one.reach
-                at = _write(one.targets, self._reported, place, at)
+                if one := reported.get(place):
+                    self._headings[place], self._reaches[place] = one[:2], one.reach
+                    targets += one.targets
+                start.append(len(targets))
+            self._their_targets.start[:] = start
+            _write(targets, self._their_targets)
 
     def _draw(self, now: int) -> None:
         """Draw the random numbers of the present tick, four ticks at a time."""
@@ -419,9 +421,9 @@ class Controller:
         """Make the records that the kernels read."""
         size, degree, perception = len(self.team), self.awareness, self._perception
         # A list shows its part in use where it is read.
-        perception.make_room(degree, size, max(size, len(self._reported.identity)), self._inputs)
+        perception.make_room(degree, size, max(size, len(self._their_targets.identity)), self._inputs)
         reach, wide = np.array([self._ranges["targets"]]), np.array([self._ranges["teammates"]])
-        team = [TEAM_GROUP.pack(TeamGroup(0, self._headings, self._reaches, self._reported))]
+        team = [TEAM_GROUP.pack(TeamGroup(0, self._headings, self._reaches, self._their_targets))]
         scene = Scene(
             self._heading, reach, wide, self._seen["targets"], self._seen["teammates"], self._places, self._own, team
         )
@@ -489,15 +491,6 @@ class _Pose(NamedTuple):
     moved_y: float = 0.0
 
 
-class _Body(NamedTuple):
-    """A body that was seen, with its offset along the axes of headings. In Python's own numbers: there are few."""
-
-    identity: int
-    x: float
-    y: float
-    distance: float
-
-
 class _Seen(NamedTuple):
     """The bodies of a channel, when they were seen, and from where."""
 
@@ -506,7 +499,7 @@ class _Seen(NamedTuple):
     bodies: list[_Body]
 
 
-class _Told(NamedTuple):
+class _Reported(NamedTuple):
     """What a teammate has sent: its heading, its range and the targets in it."""
 
     ahead: float
@@ -515,75 +508,68 @@ class _Told(NamedTuple):
     targets: list[_Body]
 
 
-_SILENT = _Told(1.0, 0.0, 1.0, [])
-
-
-def _bodies_of(name: str, seen: Sightings, ahead: float, left: float) -> list[_Body]:
-    """Return sightings as bodies; bearings are from this heading."""
-    if not isinstance(seen, Sightings):
-        raise TypeError(f"{name}={checks.shown(seen)}: must be Sightings(distance, bearing, identity)")
-    distances = _numbers(f"{name}.distance", seen.distance)
+def _bodies_of(name: str, seen: Detections, ahead: float, left: float) -> list[_Body]:
+    """Return detections as bodies; bearings are from this heading."""
+    if not isinstance(seen, Detections):
+        raise TypeError(f"{name}={checks.shown(seen)}: must be Detections(distance, bearing, identity)")
+    distances = _numbers(name, "distance", seen.distance)
     if seen.offset is not None:
         offsets = np.asarray(seen.offset, float)
         if offsets.size and offsets.shape[1:] != (2,):
             raise ValueError(f"{name}.offset: has the shape {offsets.shape}; it must be (k, 2)")
-        ways = offsets.tolist()
-        distances = distances or [math.sqrt(x * x + y * y) for x, y in ways]
+        _numbers(name, "offset", offsets.ravel())
+        xs, ys = offsets.reshape(-1, 2).T.tolist()
+        distances = distances or [math.sqrt(x * x + y * y) for x, y in zip(xs, ys, strict=True)]
     else:
-        bearings = _numbers(f"{name}.bearing", seen.bearing)
+        bearings = _numbers(name, "bearing", seen.bearing)
         if len(bearings) != len(distances):
             raise ValueError(f"{name}: has {len(distances)} distances and {len(bearings)} bearings; give both of each")
-        ways = [(d * math.cos(b), d * math.sin(b)) for d, b in zip(distances, bearings, strict=True)]
-        ways = [(x * ahead - y * left, x * left + y * ahead) for x, y in ways]
-    identities = [_UNKNOWN] * len(ways) if seen.identity is None else _numbers(f"{name}.identity", seen.identity)
-    if not len(ways) == len(distances) == len(identities):
-        raise ValueError(f"{name}: has {len(ways)} bodies, {len(distances)} distances and {len(identities)} identities")
-    bodies = []
-    for identity, (x, y), distance in zip(identities, ways, distances, strict=True):
-        if not (math.isfinite(x) and math.isfinite(y) and distance >= 0.0):
-            raise ValueError(
-                f"{name}: has the distance {distance} and the offset ({x}, {y}); leave out what was not measured"
-            )
-        if identity != int(identity) or not _UNKNOWN <= identity <= _MOST:
-            raise ValueError(f"{name}.identity: is {identity}; give whole numbers, and -1 for unknown")
-        bodies.append(_Body(int(identity), x, y, distance))
-    return bodies
+        xs, ys = [], []
+        for distance, bearing in zip(distances, bearings, strict=True):
+            x, y = distance * math.cos(bearing), distance * math.sin(bearing)
+            xs.append(x * ahead - y * left)
+            ys.append(x * left + y * ahead)
+    given = [_UNKNOWN] * len(xs) if seen.identity is None else _numbers(name, "identity", seen.identity)
+    if not len(xs) == len(distances) == len(given):
+        raise ValueError(f"{name}: has {len(xs)} bodies, {len(distances)} distances and {len(given)} identities")
+    if distances and min(distances) < 0.0:
+        raise ValueError(f"{name}: has the distance {min(distances)}; leave out what was not measured")
+    identities = [int(one) for one in given]
+    if identities != given or (identities and not _UNKNOWN <= min(identities) <= max(identities) <= _MOST):
+        raise ValueError(f"{name}.identity={checks.shown(given)}: must be whole numbers, and -1 for unknown")
+    return list(zip(identities, xs, ys, distances, strict=True))
 
 
-def _numbers(name: str, values: Any) -> list[float]:
-    array = np.asarray(values)
-    if array.ndim != 1 or (array.size and array.dtype.kind not in "iuf"):
-        raise TypeError(f"{name}={checks.shown(values)}: must be a list of numbers, one for each body")
-    numbers: list[float] = array.tolist()
-    if not all(map(math.isfinite, numbers)):
-        raise ValueError(f"{name}={checks.shown(values)}: must be finite; leave out what was not measured")
-    return numbers
+def _numbers(name: str, part: str, values: Any) -> list[float]:
+    """Return a list of finite numbers."""
+    try:
+        numbers: list[float] = values.tolist() if isinstance(values, np.ndarray) else [*values]
+        if all(map(math.isfinite, numbers)):
+            return numbers
+    except TypeError:
+        raise TypeError(f"{name}.{part}={checks.shown(values)}: must be a list of numbers, one for each body") from None
+    raise ValueError(f"{name}.{part}={checks.shown(values)}: must be finite; leave out what was not measured")
 
 
 def _within(bodies: list[_Body], reach: float) -> list[_Body]:
     """Return the bodies within a range, in the order of their identities; those of unknown identity come last."""
-    near = [one for one in bodies if one.distance <= reach]
-    return sorted(near, key=_rank) if len(near) > 1 else near
+    near = [one for one in bodies if one[3] <= reach]
+    # The remainder puts −1 last.
+    return sorted(near, key=lambda one: one[0] % 2**40) if len(near) > 1 else near
 
 
-def _rank(body: _Body) -> tuple[bool, int]:
-    return body.identity == _UNKNOWN, body.identity
-
-
-def _write(bodies: list[_Body], room: NeighbourList, row: int, at: int) -> int:
-    """Write bodies as the neighbours of a row, from entry `at` on; return the entry after them."""
-    start, identity, offset, distance = room
-    start[row] = at
-    for one in bodies:
-        identity[at], offset[at, 0], offset[at, 1], distance[at] = one
-        at += 1
-    start[row + 1] = at
-    return at
+def _write(bodies: list[_Body], room: NeighbourList) -> None:
+    """Write bodies as the first entries of a neighbour list."""
+    if bodies:
+        identity, x, y, distance = zip(*bodies, strict=True)
+        size = len(bodies)
+        room.identity[:size], room.distance[:size] = identity, distance
+        room.offset[:size, 0], room.offset[:size, 1] = x, y
 
 
 def _unit(name: str, value: Any) -> tuple[float, float]:
     """Return a heading, given as an angle or a unit vector, as a unit vector."""
-    if np.ndim(value) == 0:
+    if isinstance(value, float) or np.ndim(value) == 0:
         angle = checks.number(name, value)
         return math.cos(angle), math.sin(angle)
     x, y = _vector(name, value)
@@ -593,7 +579,7 @@ def _unit(name: str, value: Any) -> tuple[float, float]:
 
 
 def _vector(name: str, value: Any) -> tuple[float, float]:
-    numbers = np.asarray(value, float).tolist()
+    numbers = [*value] if isinstance(value, tuple) else np.asarray(value, float).tolist()
     if not isinstance(numbers, list) or len(numbers) != 2 or not all(map(math.isfinite, numbers)):
         raise ValueError(f"{name}={checks.shown(value)}: must be two finite numbers")
     return numbers[0], numbers[1]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight import CMOMMT, Controller, Sightings
+from teamsight import CMOMMT, Controller, Detections
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies import Action, Percept, Policy
 
@@ -42,7 +42,7 @@ class Remote(Policy):
             limits = {name: getattr(percept, name)[0] for name in ("sensing_range", "awareness_range", "speed")}
             self.link.send({"team": team, "seed": self.seed, **limits})
         lists = {"targets": percept.targets, "teammates": percept.teammates}
-        seen = [{name: Sightings.of(each, row, tick) for name, each in lists.items()} for row in range(len(team))]
+        seen = [{name: Detections.of(each, row, tick) for name, each in lists.items()} for row in range(len(team))]
         self.sent.append(seen)
         late = self.sent[0] if len(self.sent) == self.sent.maxlen else [{}] * len(team)
         own = [{"heading": percept.heading[row], "moved": percept.moved[row], "tick": tick} for row in range(len(team))]
@@ -54,7 +54,7 @@ class Remote(Policy):
 def main() -> None:
     warnings.filterwarnings("ignore", "run.. makes its steps one by one", UserWarning)
     with Listener(("127.0.0.1", 0)) as server:
-        robots = subprocess.Popen([sys.executable, __file__, str(server.address[1])])
+        robots = subprocess.Popen([sys.executable, __file__, "--steer", str(server.address[1])])
         link = server.accept()
     shares: dict[int | None, list[float]] = {delay: [] for delay in (None, 0, 1, 2, 4)}
     for delay, seed in ((delay, seed) for delay in shares for seed in range(RUNS)):
@@ -71,7 +71,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        steer(Client(("127.0.0.1", int(sys.argv[1]))))
+    if "--steer" in sys.argv:
+        steer(Client(("127.0.0.1", int(sys.argv[-1]))))
     else:
         main()

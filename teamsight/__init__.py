@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull
     from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
-    from teamsight.agents.controller import Controller, Report, Sightings
+    from teamsight.agents.controller import Controller, Detections, Relayed
     from teamsight.agents.decisions import Cycle
     from teamsight.agents.events.sources import EventSource
     from teamsight.agents.sensing.check import check_sensor
@@ -60,8 +60,8 @@ _HOMES = {
     "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
     "Weibull": "teamsight.agents.components.durations",
     "Controller": "teamsight.agents.controller",
-    "Report": "teamsight.agents.controller",
-    "Sightings": "teamsight.agents.controller",
+    "Relayed": "teamsight.agents.controller",
+    "Detections": "teamsight.agents.controller",
     "Cycle": "teamsight.agents.decisions",
     "World": "teamsight.agents.world",
     "Robot": "teamsight.agents.body",
@@ -90,9 +90,9 @@ _HOMES = {
 
 __all__ = [
     "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Component",
-    "Constant", "Controller", "Cycle", "Departures", "Disc", "EventSource", "Exponential", "Failures", "Interaction",
-    "Objective", "Obstructed", "Polygon", "Report", "Robot", "Sensor", "SensorDropouts", "Sightings", "Study", "Target",
-    "Task", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
+    "Constant", "Controller", "Cycle", "Departures", "Detections", "Disc", "EventSource", "Exponential", "Failures",
+    "Interaction", "Objective", "Obstructed", "Polygon", "Relayed", "Robot", "Sensor", "SensorDropouts", "Study",
+    "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
     "check_awareness", "check_interaction", "check_policy", "check_sensor", "check_task", "open_study", "run_many",
 ]  # fmt: skip
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from teamsight import CMOMMT, Controller, Report, Robot, Sightings, Target, Torus, World
+from teamsight import CMOMMT, Controller, Detections, Relayed, Robot, Target, Torus, World
 from teamsight.agents.awareness.degrees import NearestAwareness, RingAwareness
 from teamsight.agents.recording.explore import explore
 from teamsight.policies import ACmommt, Action, LazyQ, Percept, Policy, RandomWalk
@@ -25,12 +25,12 @@ class Remote(Policy):
     """Asks one controller for each robot."""
 
     def __init__(self, policy: Any, awareness: Any, seed: int, **options: Any) -> None:
-        self.made, self.reports = (policy, awareness), awareness == "shared"
+        self.made, self.relayed = (policy, awareness), awareness == "shared"
         self.options, self.controllers = options | {"seed": seed}, list[Controller]()
 
-    def sightings(self, percept: Percept, row: int) -> dict[str, Any]:
+    def detections(self, percept: Percept, row: int) -> dict[str, Any]:
         """What the robot of a row is given."""
-        return {name: Sightings.of(getattr(percept, name), row) for name in ("targets", "teammates")}
+        return {name: Detections.of(getattr(percept, name), row) for name in ("targets", "teammates")}
 
     def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
         team = percept.identity.tolist()
@@ -39,13 +39,13 @@ class Remote(Policy):
             self.controllers.append(Controller(*self.made, identity=identity, team=team, **names, **self.options))
         action = Action(np.zeros((len(team), 2)), np.zeros(len(team)))
         for row, controller in enumerate(self.controllers):
-            reports = {
-                one: Report(Sightings.of(percept.targets, team.index(one)), percept.heading[team.index(one)])
-                for one in Sightings.of(percept.teammates, row).identity.tolist()  # type: ignore[union-attr]
+            relayed = {
+                one: Relayed(Detections.of(percept.targets, team.index(one)), percept.heading[team.index(one)])
+                for one in Detections.of(percept.teammates, row).identity.tolist()  # type: ignore[union-attr]
             }
             action.heading[row], action.distance[row] = controller.decide(
-                **self.sightings(percept, row), heading=percept.heading[row], moved=percept.moved[row],
-                reports=reports if self.reports else None, tick=int(percept.time[0]),
+                **self.detections(percept, row), heading=percept.heading[row], moved=percept.moved[row],
+                relayed=relayed if self.relayed else None, tick=int(percept.time[0]),
             )[:0:-1]  # fmt: skip
         return action, state
 
@@ -114,11 +114,11 @@ def test_it_decides_in_another_group_and_arena_as_there() -> None:
 class Polar(Remote):
     """Gives distances and bearings."""
 
-    def sightings(self, percept: Percept, row: int) -> dict[str, Any]:
+    def detections(self, percept: Percept, row: int) -> dict[str, Any]:
         found = {}
-        for name, seen in super().sightings(percept, row).items():
+        for name, seen in super().detections(percept, row).items():
             bearing = [turn_to(percept.heading[row], offset) for offset in seen.offset]
-            found[name] = Sightings(seen.distance.tolist(), bearing, seen.identity.tolist())
+            found[name] = Detections(seen.distance.tolist(), bearing, seen.identity.tolist())
         return found
 
 
@@ -133,13 +133,13 @@ def test_distances_and_bearings_are_as_good_as_offsets() -> None:
 class Unnamed(Remote):
     """Knows who is a target and who a teammate, but not which."""
 
-    def sightings(self, percept: Percept, row: int) -> dict[str, Any]:
-        found = super().sightings(percept, row)
+    def detections(self, percept: Percept, row: int) -> dict[str, Any]:
+        found = super().detections(percept, row)
         return {name: seen._replace(identity=None) for name, seen in found.items()}
 
 
 @pytest.mark.parametrize("policy", ["a-cmommt", "evolved"])
-def test_targets_of_unknown_identity_are_told_apart_by_where_they_are(policy: str) -> None:
+def test_targets_of_unknown_identity_are_kept_apart_by_where_they_are(policy: str) -> None:
     # Few of them, which never come near each other, are known again at every decision.
     plan: dict[str, Any] = {"robots": 1, "targets": 2, "radius": 6.0, "awareness": "pairwise", "rng": 5}
     named, unnamed = (CMOMMT(policy=kind(policy, "pairwise", 5), **plan) for kind in (Remote, Unnamed))
@@ -160,8 +160,8 @@ def controller(policy: Any = "centroid", awareness: Any = "pairwise", **options:
 def test_a_late_reading_is_moved_by_the_way_gone_since() -> None:
     # Straight towards a target at (1, 1): the robot goes a step to the left meanwhile.
     robot = controller()
-    robot.decide(Sightings(), Sightings(), heading=0.0)
-    command = robot.decide(Sightings([math.sqrt(2)], [math.pi / 4], tick=0), heading=math.pi / 2, moved=(0.0, 1.0))
+    robot.decide(Detections(), Detections(), heading=0.0)
+    command = robot.decide(Detections([math.sqrt(2)], [math.pi / 4], tick=0), heading=math.pi / 2, moved=(0.0, 1.0))
     assert command.heading == pytest.approx((1.0, 0.0))
     assert command.turn == pytest.approx(-math.pi / 2)
 
@@ -169,25 +169,25 @@ def test_a_late_reading_is_moved_by_the_way_gone_since() -> None:
 @pytest.mark.short
 def test_a_missing_reading_is_the_last_one_until_it_is_too_old() -> None:
     robot = controller(ACmommt(idle="stay", target_tracks=0), patience=2)
-    assert robot.decide(Sightings([1.0], [0.0]), heading=0.0).distance > 0
+    assert robot.decide(Detections([1.0], [0.0]), heading=0.0).distance > 0
     for _ in range(2):
         assert robot.decide(heading=0.0, moved=(0.0, 0.0)).distance > 0
     assert robot.decide(heading=0.0, moved=(0.0, 0.0)).distance == 0
     # An empty one says that nobody is there.
-    assert robot.decide(Sightings([1.0], [0.0])).distance > 0
-    assert robot.decide(Sightings()).distance == 0
+    assert robot.decide(Detections([1.0], [0.0])).distance > 0
+    assert robot.decide(Detections()).distance == 0
 
 
 @pytest.mark.short
 def test_what_is_given_may_change_afterwards() -> None:
     robot, distance = controller(ACmommt(idle="stay", target_tracks=0)), np.array([1.0])
-    first = robot.decide(Sightings(distance, [0.5]), heading=0.0)
+    first = robot.decide(Detections(distance, [0.5]), heading=0.0)
     distance[0] = 50.0
     assert robot.decide(heading=0.0, moved=(0.0, 0.0)) == first
 
 
 @pytest.mark.short
-def test_without_odometry_it_has_gone_as_it_was_told() -> None:
+def test_without_odometry_it_has_gone_as_it_was_commanded() -> None:
     one, other = controller("random-walk", seed=3), controller("random-walk", seed=3)
     heading, command = 0.7, one.decide(heading=0.7)
     assert other.decide(heading=0.7) == command
@@ -201,7 +201,7 @@ def test_without_odometry_it_has_gone_as_it_was_told() -> None:
 @pytest.mark.short
 def test_commands_keep_the_limits() -> None:
     robot = controller("centroid", turn_limit=0.2)
-    command = robot.decide(Sightings([1.9], [2.0]), heading=0.0)
+    command = robot.decide(Detections([1.9], [2.0]), heading=0.0)
     assert command.turn == 0.2
     assert 0 <= command.distance <= 0.5
     assert command.heading == pytest.approx((math.cos(2.0), math.sin(2.0)))
@@ -214,7 +214,7 @@ def test_what_is_out_of_range_is_ignored_and_any_number_fits(bodies: list[tuple[
     near = [body for body in bodies if body[0] <= 2.0]
     all_of, those_near = (
         controller(ACmommt(target_tracks=0, weights="none")).decide(
-            Sightings([d for d, _ in chosen], [b for _, b in chosen], range(len(chosen))), heading=0.0
+            Detections([d for d, _ in chosen], [b for _, b in chosen], range(len(chosen))), heading=0.0
         )
         for chosen in (bodies, near)
     )
@@ -226,9 +226,9 @@ def test_reset_begins_anew() -> None:
     robot = controller("a-cmommt", "shared")
 
     def decide() -> list[Any]:
-        told = {5: Report(Sightings([1.0], [0.3], [9]), 0.5)}
-        seen = Sightings([1.5, 1.0], [0.2, 2.0], [7, 8]), Sightings([2.5], [1.0], [5])
-        return [robot.decide(*seen, heading=0.1 * k, reports=told) for k in range(6)]
+        sent = {5: Relayed(Detections([1.0], [0.3], [9]), 0.5)}
+        seen = Detections([1.5, 1.0], [0.2, 2.0], [7, 8]), Detections([2.5], [1.0], [5])
+        return [robot.decide(*seen, heading=0.1 * k, relayed=sent) for k in range(6)]
 
     first = decide()
     robot.reset()
@@ -237,36 +237,36 @@ def test_reset_begins_anew() -> None:
 
 
 WRONG: list[tuple[dict[str, Any], str]] = [
-    ({"targets": [1.0, 2.0]}, r"targets=\[1.0, 2.0\]: must be Sightings"),
-    ({"targets": Sightings([1.0], [0.0, 1.0])}, "targets: has 1 distances and 2 bearings"),
-    ({"targets": Sightings([-1.0], [0.0])}, "targets: has the distance -1.0"),
-    ({"targets": Sightings([math.nan], [0.0])}, r"targets.distance=\[nan\]: must be finite; leave out what was not measured"),
-    ({"targets": Sightings([1.0], [math.inf])}, r"targets.bearing=\[inf\]: must be finite"),
-    ({"targets": Sightings([1.0], [0.0], [1.5])}, "targets.identity: is 1.5"),
-    ({"targets": Sightings([1.0], [0.0], ["a"])}, r"targets.identity=\['a'\]: must be a list of numbers"),
-    ({"targets": Sightings([1.0], [0.0], [1, 2])}, "1 bodies, 1 distances and 2 identities"),
-    ({"targets": Sightings(offset=[1.0, 2.0])}, r"targets.offset: has the shape \(2,\)"),
-    ({"targets": Sightings(tick=9)}, "targets.tick=9: must be at most 1"),
-    ({"teammates": Sightings([1.0], [0.0], [2])}, "teammates: 2 is the robot itself"),
-    ({"teammates": Sightings([1.0], [0.0], [9])}, "teammates: 9 is not one of 1, 5"),
-    ({"teammates": Sightings([1.0, 1.0], [0.0, 1.0], [5, 5])}, "teammates: 5 is seen twice"),
-    ({"teammates": Sightings([1.0] * 3, [0.0] * 3)}, "teammates: 3 are seen, and the team has 2 others"),
+    ({"targets": [1.0, 2.0]}, r"targets=\[1.0, 2.0\]: must be Detections"),
+    ({"targets": Detections([1.0], [0.0, 1.0])}, "targets: has 1 distances and 2 bearings"),
+    ({"targets": Detections([-1.0], [0.0])}, "targets: has the distance -1.0"),
+    ({"targets": Detections([math.nan], [0.0])}, r"targets.distance=\[nan\]: must be finite; leave out what was not measured"),
+    ({"targets": Detections([1.0], [math.inf])}, r"targets.bearing=\[inf\]: must be finite"),
+    ({"targets": Detections([1.0], [0.0], [1.5])}, r"targets.identity=\[1.5\]: must be whole numbers"),
+    ({"targets": Detections([1.0], [0.0], ["a"])}, r"targets.identity=\['a'\]: must be a list of numbers"),
+    ({"targets": Detections([1.0], [0.0], [1, 2])}, "1 bodies, 1 distances and 2 identities"),
+    ({"targets": Detections(offset=[1.0, 2.0])}, r"targets.offset: has the shape \(2,\)"),
+    ({"targets": Detections(tick=9)}, "targets.tick=9: must be at most 1"),
+    ({"teammates": Detections([1.0], [0.0], [2])}, "teammates: 2 is the robot itself"),
+    ({"teammates": Detections([1.0], [0.0], [9])}, "teammates: 9 is not one of 1, 5"),
+    ({"teammates": Detections([1.0, 1.0], [0.0, 1.0], [5, 5])}, "teammates: 5 is seen twice"),
+    ({"teammates": Detections([1.0] * 3, [0.0] * 3)}, "teammates: 3 are seen, and the team has 2 others"),
     ({"heading": (1.0, 1.0)}, "heading=.*must be a unit vector"),
     ({"heading": math.nan}, "heading=nan"),
     ({"moved": (1.0, math.nan)}, "moved=.*must be two finite numbers"),
     ({"moved": 1.0}, "moved=1.0: must be two finite numbers"),
     ({"tick": 0}, "tick=0: must be at least 1"),
-    ({"reports": {9: Report(Sightings())}}, r"reports\[9\]: must be of a teammate, one of 1, 5"),
-    ({"reports": {5: Sightings()}}, r"reports\[5\]=.*must be Report"),
-    ({"beacons": Sightings()}, "beacons: is no channel that policy=.* reads"),
+    ({"relayed": {9: Relayed(Detections())}}, r"relayed\[9\]: must be of a teammate, one of 1, 5"),
+    ({"relayed": {5: Detections()}}, r"relayed\[5\]=.*must be Relayed"),
+    ({"beacons": Detections()}, "beacons: is no channel that policy=.* reads"),
 ]
 
 
 @pytest.mark.short
 @pytest.mark.parametrize(("readings", "message"), WRONG, ids=lambda value: str(value)[:60])
 def test_wrong_readings_are_refused_and_change_nothing(readings: dict[str, Any], message: str) -> None:
-    first: dict[str, Any] = {"targets": Sightings([1.0], [0.3], [4]), "heading": 0.0}
-    next_one: dict[str, Any] = {"targets": Sightings([1.2], [0.3], [4]), "heading": 0.1}
+    first: dict[str, Any] = {"targets": Detections([1.0], [0.3], [4]), "heading": 0.0}
+    next_one: dict[str, Any] = {"targets": Detections([1.2], [0.3], [4]), "heading": 0.1}
     robot, other = controller("a-cmommt"), controller("a-cmommt")
     for one in (robot, other):
         one.decide(**first)
@@ -299,8 +299,8 @@ def test_a_wrong_controller_is_refused(options: dict[str, Any], message: str) ->
 def test_it_imports_no_simulator() -> None:
     code = """
 import sys
-from teamsight import Controller, Sightings
-Controller("a-cmommt", "shared").decide(Sightings([0.5], [0.1]))
+from teamsight import Controller, Detections
+Controller("a-cmommt", "shared").decide(Detections([0.5], [0.1]))
 print([name for name in ("mesa", "pandas", "simpy", "scipy", "networkx", "matplotlib") if name in sys.modules])
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
