@@ -158,7 +158,8 @@ class Controller:
     Notes
     -----
     On what robot k of group g of a world senses, with the same seed and the same ticks, it decides as the robot does
-    there, to the last bit, if detections are given as offsets along the arena's axes and all ranges are discs. Columns of groups, such as those of interactions, are not available outside of a world.
+    there, to the last bit, if detections are given as offsets along the arena's axes and all ranges are discs. Columns
+    of groups, such as those of interactions, are not available outside of a world.
     """
 
     def __init__(

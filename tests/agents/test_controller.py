@@ -25,8 +25,8 @@ class Remote(Policy):
     """Asks one controller for each robot."""
 
     def __init__(self, policy: Any, awareness: Any, seed: int, **options: Any) -> None:
-        self.made, self.relayed = (policy, awareness), awareness == "shared"
-        self.options, self.controllers = options | {"seed": seed}, list[Controller]()
+        self.made: dict[str, Any] = {"policy": policy, "awareness": awareness, "seed": seed, **options}
+        self.controllers: list[Controller] = []
 
     def detections(self, percept: Percept, row: int) -> dict[str, Any]:
         """What the robot of a row is given."""
@@ -36,7 +36,7 @@ class Remote(Policy):
         team = percept.identity.tolist()
         for row, identity in enumerate(team[len(self.controllers) :]):
             names: dict[str, Any] = {name: getattr(percept, name)[row] for name in ("sensing_range", "awareness_range", "speed")}
-            self.controllers.append(Controller(*self.made, identity=identity, team=team, **names, **self.options))
+            self.controllers.append(Controller(**self.made, identity=identity, team=team, **names))
         action = Action(np.zeros((len(team), 2)), np.zeros(len(team)))
         for row, controller in enumerate(self.controllers):
             relayed = {
@@ -45,7 +45,7 @@ class Remote(Policy):
             }
             action.heading[row], action.distance[row] = controller.decide(
                 **self.detections(percept, row), heading=percept.heading[row], moved=percept.moved[row],
-                relayed=relayed if self.relayed else None, tick=int(percept.time[0]),
+                relayed=relayed if self.made["awareness"] == "shared" else None, tick=int(percept.time[0]),
             )[:0:-1]  # fmt: skip
         return action, state
 
