@@ -348,6 +348,8 @@ class Controller:
 
     def _reported_by(self, relayed: Mapping[int, Relayed], teammates: list[_Body]) -> dict[int, _Reported]:
         """Return what the teammates that are seen have sent, by their place in the team."""
+        if not isinstance(relayed, Mapping):
+            raise TypeError(f"relayed={checks.shown(relayed)}: must be a mapping of identities to Relayed(…)")
         reported, seen = {}, {one[0] for one in teammates}
         for identity, report in relayed.items():
             name = f"relayed[{identity!r}]"
@@ -515,11 +517,8 @@ def _bodies_of(name: str, seen: Detections, ahead: float, left: float) -> list[_
         raise TypeError(f"{name}={checks.shown(seen)}: must be Detections(distance, bearing, identity)")
     distances = _numbers(name, "distance", seen.distance)
     if seen.offset is not None:
-        offsets = np.asarray(seen.offset, float)
-        if offsets.size and offsets.shape[1:] != (2,):
-            raise ValueError(f"{name}.offset: has the shape {offsets.shape}; it must be (k, 2)")
-        _numbers(name, "offset", offsets.ravel())
-        xs, ys = offsets.reshape(-1, 2).T.tolist()
+        pairs = [_vector(f"{name}.offset", one) for one in seen.offset]  # type: ignore[union-attr]
+        xs, ys = [x for x, _ in pairs], [y for _, y in pairs]
         distances = distances or [math.sqrt(x * x + y * y) for x, y in zip(xs, ys, strict=True)]
     else:
         bearings = _numbers(name, "bearing", seen.bearing)
@@ -580,10 +579,13 @@ def _unit(name: str, value: Any) -> tuple[float, float]:
 
 
 def _vector(name: str, value: Any) -> tuple[float, float]:
-    numbers = [*value] if isinstance(value, tuple) else np.asarray(value, float).tolist()
-    if not isinstance(numbers, list) or len(numbers) != 2 or not all(map(math.isfinite, numbers)):
+    try:
+        x, y = map(float, value)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not math.isfinite(x + y):
         raise ValueError(f"{name}={checks.shown(value)}: must be two finite numbers")
-    return numbers[0], numbers[1]
+    return x, y
 
 
 def _team(given: Sequence[int]) -> tuple[int, ...]:
