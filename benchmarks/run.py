@@ -18,6 +18,7 @@ from typing import Any
 
 from components import measure_components
 from conditions import measure_conditions
+from controller import measure_controller
 from cycles import measure_cycles
 from events import measure_events
 from foraging import measure_foraging
@@ -43,8 +44,9 @@ from tasks import measure_tasks
 from view import measure_view
 
 PARTS = (
-    "speed", "short", "scaling", "memory", "start", "learning", "regression", "sensors", "cycles", "conditions",
-    "events", "interactions", "components", "processes", "foraging", "pursuit", "studies", "tasks", "view",
+    "speed", "short", "scaling", "memory", "start", "controller", "learning", "regression", "sensors", "cycles",
+    "conditions", "events", "interactions", "components", "processes", "foraging", "pursuit", "studies", "tasks",
+    "view",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -66,6 +68,7 @@ def main() -> int:
         "scaling": lambda: measure_scaling(c, min(rounds, 7)),
         "memory": lambda: measure_memory(POLICIES[-1:] if options.quick else POLICIES),
         "start": lambda: measure_start(min(rounds, 7)),
+        "controller": lambda: measure_controller(min(rounds, 7)),
         "learning": lambda: measure_learning(options.quick),
         "regression": lambda: measure_regression(rounds, options.quick),
         "sensors": lambda: measure_sensors(rounds),

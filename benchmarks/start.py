@@ -17,12 +17,12 @@ RUN = [sys.executable, "-m", "teamsight", "run"]
 def measure_start(rounds: int) -> list[Row]:
     """Measure ``teamsight run`` with an empty cache and with a full one, beside the import of mesa, and the help."""
     with tempfile.TemporaryDirectory() as kept:
-        _cpu(RUN, kept)
+        cpu_of(RUN, kept)
         taken = interleave(
             {
-                "mesa": lambda: _cpu([sys.executable, "-c", "import mesa"], kept),
+                "mesa": lambda: cpu_of([sys.executable, "-c", "import mesa"], kept),
                 "first": _first,
-                "later": lambda: _cpu(RUN, kept),
+                "later": lambda: cpu_of(RUN, kept),
                 "help": _help,
             },
             rounds,
@@ -39,13 +39,14 @@ def measure_start(rounds: int) -> list[Row]:
 
 def _first() -> float:
     with tempfile.TemporaryDirectory() as empty:
-        return _cpu(RUN, empty)
+        return cpu_of(RUN, empty)
 
 
-def _cpu(command: list[str], cache: str) -> float:
-    """Return the CPU time of a command in a process of its own [s]."""
+def cpu_of(command: list[str], cache: str = "") -> float:
+    """Return the CPU time of a command in a process of its own [s], with a folder for kernels if one is given."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, check=True, capture_output=True, env=dict(os.environ, TEAMSIGHT_CACHE_DIR=cache))
+    where = {"TEAMSIGHT_CACHE_DIR": cache} if cache else {}
+    subprocess.run(command, check=True, capture_output=True, env=os.environ | where)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull
     from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
+    from teamsight.agents.controller import Controller, Detections, Relayed
     from teamsight.agents.decisions import Cycle
     from teamsight.agents.events.sources import EventSource
     from teamsight.agents.sensing.check import check_sensor
@@ -58,6 +59,9 @@ _HOMES = {
     "Times": "teamsight.agents.components.durations",
     "UnreliableAwareness": "teamsight.agents.components.unreliable_awareness",
     "Weibull": "teamsight.agents.components.durations",
+    "Controller": "teamsight.agents.controller",
+    "Relayed": "teamsight.agents.controller",
+    "Detections": "teamsight.agents.controller",
     "Cycle": "teamsight.agents.decisions",
     "World": "teamsight.agents.world",
     "Robot": "teamsight.agents.body",
@@ -86,10 +90,10 @@ _HOMES = {
 
 __all__ = [
     "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Component",
-    "Constant", "Cycle", "Departures", "Disc", "EventSource", "Exponential", "Failures", "Interaction", "Objective",
-    "Obstructed", "Polygon", "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus",
-    "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena", "check_awareness", "check_interaction",
-    "check_policy", "check_sensor", "check_task", "open_study", "run_many",
+    "Constant", "Controller", "Cycle", "Departures", "Detections", "Disc", "EventSource", "Exponential", "Failures",
+    "Interaction", "Objective", "Obstructed", "Polygon", "Relayed", "Robot", "Sensor", "SensorDropouts", "Study",
+    "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
+    "check_awareness", "check_interaction", "check_policy", "check_sensor", "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout without symbolic links, as under Windows, the four packages are at the top of the repository only.

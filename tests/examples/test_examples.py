@@ -10,7 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -307,3 +307,69 @@ def test_relatives_of_a_cmommt_are_compared(run: Run, monkeypatch: pytest.Monkey
     # The random walk observes less by far, whatever else differs.
     assert all(row[3].startswith("−0.") for row in rows)
     assert [len(line.split("|")) - 2 for line in tables[9].splitlines()] == [5] * 8
+
+
+def test_controllers_in_another_process_observe_what_the_simulator_does(run: Run) -> None:
+    lines = run("controllers").splitlines()
+    assert lines[0] == "  0 ms late: +0.00 points (+0.00 to +0.00)"
+    assert [line[:12] for line in lines] == ["  0 ms late:", " 50 ms late:", "100 ms late:", "200 ms late:"]
+
+
+class Node:
+    """Stands for `rclpy.node.Node`; the time is that of `now`."""
+
+    def __init__(self, name: str) -> None:
+        self.heard: dict[str, Any] = {}
+        self.now, self.sent = 0.0, list[Any]()
+
+    def declare_parameter(self, name: str, value: Any) -> Any:
+        return SimpleNamespace(value=value)
+
+    def create_subscription(self, kind: Any, name: str, callback: Any, depth: int) -> None:
+        self.heard[name] = callback
+
+    def create_publisher(self, kind: Any, name: str, depth: int) -> Any:
+        return SimpleNamespace(publish=self.sent.append)
+
+    def create_timer(self, period: float, callback: Any) -> None:
+        self.heard["timer"] = callback
+
+    def get_clock(self) -> Any:
+        return SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: stamp(self.now)))
+
+
+def stamp(seconds: float) -> Any:
+    return SimpleNamespace(sec=int(seconds), nanosec=round(seconds % 1 * 1e9))
+
+
+def spin(node: Any) -> None:
+    """Let a robot that sees a target on its left drive for a second."""
+
+    def point(x: float, y: float) -> Any:
+        return SimpleNamespace(x=x, y=y)
+
+    for tick in range(10):
+        node.now = 1_700_000_000.05 + 0.1 * tick
+        turned = SimpleNamespace(position=point(0.01 * tick, 0.0), orientation=SimpleNamespace(z=0.0, w=1.0))
+        node.heard["odom"](SimpleNamespace(pose=SimpleNamespace(pose=turned)))
+        # The detector is slower, and late.
+        if tick % 3 == 0:
+            seen = SimpleNamespace(header=SimpleNamespace(stamp=stamp(node.now)), poses=[SimpleNamespace(position=point(0.0, 1.0))])
+            node.heard["targets"](seen)
+        node.heard["timer"]()
+        node.heard["timer"]()  # too early
+    print([(round(one.linear.x, 3), round(one.angular.z, 3)) for one in node.sent])
+
+
+def test_a_node_for_ros_drives_to_what_it_sees(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    twist = lambda: SimpleNamespace(linear=SimpleNamespace(), angular=SimpleNamespace())  # noqa: E731
+    fakes: dict[str, dict[str, Any]] = {
+        "rclpy": {"init": lambda: None, "spin": spin}, "rclpy.node": {"Node": Node},
+        "geometry_msgs.msg": {"PoseArray": object, "Twist": twist}, "nav_msgs.msg": {"Odometry": object},
+    }  # fmt: skip
+    for name, has in fakes.items():
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace(**has))
+    commands = ast.literal_eval(run("ros2_controller"))
+    assert len(commands) == 10
+    # It turns to the left as fast as it may, and goes at full speed.
+    assert all(command == (0.3, 2.0) for command in commands)

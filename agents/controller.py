@@ -1,0 +1,615 @@
+"""A controller: the policy of one robot outside of a simulated world, on readings of the robot's own sensors.
+
+It asks the kernels that a world asks, on arrays of one row. So a policy that was found in simulation runs on a robot
+unchanged, and on the readings of a simulated robot a controller decides as the world does, to the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.agents.awareness.interface import (
+    SENSING,
+    TEAM_GROUP,
+    Awareness,
+    Perception,
+    Scene,
+    Sensing,
+    TeamGroup,
+    perceive_entry,
+    situate_entry,
+)
+from teamsight.agents.resolve import awareness_of, check_fit, policy_of
+from teamsight.core import checks
+from teamsight.core.kernel import Packed
+from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
+from teamsight.policies.actions import check_action, check_answer
+from teamsight.policies.channels import channels_of
+from teamsight.policies.compiled import CompiledPolicy, pack_decision
+from teamsight.policies.interface import Action, Percept, Policy, turned
+from teamsight.policies.percept_of_one import percept_of_one
+from teamsight.policies.registry import label
+from teamsight.world.noise import TICKS_A_BLOCK, Stream, generator, key_of, stream_number, uniforms_of_block
+
+Floats = npt.NDArray[np.float64]
+
+# Room for targets at first; more is made when it is needed.
+_ROOM = 16
+_NOTHING = np.zeros(0)
+_UNKNOWN = -1
+# Targets without an identity of their own have larger ones than any that is given.
+_MOST = 2**31 - 1
+# The identity of a body that was seen, its offset along the axes of headings, and its distance.
+_Body = tuple[int, float, float, float]
+
+
+class Detections(NamedTuple):
+    """What a sensor, or a radio, has delivered: k bodies as seen from one robot at one time.
+
+    Attributes
+    ----------
+    distance : array_like, shape (k,)
+        [length].
+    bearing : array_like, shape (k,)
+        Anticlockwise from the heading of the robot that saw them [rad].
+    identity : array_like of int, shape (k,), optional
+        Who they are; −1, or left out, for unknown.
+    tick : int, optional
+        When they were seen; by default at the present tick.
+    offset : array_like, shape (k, 2), optional
+        From the robot to the bodies, along the axes in which headings are given [length]; instead of `bearing`, and of
+        `distance`, which is then its length.
+    """
+
+    distance: npt.ArrayLike = _NOTHING
+    bearing: npt.ArrayLike = _NOTHING
+    identity: npt.ArrayLike | None = None
+    tick: int | None = None
+    offset: npt.ArrayLike | None = None
+
+    @classmethod
+    def of(cls, seen: NeighbourList, row: int, tick: int | None = None) -> Detections:
+        """Return what a simulated robot senses, from a neighbour list of the percept of its group."""
+        mine = slice(seen.start[row], seen.start[row + 1])
+        # Copies, since the world writes its next step into the same arrays.
+        distance, identity, offset = (part[mine].copy() for part in (seen.distance, seen.identity, seen.offset))
+        return cls(distance, identity=identity, tick=tick, offset=offset)
+
+
+class Relayed(NamedTuple):
+    """What a teammate has sent: the targets that it senses, for degrees of awareness that share them.
+
+    Attributes
+    ----------
+    targets : Detections
+        As seen by the teammate.
+    heading : float or array_like, shape (2,)
+        The teammate's heading [rad], or as a unit vector.
+    sensing_range : float, optional
+        The teammate's [length]; by default that of the robot itself.
+    """
+
+    targets: Detections
+    heading: float | npt.ArrayLike = 0.0
+    sensing_range: float | None = None
+
+
+class Command(NamedTuple):
+    """What the robot is to do until its next decision.
+
+    Attributes
+    ----------
+    turn : float
+        Anticlockwise [rad], from −π to π, within the turning limit.
+    distance : float
+        After the turn [length], from 0 to the speed.
+    heading : tuple of two float
+        The heading that the policy asks for, a unit vector; (0, 0) for the present one.
+    """
+
+    turn: float
+    distance: float
+    heading: tuple[float, float]
+
+
+class Controller:
+    """The policy of one robot, on readings of its own sensors.
+
+    Parameters
+    ----------
+    policy : Policy, callable or str
+        As for `World.add`.
+    awareness : Awareness or str
+        What the policy perceives of teammates; as for `World.add`.
+    policy_options : mapping of str to object, optional
+        The options of a policy given by name.
+    identity : int
+        The robot's own identity, one of `team`.
+    team : sequence of int
+        The identities of all robots of the team, at most those that radios or markers can tell apart.
+    sensing_range, awareness_range : float
+        Ranges within which targets and teammates are perceived; what is seen beyond them is ignored [length].
+    speed : float
+        The largest distance from one decision to the next [length].
+    turn_limit : float, optional
+        The largest turn from one decision to the next [rad]; none by default.
+    seed : int
+        The seed of its random numbers. Robots of a team share it: their numbers differ by their place in the team.
+    jump : float, optional
+        How far a target of unknown identity moves from one decision to the next, at most: the nearest one that was
+        seen there is taken for the same target [length]. By default twice the speed.
+    patience : int
+        How many ticks old a reading may be; older ones count as nothing seen.
+    group : int
+        The number of the robots' group, where the random numbers of a world are wanted; see Notes.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument is wrong, or the policy needs what the degree of awareness does not deliver.
+
+    Notes
+    -----
+    On what robot k of group g of a world senses, with the same seed and the same ticks, it decides as the robot does
+    there, to the last bit, if detections are given as offsets along the arena's axes and all ranges are discs. Columns
+    of groups, such as those of interactions, are not available outside of a world.
+    """
+
+    def __init__(
+        self,
+        policy: Policy | Callable[..., Any] | str,
+        awareness: Awareness | str = "none",
+        *,
+        policy_options: Mapping[str, Any] | None = None,
+        identity: int = 0,
+        team: Sequence[int] = (0,),
+        sensing_range: float = 1.0,
+        awareness_range: float = 1.0,
+        speed: float = 0.1,
+        turn_limit: float | None = None,
+        jump: float | None = None,
+        seed: int = 0,
+        patience: int = 5,
+        group: int = 0,
+    ) -> None:
+        self.policy, self.awareness = policy_of(policy, policy_options), awareness_of(awareness)
+        self.team = _team(team)
+        if identity not in self.team:
+            raise ValueError(f"identity={checks.shown(identity)}: must be one of the team, {_list(self.team)}")
+        self.identity = int(identity)
+        self._ranges = {
+            "targets": checks.number("sensing_range", sensing_range, above=0.0),
+            "teammates": checks.number("awareness_range", awareness_range, above=0.0),
+        }
+        self.speed = checks.number("speed", speed, least=0.0)
+        self._limit = math.pi if turn_limit is None else checks.angle("turn_limit", turn_limit, math.tau)
+        self._jump = 2.0 * self.speed if jump is None else checks.number("jump", jump, least=0.0)
+        self.patience = checks.count("patience", patience, least=0)
+        self._key, self._group = key_of(checks.seed(seed, None)), checks.count("group", group, least=0)
+        self._place = {one: place for place, one in enumerate(self.team)}
+        self._own, self._others = self._place[self.identity], _list({*self.team} - {self.identity})
+        made: Any = self.policy
+        self._draws, self._inputs = (made.draws, made.inputs) if isinstance(made, Policy) else (0, 0)
+        if isinstance(made, Policy):
+            _check(made, self.awareness, len(self.team))
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew: forget all that was seen, and the policy's state."""
+        one = len(self.team)
+        self.tick = -1
+        self._heading, self._moved = np.array([[1.0, 0.0]]), np.zeros((1, 2))
+        # Where the robot believes itself to be, and its heading, at the latest ticks.
+        self._track: deque[_Pose] = deque(maxlen=self.patience + 1)
+        self._last: dict[str, _Seen] = {}
+        # Targets of unknown identity that were seen at the last decision, and how many there have been.
+        self._unnamed: list[_Body] = []
+        self._named = 0
+        self._time, self._now = np.zeros(1), np.zeros(1, np.int64)
+        self._block, self._noise = -1, np.zeros((TICKS_A_BLOCK, self._draws, 1))
+        self._action = Action(np.zeros((1, 2)), np.zeros(1))
+        self._command = Command(0.0, 0.0, (0.0, 0.0))
+        names = self.policy.channels if isinstance(self.policy, Policy) else ()
+        self._seen = {name: neighbour_room(1, _ROOM) for name in ("targets", *names)}
+        self._seen["teammates"] = neighbour_room(1, one)
+        self._places = np.zeros(one, np.int64)
+        self._headings, self._reaches = np.zeros((one, 2)), np.full(one, self._ranges["targets"])
+        self._headings[:, 0] = 1.0
+        self._their_targets = neighbour_room(one, _ROOM)
+        self._perception = Perception(1, 1)
+        self._state: Any = self.policy.start(1) if isinstance(self.policy, Policy) else None
+        self._bind()
+
+    def decide(
+        self,
+        targets: Detections | None = None,
+        teammates: Detections | None = None,
+        *,
+        heading: float | npt.ArrayLike | None = None,
+        moved: npt.ArrayLike | None = None,
+        relayed: Mapping[int, Relayed] | None = None,
+        tick: int | None = None,
+        **channels: Detections | None,
+    ) -> Command:
+        """Return what the robot is to do next.
+
+        Parameters
+        ----------
+        targets, teammates : Detections, optional
+            Who is seen. None if nothing has arrived since the last decision: the last detections are used again. Late
+            and old ones are moved by the way that the robot has gone since; those that are older than `patience` are
+            ignored. ``Detections()`` says that nobody is there.
+        heading : float or array_like, shape (2,), optional
+            Of the robot, by its compass or odometry [rad], or as a unit vector. By default it has turned as it was
+            commanded to.
+        moved : array_like, shape (2,), optional
+            Its displacement since the last decision, by odometry, along the axes of headings [length]. By default it
+            has gone as it was commanded to.
+        relayed : mapping of int to Relayed, optional
+            What teammates have sent, by identity; of those that are not seen, nothing is known.
+        tick : int, optional
+            The present tick; by default the one after the last decision's, at first 0. Later decisions may leave out
+            some.
+        **channels : Detections
+            What is seen in further channels that the policy reads.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If a reading is malformed, from the future, or of somebody who is not in the team. The controller is then as
+            before.
+        """
+        now = self.tick + 1 if tick is None else checks.count("tick", tick, least=self.tick + 1)
+        track = [*self._track, self._pose(now, heading, moved)]
+        known = self._seen.keys() - {"targets", "teammates"}
+        for name in channels.keys() - known:
+            raise TypeError(f"{name}: is no channel that policy={label(self.policy)} reads; it reads {_list(known)}")
+        given = {name: channels.get(name) for name in known} | {"targets": targets, "teammates": teammates}
+        last = {name: self._latest(name, one, track) for name, one in given.items()}
+        bodies = {name: self._bodies(name, one, track[-1]) for name, one in last.items()}
+        reported = self._reported_by(relayed, bodies["teammates"]) if relayed else {}
+        places = self._places_of(bodies["teammates"])
+        # From here on, nothing can fail but a policy of the user's.
+        self._name(bodies["targets"], track[-1])
+        self._fill(bodies, places, reported)
+        _, _, _, ahead, left, *step = track[-1]
+        self._heading[0, 0], self._heading[0, 1] = ahead, left
+        self._moved[0], self._time[0], self._now[0] = step, now, now
+        self._draw(now)
+        x, y, distance = self._ask()
+        turn = math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
+        turn = min(max(turn, -self._limit), self._limit)
+        command = Command(turn, min(max(distance, 0.0), self.speed), (x, y))
+        self.tick, self._last, self._command = now, last, command
+        self._track.append(track[-1])
+        return command
+
+    def _pose(self, now: int, heading: Any, moved: Any) -> _Pose:
+        """Return where the robot is now: as it says, or as it was commanded to go."""
+        before, done = self._track[-1] if self._track else _Pose(now), self._command
+        if heading is None:
+            cosine, sine = math.cos(done.turn), math.sin(done.turn)
+            ahead, left = cosine * before.ahead - sine * before.left, sine * before.ahead + cosine * before.left
+        else:
+            ahead, left = _unit("heading", heading)
+        x, y = (done.distance * ahead, done.distance * left) if moved is None else _vector("moved", moved)
+        return _Pose(now, before.x + x, before.y + y, ahead, left, x, y)
+
+    def _latest(self, name: str, given: Detections | None, track: Sequence[_Pose]) -> _Seen:
+        """Return the bodies that count, as they were seen: those given, or the last ones, unless they are too old."""
+        here = track[-1]
+        if given is None:
+            seen = self._last.get(name, _Seen(here.tick, here, []))
+        elif not isinstance(given, Detections):
+            raise TypeError(f"{name}={checks.shown(given)}: must be Detections(distance, bearing, identity), or None")
+        elif given.tick is None or given.tick == here.tick:
+            seen = _Seen(here.tick, here, _bodies_of(name, given, here.ahead, here.left))
+        else:
+            tick = checks.count(f"{name}.tick", given.tick, least=0, most=here.tick)
+            there = max((one for one in track if one.tick <= tick), default=track[0])
+            seen = _Seen(tick, there, _bodies_of(name, given, there.ahead, there.left))
+        return seen if here.tick - seen.tick <= self.patience else _Seen(here.tick, here, [])
+
+    def _bodies(self, name: str, seen: _Seen, here: _Pose) -> list[_Body]:
+        """Return what was seen as bodies around the robot as it is now, those in range."""
+        bodies = seen.bodies
+        if seen.pose is not here:
+            x, y = here.x - seen.pose.x, here.y - seen.pose.y
+            bodies = [(one, ahead - x, left - y, math.hypot(ahead - x, left - y)) for one, ahead, left, _ in bodies]
+        return _within(bodies, self._ranges.get(name, self._ranges["targets"]))
+
+    def _name(self, targets: list[_Body], now: _Pose) -> None:
+        """Give targets of unknown identity one: that of the nearest such target that was near there, or a new one."""
+        unknown = [row for row, one in enumerate(targets) if one[0] == _UNKNOWN]
+        if not unknown and not self._unnamed:
+            return
+        before = [(one, x - now.moved_x, y - now.moved_y) for one, x, y, _ in self._unnamed]
+        gaps = sorted(
+            (math.hypot(targets[row][1] - x, targets[row][2] - y), row, one)
+            for row in unknown for one, x, y in before
+        )  # fmt: skip
+        names: dict[int, int] = {}
+        for gap, row, one in gaps:
+            if gap <= self._jump and row not in names and one not in names.values():
+                names[row] = one
+        for row in unknown:
+            if row not in names:
+                self._named += 1
+                names[row] = _MOST + self._named
+            targets[row] = names[row], *targets[row][1:]
+        self._unnamed = [targets[row] for row in unknown]
+
+    def _reported_by(self, relayed: Mapping[int, Relayed], teammates: list[_Body]) -> dict[int, _Reported]:
+        """Return what the teammates that are seen have sent, by their place in the team."""
+        if not isinstance(relayed, Mapping):
+            raise TypeError(f"relayed={checks.shown(relayed)}: must be a mapping of identities to Relayed(…)")
+        reported, seen = {}, {one[0] for one in teammates}
+        for identity, report in relayed.items():
+            name = f"relayed[{identity!r}]"
+            if identity not in self._place or identity == self.identity:
+                raise ValueError(f"{name}: must be of a teammate, one of {self._others}")
+            if not isinstance(report, Relayed):
+                raise TypeError(f"{name}={checks.shown(report)}: must be Relayed(targets, heading)")
+            ahead, left = _unit(f"{name}.heading", report.heading)
+            reach = self._ranges["targets"]
+            if report.sensing_range is not None:
+                reach = checks.number(f"{name}.sensing_range", report.sensing_range, above=0)
+            bodies = _within(_bodies_of(f"{name}.targets", report.targets, ahead, left), reach)
+            if identity in seen:
+                reported[self._place[identity]] = _Reported(ahead, left, reach, bodies)
+        return reported
+
+    def _places_of(self, teammates: list[_Body]) -> list[int]:
+        """Return the places in the team of the teammates that are seen; those unknown have what others leave."""
+        places = []
+        for identity, *_ in teammates:
+            place = self._place.get(identity, _UNKNOWN)
+            if identity != _UNKNOWN and (place in places or place in (self._own, _UNKNOWN)):
+                why = f"not one of {self._others}"
+                if place != _UNKNOWN:
+                    why = "the robot itself" if place == self._own else "seen twice"
+                raise ValueError(f"teammates: {identity} is {why}; give each teammate that is seen once")
+            places.append(place)
+        if _UNKNOWN not in places:
+            return places
+        if self._inputs and self.awareness.shows_teammates:
+            raise ValueError(
+                f"teammates: their identities are needed, since the inputs under awareness {self.awareness.name!r} "
+                "belong to one teammate each; give them, or use awareness='nearest' or 'ring'"
+            )
+        free = [place for place in range(len(self.team)) if place not in places and place != self._own]
+        if places.count(_UNKNOWN) > len(free):
+            raise ValueError(f"teammates: {len(places)} are seen, and the team has {len(self.team) - 1} others")
+        return [free.pop(0) if place == _UNKNOWN else place for place in places]
+
+    def _fill(self, bodies: Mapping[str, list[_Body]], places: list[int], reported: Mapping[int, _Reported]) -> None:
+        """Write what is seen into the arrays that the kernels read."""
+        total = sum(len(one.targets) for one in reported.values())
+        small = [name for name, seen in bodies.items() if len(seen) > len(self._seen[name].identity)]
+        if small or total > len(self._their_targets.identity):
+            self._seen |= {name: neighbour_room(1, 2 * len(bodies[name])) for name in small}
+            if total > len(self._their_targets.identity):
+                self._their_targets = neighbour_room(len(self.team), 2 * total)
+            self._bind()
+        for name, seen in bodies.items():
+            self._seen[name].start[1] = len(seen)
+            _write(seen, self._seen[name])
+        if places:
+            self._places[: len(places)] = places
+        if reported or self._their_targets.start[-1]:
+            start, targets = [0], []
+            for place in range(len(self.team)):
+                if one := reported.get(place):
+                    self._headings[place], self._reaches[place] = one[:2], one.reach
+                    targets += one.targets
+                start.append(len(targets))
+            self._their_targets.start[:] = start
+            _write(targets, self._their_targets)
+
+    def _draw(self, now: int) -> None:
+        """Draw the random numbers of the present tick, four ticks at a time."""
+        if self._draws and now // TICKS_A_BLOCK != self._block:
+            self._block = now // TICKS_A_BLOCK
+            stream = stream_number(Stream.POLICY, self._group)
+            self._noise[:] = uniforms_of_block(self._key, stream, now, np.array([self._own]), self._draws)
+
+    def _bind(self) -> None:
+        """Make the records that the kernels read."""
+        size, degree, perception = len(self.team), self.awareness, self._perception
+        # A list shows its part in use where it is read.
+        perception.make_room(degree, size, max(size, len(self._their_targets.identity)), self._inputs)
+        reach, wide = np.array([self._ranges["targets"]]), np.array([self._ranges["teammates"]])
+        team = [TEAM_GROUP.pack(TeamGroup(0, self._headings, self._reaches, self._their_targets))]
+        scene = Scene(
+            self._heading, reach, wide, self._seen["targets"], self._seen["teammates"], self._places, self._own, team
+        )
+        parameters = np.ascontiguousarray(degree.parameters, float)
+        self._sensing = SENSING.pack(
+            Sensing(scene, parameters, perception.shown, perception.relayed, perception.situation)
+        )
+        policy = self.policy
+        shown = self._seen["teammates"] if degree.shows_teammates else perception.shown
+        relayed = perception.relayed
+        if isinstance(policy, CompiledPolicy) and not policy.reads_teammates:
+            shown = relayed = perception.nothing
+        names = policy.channels if isinstance(policy, Policy) else ()
+        self._percept = Percept(
+            self._heading, self._moved, np.array([self.speed]), reach, wide, self._seen["targets"], shown, relayed,
+            perception.situation, channels_of(names, (self._seen[name] for name in names)), self._time,
+            np.zeros(1), np.zeros(1, np.bool_), np.array([self.identity]),
+        )  # fmt: skip
+        self._decision: Packed[Any] | None = None
+        if _is_compiled(policy):
+            self._decision = pack_decision(policy, self._percept, self._state, self._noise, self._now, self._action)
+
+    def _ask(self) -> tuple[float, float, float]:
+        """Return the heading and the distance that the policy decides on what is in the arrays."""
+        if perceive := perceive_entry(self.awareness):
+            need = perceive(self._sensing)
+            while need > self._perception.room:
+                self._perception.room = need
+                self._bind()
+                need = perceive(self._sensing)
+        if self._inputs:
+            situate_entry(self.awareness)(self._sensing)
+        policy: Any = self.policy
+        if self._decision is not None:
+            policy.entry()(self._decision)
+        else:
+            bound, tick = self._percept, int(self._now[0])
+            lists: Any = bound.channels
+            percept = bound._replace(
+                targets=filled(bound.targets), teammates=filled(bound.teammates), relayed=filled(bound.relayed),
+                channels=channels_of(lists._fields, map(filled, lists)),
+            )  # fmt: skip
+            if isinstance(policy, Policy):
+                action, after = policy.decide(percept, self._state, self._noise[tick % TICKS_A_BLOCK])
+                check_action(label(policy), action, 1)
+                self._state = after
+            else:
+                rng = generator(self._key, stream_number(Stream.CALLABLE, self._group), tick, self._own)
+                name = str(getattr(policy, "__name__", type(policy).__name__))
+                turn, distance = check_answer(name, policy(percept_of_one(percept, 0), rng), 0)
+                action = Action(turned(self._heading, [turn]), np.array([distance]))
+            self._action.heading[:], self._action.distance[:] = action
+        return (*self._action.heading[0].tolist(), float(self._action.distance[0]))
+
+
+class _Pose(NamedTuple):
+    """Where the robot believes itself to be at a tick, its heading, and its last displacement."""
+
+    tick: int
+    x: float = 0.0
+    y: float = 0.0
+    ahead: float = 1.0
+    left: float = 0.0
+    moved_x: float = 0.0
+    moved_y: float = 0.0
+
+
+class _Seen(NamedTuple):
+    """The bodies of a channel, when they were seen, and from where."""
+
+    tick: int
+    pose: _Pose
+    bodies: list[_Body]
+
+
+class _Reported(NamedTuple):
+    """What a teammate has sent: its heading, its range and the targets in it."""
+
+    ahead: float
+    left: float
+    reach: float
+    targets: list[_Body]
+
+
+def _bodies_of(name: str, seen: Detections, ahead: float, left: float) -> list[_Body]:
+    """Return detections as bodies; bearings are from this heading."""
+    if not isinstance(seen, Detections):
+        raise TypeError(f"{name}={checks.shown(seen)}: must be Detections(distance, bearing, identity)")
+    distances = _numbers(name, "distance", seen.distance)
+    if seen.offset is not None:
+        pairs = [_vector(f"{name}.offset", one) for one in seen.offset]  # type: ignore[union-attr]
+        xs, ys = [x for x, _ in pairs], [y for _, y in pairs]
+        distances = distances or [math.sqrt(x * x + y * y) for x, y in zip(xs, ys, strict=True)]
+    else:
+        bearings = _numbers(name, "bearing", seen.bearing)
+        if len(bearings) != len(distances):
+            raise ValueError(f"{name}: has {len(distances)} distances and {len(bearings)} bearings; give both of each")
+        xs, ys = [], []
+        for distance, bearing in zip(distances, bearings, strict=True):
+            x, y = distance * math.cos(bearing), distance * math.sin(bearing)
+            xs.append(x * ahead - y * left)
+            ys.append(x * left + y * ahead)
+    given = [_UNKNOWN] * len(xs) if seen.identity is None else _numbers(name, "identity", seen.identity)
+    if not len(xs) == len(distances) == len(given):
+        raise ValueError(f"{name}: has {len(xs)} bodies, {len(distances)} distances and {len(given)} identities")
+    if distances and min(distances) < 0.0:
+        raise ValueError(f"{name}: has the distance {min(distances)}; leave out what was not measured")
+    identities = [int(one) for one in given]
+    if identities != given or (identities and not _UNKNOWN <= min(identities) <= max(identities) <= _MOST):
+        raise ValueError(f"{name}.identity={checks.shown(given)}: must be whole numbers, and -1 for unknown")
+    return list(zip(identities, xs, ys, distances, strict=True))
+
+
+def _numbers(name: str, part: str, values: Any) -> list[float]:
+    """Return a list of finite numbers."""
+    try:
+        numbers: list[float] = values.tolist() if isinstance(values, np.ndarray) else [*values]
+        if all(map(math.isfinite, numbers)):
+            return numbers
+    except TypeError:
+        raise TypeError(f"{name}.{part}={checks.shown(values)}: must be a list of numbers, one for each body") from None
+    raise ValueError(f"{name}.{part}={checks.shown(values)}: must be finite; leave out what was not measured")
+
+
+def _within(bodies: list[_Body], reach: float) -> list[_Body]:
+    """Return the bodies within a range, in the order of their identities; those of unknown identity come last."""
+    near = [one for one in bodies if one[3] <= reach]
+    # The remainder puts −1 last.
+    return sorted(near, key=lambda one: one[0] % 2**40) if len(near) > 1 else near
+
+
+def _write(bodies: list[_Body], room: NeighbourList) -> None:
+    """Write bodies as the first entries of a neighbour list."""
+    if bodies:
+        identity, x, y, distance = zip(*bodies, strict=True)
+        size = len(bodies)
+        room.identity[:size], room.distance[:size] = identity, distance
+        room.offset[:size, 0], room.offset[:size, 1] = x, y
+
+
+def _unit(name: str, value: Any) -> tuple[float, float]:
+    """Return a heading, given as an angle or a unit vector, as a unit vector."""
+    if isinstance(value, float) or np.ndim(value) == 0:
+        angle = checks.number(name, value)
+        return math.cos(angle), math.sin(angle)
+    x, y = _vector(name, value)
+    if abs(x * x + y * y - 1.0) > 1e-6:
+        raise ValueError(f"{name}={checks.shown(value)}: must be a unit vector, or an angle [rad]")
+    return x, y
+
+
+def _vector(name: str, value: Any) -> tuple[float, float]:
+    try:
+        x, y = map(float, value)
+    except (TypeError, ValueError):
+        x = y = math.nan
+    if not math.isfinite(x + y):
+        raise ValueError(f"{name}={checks.shown(value)}: must be two finite numbers")
+    return x, y
+
+
+def _team(given: Sequence[int]) -> tuple[int, ...]:
+    """Return the identities of a team in ascending order."""
+    team = tuple(sorted(checks.count("team", one, least=0) for one in given))
+    if not team or len({*team}) < len(team):
+        raise ValueError(f"team={checks.shown(given)}: must be the identities of all robots, each once")
+    return team
+
+
+def _list(values: Any) -> str:
+    return ", ".join(map(str, sorted(values))) or "none"
+
+
+def _is_compiled(policy: Any) -> bool:
+    return isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
+
+
+def _check(policy: Policy, awareness: Awareness, size: int) -> None:
+    """Refuse a policy that needs what a controller, or its degree of awareness, does not deliver."""
+    group: Any = SimpleNamespace(policy=policy, awareness=awareness)
+    team: Any = [range(size)]
+    check_fit(group, team)
+    if policy.columns:
+        raise ValueError(f"policy={label(policy)}: reads the column {policy.columns[0]!r}, which only a world has")
+    if policy.decides_together:
+        raise ValueError(f"policy={label(policy)}: decides for all robots together, which only a world can ask")

@@ -1,0 +1,309 @@
+"""A controller decides on a robot's own readings as a world does, to the last bit, and bears late and missing ones."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from teamsight import CMOMMT, Controller, Detections, Relayed, Robot, Target, Torus, World
+from teamsight.agents.awareness.degrees import NearestAwareness, RingAwareness
+from teamsight.agents.recording.explore import explore
+from teamsight.policies import ACmommt, Action, LazyQ, Percept, Policy, RandomWalk
+from teamsight.policies.percept_of_one import turn_to
+
+pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one:UserWarning")
+
+
+class Remote(Policy):
+    """Asks one controller for each robot."""
+
+    def __init__(self, policy: Any, awareness: Any, seed: int, **options: Any) -> None:
+        self.made: dict[str, Any] = {"policy": policy, "awareness": awareness, "seed": seed, **options}
+        self.controllers: list[Controller] = []
+
+    def detections(self, percept: Percept, row: int) -> dict[str, Any]:
+        """What the robot of a row is given."""
+        return {name: Detections.of(getattr(percept, name), row) for name in ("targets", "teammates")}
+
+    def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
+        team = percept.identity.tolist()
+        for row, identity in enumerate(team[len(self.controllers) :]):
+            names: dict[str, Any] = {name: getattr(percept, name)[row] for name in ("sensing_range", "awareness_range", "speed")}
+            self.controllers.append(Controller(**self.made, identity=identity, team=team, **names))
+        action = Action(np.zeros((len(team), 2)), np.zeros(len(team)))
+        for row, controller in enumerate(self.controllers):
+            relayed = {
+                one: Relayed(Detections.of(percept.targets, team.index(one)), percept.heading[team.index(one)])
+                for one in Detections.of(percept.teammates, row).identity.tolist()  # type: ignore[union-attr]
+            }
+            action.heading[row], action.distance[row] = controller.decide(
+                **self.detections(percept, row), heading=percept.heading[row], moved=percept.moved[row],
+                relayed=relayed if self.made["awareness"] == "shared" else None, tick=int(percept.time[0]),
+            )[:0:-1]  # fmt: skip
+        return action, state
+
+
+def turn_and_go(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
+    """A rule for one robot."""
+    way = percept.targets.offset.sum(axis=0) + rng.normal(size=2)
+    return turn_to(percept.heading, way), 0.1 * rng.random()
+
+
+class Slow(Policy):
+    """A policy in Python with a state."""
+
+    draws = 1
+
+    def start(self, size: int) -> Any:
+        return np.zeros(size)
+
+    def decide(self, percept: Percept, state: Any, noise: Any) -> Any:
+        state = state + 0.01 * percept.targets.degree + 0.001 * noise[0]
+        return Action(np.zeros((len(state), 2)), np.minimum(state, 0.1)), state
+
+
+CASES = [
+    *((policy, awareness) for policy in ("a-cmommt", "p-cmommt") for awareness in ("none", "ring", "pairwise", "shared")),
+    ("random-walk", "none"), ("evolved", "nearest"), ("evolved", "shared"), ("b-cmommt", "shared"), ("centroid", "ring"),
+    (ACmommt(idle="wander", target_tracks=3), RingAwareness(4)), (ACmommt(), NearestAwareness(1)),
+    (turn_and_go, "none"), (Slow(), "pairwise"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("policy", "awareness"), CASES, ids=str)
+def test_it_decides_as_a_world(policy: Any, awareness: Any) -> None:
+    plan: dict[str, Any] = {"robots": 7, "targets": 30, "radius": 3.5, "sensing_range": 1.2, "rng": 11}
+    world = CMOMMT(policy=policy, awareness=awareness, **plan)
+    world.run(70)
+    steered = CMOMMT(policy=Remote(policy, awareness, 11), awareness="pairwise", **plan)
+    steered.run(70)
+    assert np.array_equal(world.robots.bodies.position, steered.robots.bodies.position)
+    assert np.array_equal(world.targets.bodies.position, steered.targets.bodies.position)
+
+
+@pytest.mark.parametrize("awareness", ["ring", "nearest", "pairwise", "shared"])
+def test_a_learner_reads_the_inputs_of_a_world(awareness: str) -> None:
+    plan: dict[str, Any] = {"robots": 5, "targets": 10, "radius": 2.5, "awareness": awareness, "rng": 1}
+    memory = explore(CMOMMT(policy=RandomWalk(random_distance=True), **plan), 60)
+    world = CMOMMT(policy=LazyQ(memory), **plan)
+    steered = CMOMMT(policy=Remote(LazyQ(memory), awareness, 1), **plan | {"awareness": "pairwise"})
+    for one in (world, steered):
+        one.run(30)
+    assert np.array_equal(world.robots.bodies.position, steered.robots.bodies.position)
+
+
+@pytest.mark.short
+def test_it_decides_in_another_group_and_arena_as_there() -> None:
+    places = []
+    for policy in ("random-walk", Remote("random-walk", "none", 4, group=1)):
+        world = World(Torus(6, 6), rng=4)
+        world.add(Target, 3, policy="random-walk")
+        robots = world.add(Robot, 5, policy=policy, awareness="pairwise")
+        world.run(30)
+        places.append(robots.bodies.position.copy())
+    assert np.array_equal(places[0], places[1])
+
+
+class Polar(Remote):
+    """Gives distances and bearings."""
+
+    def detections(self, percept: Percept, row: int) -> dict[str, Any]:
+        found = {}
+        for name, seen in super().detections(percept, row).items():
+            bearing = [turn_to(percept.heading[row], offset) for offset in seen.offset]
+            found[name] = Detections(seen.distance.tolist(), bearing, seen.identity.tolist())
+        return found
+
+
+def test_distances_and_bearings_are_as_good_as_offsets() -> None:
+    plan: dict[str, Any] = {"robots": 6, "targets": 9, "radius": 3.0, "awareness": "pairwise", "rng": 2}
+    exact, polar = (CMOMMT(policy=kind("a-cmommt", "pairwise", 2), **plan) for kind in (Remote, Polar))
+    for world in (exact, polar):
+        world.run(10)
+    assert polar.robots.bodies.position == pytest.approx(exact.robots.bodies.position, abs=1e-9)
+
+
+class Unnamed(Remote):
+    """Knows who is a target and who a teammate, but not which."""
+
+    def detections(self, percept: Percept, row: int) -> dict[str, Any]:
+        found = super().detections(percept, row)
+        return {name: seen._replace(identity=None) for name, seen in found.items()}
+
+
+@pytest.mark.parametrize("policy", ["a-cmommt", "evolved"])
+def test_targets_of_unknown_identity_are_kept_apart_by_where_they_are(policy: str) -> None:
+    # Few of them, which never come near each other, are known again at every decision.
+    plan: dict[str, Any] = {"robots": 1, "targets": 2, "radius": 6.0, "awareness": "pairwise", "rng": 5}
+    named, unnamed = (CMOMMT(policy=kind(policy, "pairwise", 5), **plan) for kind in (Remote, Unnamed))
+    for world in (named, unnamed):
+        world.robots[0].position = (0.0, 0.0)
+        world.targets[0].position, world.targets[1].position = (0.7, 0.0), (-3.0, 0.0)
+        world.run(40)
+        assert world.observed_fraction > 0
+    assert unnamed.robots.bodies.position == pytest.approx(named.robots.bodies.position, abs=1e-12)
+
+
+def controller(policy: Any = "centroid", awareness: Any = "pairwise", **options: Any) -> Controller:
+    given = {"identity": 2, "team": (1, 2, 5), "sensing_range": 2.0, "awareness_range": 3.0, "speed": 0.5}
+    return Controller(policy, awareness, **given | options)  # type: ignore[arg-type]
+
+
+@pytest.mark.short
+def test_a_late_reading_is_moved_by_the_way_gone_since() -> None:
+    # Straight towards a target at (1, 1): the robot goes a step to the left meanwhile.
+    robot = controller()
+    robot.decide(Detections(), Detections(), heading=0.0)
+    command = robot.decide(Detections([math.sqrt(2)], [math.pi / 4], tick=0), heading=math.pi / 2, moved=(0.0, 1.0))
+    assert command.heading == pytest.approx((1.0, 0.0))
+    assert command.turn == pytest.approx(-math.pi / 2)
+
+
+@pytest.mark.short
+def test_a_missing_reading_is_the_last_one_until_it_is_too_old() -> None:
+    robot = controller(ACmommt(idle="stay", target_tracks=0), patience=2)
+    assert robot.decide(Detections([1.0], [0.0]), heading=0.0).distance > 0
+    for _ in range(2):
+        assert robot.decide(heading=0.0, moved=(0.0, 0.0)).distance > 0
+    assert robot.decide(heading=0.0, moved=(0.0, 0.0)).distance == 0
+    # An empty one says that nobody is there.
+    assert robot.decide(Detections([1.0], [0.0])).distance > 0
+    assert robot.decide(Detections()).distance == 0
+
+
+@pytest.mark.short
+def test_what_is_given_may_change_afterwards() -> None:
+    robot, distance = controller(ACmommt(idle="stay", target_tracks=0)), np.array([1.0])
+    first = robot.decide(Detections(distance, [0.5]), heading=0.0)
+    distance[0] = 50.0
+    assert robot.decide(heading=0.0, moved=(0.0, 0.0)) == first
+
+
+@pytest.mark.short
+def test_without_odometry_it_has_gone_as_it_was_commanded() -> None:
+    one, other = controller("random-walk", seed=3), controller("random-walk", seed=3)
+    heading, command = 0.7, one.decide(heading=0.7)
+    assert other.decide(heading=0.7) == command
+    for _ in range(20):
+        heading += command.turn
+        step = command.distance * math.cos(heading), command.distance * math.sin(heading)
+        command = one.decide(heading=heading, moved=step)
+        assert other.decide().heading == pytest.approx(command.heading, abs=1e-12)
+
+
+@pytest.mark.short
+def test_commands_keep_the_limits() -> None:
+    robot = controller("centroid", turn_limit=0.2)
+    command = robot.decide(Detections([1.9], [2.0]), heading=0.0)
+    assert command.turn == 0.2
+    assert 0 <= command.distance <= 0.5
+    assert command.heading == pytest.approx((math.cos(2.0), math.sin(2.0)))
+
+
+@pytest.mark.short
+@given(st.lists(st.tuples(st.floats(0, 4), st.floats(-7, 7)), max_size=40))
+@settings(max_examples=30)
+def test_what_is_out_of_range_is_ignored_and_any_number_fits(bodies: list[tuple[float, float]]) -> None:
+    near = [body for body in bodies if body[0] <= 2.0]
+    all_of, those_near = (
+        controller(ACmommt(target_tracks=0, weights="none")).decide(
+            Detections([d for d, _ in chosen], [b for _, b in chosen], range(len(chosen))), heading=0.0
+        )
+        for chosen in (bodies, near)
+    )
+    assert all_of == those_near
+
+
+@pytest.mark.short
+def test_reset_begins_anew() -> None:
+    robot = controller("a-cmommt", "shared")
+
+    def decide() -> list[Any]:
+        sent = {5: Relayed(Detections([1.0], [0.3], [9]), 0.5)}
+        seen = Detections([1.5, 1.0], [0.2, 2.0], [7, 8]), Detections([2.5], [1.0], [5])
+        return [robot.decide(*seen, heading=0.1 * k, relayed=sent) for k in range(6)]
+
+    first = decide()
+    robot.reset()
+    assert decide() == first
+    assert len({command.heading for command in first}) > 1
+
+
+WRONG: list[tuple[dict[str, Any], str]] = [
+    ({"targets": [1.0, 2.0]}, r"targets=\[1.0, 2.0\]: must be Detections"),
+    ({"targets": Detections([1.0], [0.0, 1.0])}, "targets: has 1 distances and 2 bearings"),
+    ({"targets": Detections([-1.0], [0.0])}, "targets: has the distance -1.0"),
+    ({"targets": Detections([math.nan], [0.0])}, r"targets.distance=\[nan\]: must be finite; leave out what was not measured"),
+    ({"targets": Detections([1.0], [math.inf])}, r"targets.bearing=\[inf\]: must be finite"),
+    ({"targets": Detections([1.0], [0.0], [1.5])}, r"targets.identity=\[1.5\]: must be whole numbers"),
+    ({"targets": Detections([1.0], [0.0], ["a"])}, r"targets.identity=\['a'\]: must be a list of numbers"),
+    ({"targets": Detections([1.0], [0.0], [1, 2])}, "1 bodies, 1 distances and 2 identities"),
+    ({"targets": Detections(offset=[1.0, 2.0])}, "targets.offset=1.0: must be two finite numbers"),
+    ({"targets": Detections(tick=9)}, "targets.tick=9: must be at most 1"),
+    ({"teammates": Detections([1.0], [0.0], [2])}, "teammates: 2 is the robot itself"),
+    ({"teammates": Detections([1.0], [0.0], [9])}, "teammates: 9 is not one of 1, 5"),
+    ({"teammates": Detections([1.0, 1.0], [0.0, 1.0], [5, 5])}, "teammates: 5 is seen twice"),
+    ({"teammates": Detections([1.0] * 3, [0.0] * 3)}, "teammates: 3 are seen, and the team has 2 others"),
+    ({"heading": (1.0, 1.0)}, "heading=.*must be a unit vector"),
+    ({"heading": math.nan}, "heading=nan"),
+    ({"moved": (1.0, math.nan)}, "moved=.*must be two finite numbers"),
+    ({"moved": 1.0}, "moved=1.0: must be two finite numbers"),
+    ({"moved": "north"}, "moved='north': must be two finite numbers"),
+    ({"relayed": [Relayed(Detections())]}, "relayed=.*must be a mapping"),
+    ({"tick": 0}, "tick=0: must be at least 1"),
+    ({"relayed": {9: Relayed(Detections())}}, r"relayed\[9\]: must be of a teammate, one of 1, 5"),
+    ({"relayed": {5: Detections()}}, r"relayed\[5\]=.*must be Relayed"),
+    ({"beacons": Detections()}, "beacons: is no channel that policy=.* reads"),
+]
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(("readings", "message"), WRONG, ids=lambda value: str(value)[:60])
+def test_wrong_readings_are_refused_and_change_nothing(readings: dict[str, Any], message: str) -> None:
+    first: dict[str, Any] = {"targets": Detections([1.0], [0.3], [4]), "heading": 0.0}
+    next_one: dict[str, Any] = {"targets": Detections([1.2], [0.3], [4]), "heading": 0.1}
+    robot, other = controller("a-cmommt"), controller("a-cmommt")
+    for one in (robot, other):
+        one.decide(**first)
+    with pytest.raises((TypeError, ValueError), match=message):
+        robot.decide(**readings)
+    assert robot.decide(**next_one) == other.decide(**next_one)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"identity": 3}, "identity=3: must be one of the team, 1, 2, 5"),
+        ({"team": (1, 2, 2)}, "team=.*each once"),
+        ({"team": ()}, "team="),
+        ({"sensing_range": 0.0}, "sensing_range=0"),
+        ({"speed": -1.0}, "speed=-1"),
+        ({"turn_limit": 90.0}, "turn_limit=90"),
+        ({"policy": "b-cmommt", "awareness": "ring"}, "needs 'relayed', which awareness 'ring' does not deliver"),
+        ({"policy": "a-cmomt"}, "did you mean 'a-cmommt'"),
+        ({"awareness": "rings"}, "did you mean 'ring'"),
+    ],
+)  # fmt: skip
+def test_a_wrong_controller_is_refused(options: dict[str, Any], message: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=message):
+        controller(**options)
+
+
+@pytest.mark.short
+def test_it_imports_no_simulator() -> None:
+    code = """
+import sys
+from teamsight import Controller, Detections
+Controller("a-cmommt", "shared").decide(Detections([0.5], [0.1]))
+print([name for name in ("mesa", "pandas", "simpy", "scipy", "networkx", "matplotlib") if name in sys.modules])
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
+    assert done.stdout.strip() == "[]"
