@@ -6,6 +6,7 @@ unchanged, and on the readings of a simulated robot a controller decides as the 
 
 from __future__ import annotations
 
+import copy
 import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -15,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.attributes import readonly
 from teamsight.agents.awareness.interface import (
     SENSING,
     TEAM_GROUP,
@@ -26,17 +28,17 @@ from teamsight.agents.awareness.interface import (
     perceive_entry,
     situate_entry,
 )
-from teamsight.agents.resolve import awareness_of, check_fit, policy_of
+from teamsight.agents.resolve import awareness_of, check_fit, policy_of, take_rows
 from teamsight.core import checks
 from teamsight.core.kernel import Packed
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.channels import channels_of
 from teamsight.policies.compiled import CompiledPolicy, pack_decision
-from teamsight.policies.interface import Action, Percept, Policy, turned
+from teamsight.policies.interface import IDENTITIES, Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import percept_of_one
 from teamsight.policies.registry import label
-from teamsight.world.noise import TICKS_A_BLOCK, Stream, generator, key_of, stream_number, uniforms_of_block
+from teamsight.world.noise import PERIOD, TICKS_A_BLOCK, Stream, generator, key_of, stream_number, uniforms_of_block
 
 Floats = npt.NDArray[np.float64]
 
@@ -46,6 +48,9 @@ _NOTHING = np.zeros(0)
 _UNKNOWN = -1
 # Targets without an identity of their own have larger ones than any that is given.
 _MOST = 2**31 - 1
+_MOST_PATIENCE = 10_000
+# What `Controller._bind` makes.
+_BOUND = ("_sensing", "_percept", "_decision")
 # The identity of a body that was seen, its offset along the axes of headings, and its distance.
 _Body = tuple[int, float, float, float]
 
@@ -89,15 +94,15 @@ class Relayed(NamedTuple):
     Attributes
     ----------
     targets : Detections
-        As seen by the teammate.
+        As seen by the teammate, with identities.
     heading : float or array_like, shape (2,)
         The teammate's heading [rad], or as a unit vector.
     sensing_range : float, optional
-        The teammate's [length]; by default that of the robot itself.
+        The teammate's [length], to which inputs of learners are relative; by default that of the robot itself.
     """
 
     targets: Detections
-    heading: float | npt.ArrayLike = 0.0
+    heading: float | npt.ArrayLike
     sensing_range: float | None = None
 
 
@@ -135,7 +140,8 @@ class Controller:
     team : sequence of int
         The identities of all robots of the team, at most those that radios or markers can tell apart.
     sensing_range, awareness_range : float
-        Ranges within which targets and teammates are perceived; what is seen beyond them is ignored [length].
+        Ranges within which targets and teammates are perceived; what is seen beyond them is ignored [length]. Further
+        channels are not limited.
     speed : float
         The largest distance from one decision to the next [length].
     turn_limit : float, optional
@@ -144,11 +150,12 @@ class Controller:
         The seed of its random numbers. Robots of a team share it: their numbers differ by their place in the team.
     jump : float, optional
         How far a target of unknown identity moves from one decision to the next, at most: the nearest one that was
-        seen there is taken for the same target [length]. By default twice the speed.
+        seen there is taken for the same target [length]. By default twice the speed of the robot.
     patience : int
         How many ticks old a reading may be; older ones count as nothing seen.
-    group : int
-        The number of the robots' group, where the random numbers of a world are wanted; see Notes.
+    group, member : int
+        The number of the robot's group in a world, and its number in that group, which select its random numbers; by
+        default 0, and its place in the team.
 
     Raises
     ------
@@ -157,9 +164,11 @@ class Controller:
 
     Notes
     -----
-    On what robot k of group g of a world senses, with the same seed and the same ticks, it decides as the robot does
-    there, to the last bit, if detections are given as offsets along the arena's axes and all ranges are discs. Columns
-    of groups, such as those of interactions, are not available outside of a world.
+    On what a robot of a world senses, with its seed, group, member and ticks, it decides as the robot does there, to
+    the last bit, if detections are given as offsets along the arena's axes and all ranges are discs. Columns of groups,
+    such as those of interactions, are not available outside of a world.
+
+    What has to be compiled is compiled here. A copy, or a controller that was pickled, goes on by itself.
     """
 
     def __init__(
@@ -178,12 +187,13 @@ class Controller:
         seed: int = 0,
         patience: int = 5,
         group: int = 0,
+        member: int | None = None,
     ) -> None:
         self.policy, self.awareness = policy_of(policy, policy_options), awareness_of(awareness)
         self.team = _team(team)
-        if identity not in self.team:
+        self.identity = checks.count("identity", identity, least=0)
+        if self.identity not in self.team:
             raise ValueError(f"identity={checks.shown(identity)}: must be one of the team, {_list(self.team)}")
-        self.identity = int(identity)
         self._ranges = {
             "targets": checks.number("sensing_range", sensing_range, above=0.0),
             "teammates": checks.number("awareness_range", awareness_range, above=0.0),
@@ -191,15 +201,36 @@ class Controller:
         self.speed = checks.number("speed", speed, least=0.0)
         self._limit = math.pi if turn_limit is None else checks.angle("turn_limit", turn_limit, math.tau)
         self._jump = 2.0 * self.speed if jump is None else checks.number("jump", jump, least=0.0)
-        self.patience = checks.count("patience", patience, least=0)
+        self.patience = checks.count("patience", patience, least=0, most=_MOST_PATIENCE)
         self._key, self._group = key_of(checks.seed(seed, None)), checks.count("group", group, least=0)
         self._place = {one: place for place, one in enumerate(self.team)}
         self._own, self._others = self._place[self.identity], _list({*self.team} - {self.identity})
+        self._member = self._own if member is None else checks.count("member", member, least=0, most=_MOST)
         made: Any = self.policy
         self._draws, self._inputs = (made.draws, made.inputs) if isinstance(made, Policy) else (0, 0)
         if isinstance(made, Policy):
             _check(made, self.awareness, len(self.team))
         self.reset()
+        # Compiled now, rather than in the first decision.
+        degree = perceive_entry(self.awareness), situate_entry(self.awareness) if self._inputs else None
+        for entry in (*degree, made.entry() if _is_compiled(made) else None):
+            if entry is not None:
+                entry.address  # noqa: B018
+
+    def __repr__(self) -> str:
+        name = label(self.policy) if isinstance(self.policy, Policy) else getattr(self.policy, "__name__", "policy")
+        return f"Controller({name}, {self.awareness.name!r}, identity={self.identity}, tick={self.tick})"
+
+    def __getstate__(self) -> dict[str, Any]:
+        # The records hold addresses of arrays.
+        return {name: value for name, value in vars(self).items() if name not in _BOUND}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._bind()
+
+    def __copy__(self) -> Controller:
+        return copy.deepcopy(self)
 
     def reset(self) -> None:
         """Begin anew: forget all that was seen, and the policy's state."""
@@ -209,6 +240,7 @@ class Controller:
         # Where the robot believes itself to be, and its heading, at the latest ticks.
         self._track: deque[_Pose] = deque(maxlen=self.patience + 1)
         self._last: dict[str, _Seen] = {}
+        self._sent: dict[int, _Reported] = {}
         # Targets of unknown identity that were seen at the last decision, and how many there have been.
         self._unnamed: list[_Body] = []
         self._named = 0
@@ -224,7 +256,11 @@ class Controller:
         self._headings[:, 0] = 1.0
         self._their_targets = neighbour_room(one, _ROOM)
         self._perception = Perception(1, 1)
-        self._state: Any = self.policy.start(1) if isinstance(self.policy, Policy) else None
+        self._state: Any = None
+        if isinstance(self.policy, Policy):
+            # Its own row, since robots may begin with different states.
+            size = max(one, self._member + 1)
+            self._state = take_rows(self.policy.start(size), np.array([self._member]), size)
         self._bind()
 
     def decide(
@@ -243,9 +279,9 @@ class Controller:
         Parameters
         ----------
         targets, teammates : Detections, optional
-            Who is seen. None if nothing has arrived since the last decision: the last detections are used again. Late
-            and old ones are moved by the way that the robot has gone since; those that are older than `patience` are
-            ignored. ``Detections()`` says that nobody is there.
+            Who is seen. None if nothing has arrived since the last decision: the last detections are used again, and
+            so they are if those that have arrived are older. Late and old ones are moved by the way that the robot has
+            gone since; those that are older than `patience` are ignored. ``Detections()`` says that nobody is there.
         heading : float or array_like, shape (2,), optional
             Of the robot, by its compass or odometry [rad], or as a unit vector. By default it has turned as it was
             commanded to.
@@ -253,10 +289,11 @@ class Controller:
             Its displacement since the last decision, by odometry, along the axes of headings [length]. By default it
             has gone as it was commanded to.
         relayed : mapping of int to Relayed, optional
-            What teammates have sent, by identity; of those that are not seen, nothing is known.
+            What teammates have sent, by identity; of those that are not seen, nothing is known. From whom nothing has
+            arrived, the last counts, up to `patience`.
         tick : int, optional
-            The present tick; by default the one after the last decision's, at first 0. Later decisions may leave out
-            some.
+            The present tick, a whole number; by default the one after the last decision's, at first 0. Later decisions
+            may leave out some.
         **channels : Detections
             What is seen in further channels that the policy reads.
 
@@ -266,7 +303,7 @@ class Controller:
             If a reading is malformed, from the future, or of somebody who is not in the team. The controller is then as
             before.
         """
-        now = self.tick + 1 if tick is None else checks.count("tick", tick, least=self.tick + 1)
+        now = checks.count("tick", self.tick + 1 if tick is None else tick, least=self.tick + 1, most=PERIOD - 1)
         track = [*self._track, self._pose(now, heading, moved)]
         known = self._seen.keys() - {"targets", "teammates"}
         for name in channels.keys() - known:
@@ -274,11 +311,9 @@ class Controller:
         given = {name: channels.get(name) for name in known} | {"targets": targets, "teammates": teammates}
         last = {name: self._latest(name, one, track) for name, one in given.items()}
         bodies = {name: self._bodies(name, one, track[-1]) for name, one in last.items()}
-        reported = self._reported_by(relayed, bodies["teammates"]) if relayed else {}
-        places = self._places_of(bodies["teammates"])
-        # From here on, nothing can fail but a policy of the user's.
-        self._name(bodies["targets"], track[-1])
-        self._fill(bodies, places, reported)
+        sent = self._messages(relayed, now) if relayed is not None or self._sent else {}
+        unnamed, named = self._name(bodies["targets"], track[-1])
+        self._fill(bodies, sent)
         _, _, _, ahead, left, *step = track[-1]
         self._heading[0, 0], self._heading[0, 1] = ahead, left
         self._moved[0], self._time[0], self._now[0] = step, now, now
@@ -287,7 +322,8 @@ class Controller:
         turn = math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
         turn = min(max(turn, -self._limit), self._limit)
         command = Command(turn, min(max(distance, 0.0), self.speed), (x, y))
-        self.tick, self._last, self._command = now, last, command
+        self.tick, self._last, self._sent, self._command = now, last, sent, command
+        self._unnamed, self._named = unnamed, named
         self._track.append(track[-1])
         return command
 
@@ -305,17 +341,17 @@ class Controller:
     def _latest(self, name: str, given: Detections | None, track: Sequence[_Pose]) -> _Seen:
         """Return the bodies that count, as they were seen: those given, or the last ones, unless they are too old."""
         here = track[-1]
-        if given is None:
-            seen = self._last.get(name, _Seen(here.tick, here, []))
-        elif not isinstance(given, Detections):
-            raise TypeError(f"{name}={checks.shown(given)}: must be Detections(distance, bearing, identity), or None")
-        elif given.tick is None or given.tick == here.tick:
-            seen = _Seen(here.tick, here, _bodies_of(name, given, here.ahead, here.left))
-        else:
-            tick = checks.count(f"{name}.tick", given.tick, least=0, most=here.tick)
-            there = max((one for one in track if one.tick <= tick), default=track[0])
-            seen = _Seen(tick, there, _bodies_of(name, given, there.ahead, there.left))
-        return seen if here.tick - seen.tick <= self.patience else _Seen(here.tick, here, [])
+        seen = self._last.get(name, _Seen(-1, here, []))
+        if given is not None:
+            tick = _tick_of(name, given, here.tick)
+            # What was seen before the first decision, was seen from there.
+            there = here if tick == here.tick else max((one for one in track if one.tick <= tick), default=track[0])
+            bodies = _bodies_of(name, given, there.ahead, there.left)
+            if name == "teammates":
+                self._check_teammates(bodies)
+            if tick >= seen.tick:
+                seen = _Seen(tick, there, bodies)
+        return seen if here.tick - seen.tick <= self.patience else _Seen(-1, here, [])
 
     def _bodies(self, name: str, seen: _Seen, here: _Pose) -> list[_Body]:
         """Return what was seen as bodies around the robot as it is now, those in range."""
@@ -323,74 +359,86 @@ class Controller:
         if seen.pose is not here:
             x, y = here.x - seen.pose.x, here.y - seen.pose.y
             bodies = [(one, ahead - x, left - y, math.hypot(ahead - x, left - y)) for one, ahead, left, _ in bodies]
-        return _within(bodies, self._ranges.get(name, self._ranges["targets"]))
+        return _within(bodies, self._ranges.get(name, math.inf))
 
-    def _name(self, targets: list[_Body], now: _Pose) -> None:
-        """Give targets of unknown identity one: that of the nearest such target that was near there, or a new one."""
-        unknown = [row for row, one in enumerate(targets) if one[0] == _UNKNOWN]
-        if not unknown and not self._unnamed:
-            return
+    def _name(self, targets: list[_Body], now: _Pose) -> tuple[list[_Body], int]:
+        """Give targets of unknown identity one: that of the nearest such target that was near there, or a new one.
+
+        Returns those targets, and how many there have been.
+        """
+        unknown, named = [row for row, one in enumerate(targets) if one[0] == _UNKNOWN], self._named
+        if not unknown:
+            return [], named
         before = [(one, x - now.moved_x, y - now.moved_y) for one, x, y, _ in self._unnamed]
         gaps = sorted(
-            (math.hypot(targets[row][1] - x, targets[row][2] - y), row, one)
+            (gap, row, one)
             for row in unknown for one, x, y in before
+            if (gap := math.hypot(targets[row][1] - x, targets[row][2] - y)) <= self._jump
         )  # fmt: skip
-        names: dict[int, int] = {}
-        for gap, row, one in gaps:
-            if gap <= self._jump and row not in names and one not in names.values():
+        names, taken = dict[int, int](), set[int]()
+        for _, row, one in gaps:
+            if row not in names and one not in taken:
                 names[row] = one
+                taken.add(one)
         for row in unknown:
             if row not in names:
-                self._named += 1
-                names[row] = _MOST + self._named
+                named += 1
+                names[row] = _MOST + named
             targets[row] = names[row], *targets[row][1:]
-        self._unnamed = [targets[row] for row in unknown]
+        return [targets[row] for row in unknown], named
 
-    def _reported_by(self, relayed: Mapping[int, Relayed], teammates: list[_Body]) -> dict[int, _Reported]:
-        """Return what the teammates that are seen have sent, by their place in the team."""
-        if not isinstance(relayed, Mapping):
+    def _messages(self, relayed: Mapping[int, Relayed] | None, now: int) -> dict[int, _Reported]:
+        """Return the last message of each teammate that is not too old, by its identity."""
+        if relayed is not None and not isinstance(relayed, Mapping):
             raise TypeError(f"relayed={checks.shown(relayed)}: must be a mapping of identities to Relayed(…)")
-        reported, seen = {}, {one[0] for one in teammates}
-        for identity, report in relayed.items():
+        sent = {one: last for one, last in self._sent.items() if now - last.tick <= self.patience}
+        for identity, message in (relayed or {}).items():
             name = f"relayed[{identity!r}]"
             if identity not in self._place or identity == self.identity:
                 raise ValueError(f"{name}: must be of a teammate, one of {self._others}")
-            if not isinstance(report, Relayed):
-                raise TypeError(f"{name}={checks.shown(report)}: must be Relayed(targets, heading)")
-            ahead, left = _unit(f"{name}.heading", report.heading)
+            if not isinstance(message, Relayed):
+                raise TypeError(f"{name}={checks.shown(message)}: must be Relayed(targets, heading)")
+            ahead, left = _unit(f"{name}.heading", message.heading)
             reach = self._ranges["targets"]
-            if report.sensing_range is not None:
-                reach = checks.number(f"{name}.sensing_range", report.sensing_range, above=0)
-            bodies = _within(_bodies_of(f"{name}.targets", report.targets, ahead, left), reach)
-            if identity in seen:
-                reported[self._place[identity]] = _Reported(ahead, left, reach, bodies)
-        return reported
+            if message.sensing_range is not None:
+                reach = checks.number(f"{name}.sensing_range", message.sensing_range, above=0)
+            tick = _tick_of(f"{name}.targets", message.targets, now)
+            bodies = _bodies_of(f"{name}.targets", message.targets, ahead, left)
+            if any(one[0] == _UNKNOWN for one in bodies):
+                raise ValueError(f"{name}.targets: have no identities, so that nobody knows which they are; give them")
+            if now - tick <= self.patience and (identity not in sent or tick >= sent[identity].tick):
+                sent[identity] = _Reported(tick, ahead, left, reach, _within(bodies, math.inf))
+        return sent
 
-    def _places_of(self, teammates: list[_Body]) -> list[int]:
-        """Return the places in the team of the teammates that are seen; those unknown have what others leave."""
-        places = []
-        for identity, *_ in teammates:
-            place = self._place.get(identity, _UNKNOWN)
-            if identity != _UNKNOWN and (place in places or place in (self._own, _UNKNOWN)):
-                why = f"not one of {self._others}"
-                if place != _UNKNOWN:
-                    why = "the robot itself" if place == self._own else "seen twice"
+    def _check_teammates(self, bodies: list[_Body]) -> None:
+        """Refuse teammates that cannot be."""
+        met: set[int] = set()
+        for identity, *_ in bodies:
+            if identity == _UNKNOWN:
+                continue
+            if identity not in self._place or identity == self.identity or identity in met:
+                why = "seen twice" if identity in met else f"not one of {self._others}"
+                why = "the robot itself" if identity == self.identity else why
                 raise ValueError(f"teammates: {identity} is {why}; give each teammate that is seen once")
-            places.append(place)
-        if _UNKNOWN not in places:
-            return places
-        if self._inputs and self.awareness.shows_teammates:
+            met.add(identity)
+        if len(bodies) > len(self.team) - 1:
+            raise ValueError(f"teammates: {len(bodies)} are seen, and the team has {len(self.team) - 1} others")
+        if len(met) == len(bodies):
+            return
+        made: Any = self.policy
+        if (self._inputs and self.awareness.shows_teammates) or IDENTITIES in getattr(made, "needs", ()):
             raise ValueError(
-                f"teammates: their identities are needed, since the inputs under awareness {self.awareness.name!r} "
-                "belong to one teammate each; give them, or use awareness='nearest' or 'ring'"
+                f"teammates: their identities are needed by policy={label(made)} under awareness "
+                f"{self.awareness.name!r}; give them, or a policy or a degree that does not need them"
             )
-        free = [place for place in range(len(self.team)) if place not in places and place != self._own]
-        if places.count(_UNKNOWN) > len(free):
-            raise ValueError(f"teammates: {len(places)} are seen, and the team has {len(self.team) - 1} others")
-        return [free.pop(0) if place == _UNKNOWN else place for place in places]
 
-    def _fill(self, bodies: Mapping[str, list[_Body]], places: list[int], reported: Mapping[int, _Reported]) -> None:
+    def _fill(self, bodies: Mapping[str, list[_Body]], sent: Mapping[int, _Reported]) -> None:
         """Write what is seen into the arrays that the kernels read."""
+        seen_now = [self._place.get(one, _UNKNOWN) for one, *_ in bodies["teammates"]]
+        # Those of unknown identity have the places that others leave.
+        free = (place for place in range(len(self.team)) if place != self._own and place not in seen_now)
+        places = [next(free) if place == _UNKNOWN else place for place in seen_now]
+        reported = {self._place[one]: sent[one] for one, *_ in bodies["teammates"] if one in sent}
         total = sum(len(one.targets) for one in reported.values())
         small = [name for name, seen in bodies.items() if len(seen) > len(self._seen[name].identity)]
         if small or total > len(self._their_targets.identity):
@@ -407,7 +455,7 @@ class Controller:
             start, targets = [0], []
             for place in range(len(self.team)):
                 if one := reported.get(place):
-                    self._headings[place], self._reaches[place] = one[:2], one.reach
+                    self._headings[place], self._reaches[place] = (one.ahead, one.left), one.reach
                     targets += one.targets
                 start.append(len(targets))
             self._their_targets.start[:] = start
@@ -418,7 +466,7 @@ class Controller:
         if self._draws and now // TICKS_A_BLOCK != self._block:
             self._block = now // TICKS_A_BLOCK
             stream = stream_number(Stream.POLICY, self._group)
-            self._noise[:] = uniforms_of_block(self._key, stream, now, np.array([self._own]), self._draws)
+            self._noise[:] = uniforms_of_block(self._key, stream, now, np.array([self._member]), self._draws)
 
     def _bind(self) -> None:
         """Make the records that the kernels read."""
@@ -462,6 +510,9 @@ class Controller:
         policy: Any = self.policy
         if self._decision is not None:
             policy.entry()(self._decision)
+            x, y = self._action.heading[0].tolist()
+            if not (abs(x * x + y * y - 1.0) < 1e-6 or x == y == 0.0) or math.isnan(self._action.distance[0]):
+                check_action(label(policy), self._action, 1)
         else:
             bound, tick = self._percept, int(self._now[0])
             lists: Any = bound.channels
@@ -469,12 +520,13 @@ class Controller:
                 targets=filled(bound.targets), teammates=filled(bound.teammates), relayed=filled(bound.relayed),
                 channels=channels_of(lists._fields, map(filled, lists)),
             )  # fmt: skip
+            percept = _protected(percept)
             if isinstance(policy, Policy):
                 action, after = policy.decide(percept, self._state, self._noise[tick % TICKS_A_BLOCK])
                 check_action(label(policy), action, 1)
                 self._state = after
             else:
-                rng = generator(self._key, stream_number(Stream.CALLABLE, self._group), tick, self._own)
+                rng = generator(self._key, stream_number(Stream.CALLABLE, self._group), tick, self._member)
                 name = str(getattr(policy, "__name__", type(policy).__name__))
                 turn, distance = check_answer(name, policy(percept_of_one(percept, 0), rng), 0)
                 action = Action(turned(self._heading, [turn]), np.array([distance]))
@@ -503,21 +555,35 @@ class _Seen(NamedTuple):
 
 
 class _Reported(NamedTuple):
-    """What a teammate has sent: its heading, its range and the targets in it."""
+    """What a teammate has sent: when, its heading, its range and the targets in it."""
 
+    tick: int
     ahead: float
     left: float
     reach: float
     targets: list[_Body]
 
 
+def _protected(value: Any) -> Any:
+    """Return a percept, or a part of one, with read-only arrays, as a world shows it."""
+    return type(value)(*map(_protected, value)) if isinstance(value, tuple) else readonly(value)
+
+
+def _tick_of(name: str, given: Any, now: int) -> int:
+    """Return when detections were made."""
+    if not isinstance(given, Detections):
+        raise TypeError(f"{name}={checks.shown(given)}: must be Detections(distance, bearing, identity)")
+    return now if given.tick is None else checks.count(f"{name}.tick", given.tick, least=0, most=now)
+
+
 def _bodies_of(name: str, seen: Detections, ahead: float, left: float) -> list[_Body]:
     """Return detections as bodies; bearings are from this heading."""
-    if not isinstance(seen, Detections):
-        raise TypeError(f"{name}={checks.shown(seen)}: must be Detections(distance, bearing, identity)")
     distances = _numbers(name, "distance", seen.distance)
     if seen.offset is not None:
-        pairs = [_vector(f"{name}.offset", one) for one in seen.offset]  # type: ignore[union-attr]
+        given: Any = seen.offset
+        if not np.iterable(given):
+            raise TypeError(f"{name}.offset={checks.shown(given)}: must be a list of pairs, one for each body")
+        pairs = [_vector(f"{name}.offset", one) for one in given]
         xs, ys = [x for x, _ in pairs], [y for _, y in pairs]
         distances = distances or [math.sqrt(x * x + y * y) for x, y in zip(xs, ys, strict=True)]
     else:
@@ -529,14 +595,19 @@ def _bodies_of(name: str, seen: Detections, ahead: float, left: float) -> list[_
             x, y = distance * math.cos(bearing), distance * math.sin(bearing)
             xs.append(x * ahead - y * left)
             ys.append(x * left + y * ahead)
-    given = [_UNKNOWN] * len(xs) if seen.identity is None else _numbers(name, "identity", seen.identity)
-    if not len(xs) == len(distances) == len(given):
-        raise ValueError(f"{name}: has {len(xs)} bodies, {len(distances)} distances and {len(given)} identities")
+    named = [_UNKNOWN] * len(xs) if seen.identity is None else _numbers(name, "identity", seen.identity)
+    if not len(xs) == len(distances) == len(named):
+        raise ValueError(f"{name}: has {len(xs)} bodies, {len(distances)} distances and {len(named)} identities")
     if distances and min(distances) < 0.0:
         raise ValueError(f"{name}: has the distance {min(distances)}; leave out what was not measured")
-    identities = [int(one) for one in given]
-    if identities != given or (identities and not _UNKNOWN <= min(identities) <= max(identities) <= _MOST):
-        raise ValueError(f"{name}.identity={checks.shown(given)}: must be whole numbers, and -1 for unknown")
+    identities = [int(one) for one in named]
+    if identities != named or (identities and not _UNKNOWN <= min(identities) <= max(identities) <= _MOST):
+        raise ValueError(
+            f"{name}.identity={checks.shown(named)}: must be whole numbers up to {_MOST}, and -1 for unknown"
+        )
+    met = [one for one in identities if one != _UNKNOWN]
+    if name == "targets" and len({*met}) < len(met):
+        raise ValueError(f"{name}.identity={checks.shown(named)}: has a target twice; give each that is seen once")
     return list(zip(identities, xs, ys, distances, strict=True))
 
 
@@ -546,7 +617,7 @@ def _numbers(name: str, part: str, values: Any) -> list[float]:
         numbers: list[float] = values.tolist() if isinstance(values, np.ndarray) else [*values]
         if all(map(math.isfinite, numbers)):
             return numbers
-    except TypeError:
+    except (TypeError, OverflowError):
         raise TypeError(f"{name}.{part}={checks.shown(values)}: must be a list of numbers, one for each body") from None
     raise ValueError(f"{name}.{part}={checks.shown(values)}: must be finite; leave out what was not measured")
 
@@ -590,7 +661,9 @@ def _vector(name: str, value: Any) -> tuple[float, float]:
 
 def _team(given: Sequence[int]) -> tuple[int, ...]:
     """Return the identities of a team in ascending order."""
-    team = tuple(sorted(checks.count("team", one, least=0) for one in given))
+    if not np.iterable(given):
+        raise TypeError(f"team={checks.shown(given)}: must be a list of identities")
+    team = tuple(sorted(checks.count("team", one, least=0, most=_MOST) for one in given))
     if not team or len({*team}) < len(team):
         raise ValueError(f"team={checks.shown(given)}: must be the identities of all robots, each once")
     return team

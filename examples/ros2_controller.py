@@ -1,10 +1,11 @@
 """A ROS 2 node that steers one robot by a policy of teamsight, to be run on the robot: it needs rclpy, not a simulator.
 
-It reads odometry, and poses of targets and teammates in the frame of the robot's base; it writes velocities.
+It reads odometry, and poses of targets and teammates in the frame of the robot's base. It writes velocities.
 """
 
 from __future__ import annotations
 
+import cmath
 import math
 from typing import Any
 
@@ -24,53 +25,59 @@ class Steering(Node):  # type: ignore[misc]
 
     def __init__(self) -> None:
         super().__init__("teamsight")
-        team = self.declare_parameter("team", [1, 2, 3]).value
-        identity = self.declare_parameter("identity", 1).value
-        # A policy that needs no identities of teammates: a camera does not tell them apart.
-        self.controller = Controller("a-cmommt", "nearest", identity=identity, team=team, **LIMITS)
+        names = {name: self.declare_parameter(name, it).value for name, it in (("team", [1, 2, 3]), ("identity", 1))}
+        # A degree that needs no identities of teammates: a camera does not tell which they are.
+        self.controller = Controller("a-cmommt", "nearest", **names, **LIMITS)
         self.seen: dict[str, Detections] = {}
-        self.pose, self.last, self.first = (0.0, 0.0, 0.0), (0.0, 0.0), 0
+        self.places: list[complex] = []  # at the last decision, and now
+        self.heading, self.began = 0.0, self.now()
         for name in ("targets", "teammates"):
             self.create_subscription(PoseArray, name, lambda message, name=name: self.see(name, message), 10)
         self.create_subscription(Odometry, "odom", self.locate, 10)
         self.velocity = self.create_publisher(Twist, "cmd_vel", 10)
         self.create_timer(PERIOD, self.decide)
 
-    def tick_of(self, stamp: Any) -> int:
-        """Return the tick of a time, counted from the first one."""
-        tick = int((stamp.sec + 1e-9 * stamp.nanosec) / PERIOD)
-        self.first = self.first or tick
-        return tick - self.first
+    def now(self) -> float:
+        """Return the present time [s]."""
+        return float(1e-9 * self.get_clock().now().nanoseconds)
+
+    def tick_of(self, time: float) -> int:
+        """Return the nearest tick, since timers are never exact."""
+        return round((time - self.began) / PERIOD)
 
     def see(self, name: str, message: Any) -> None:
-        """Keep the bodies that a detector has found."""
-        offsets = [(pose.position.x, pose.position.y) for pose in message.poses]
-        distance, bearing = [math.hypot(*one) for one in offsets], [math.atan2(y, x) for x, y in offsets]
-        self.seen[name] = Detections(distance, bearing, tick=self.tick_of(message.header.stamp))
+        """Keep the bodies that a detector has found, unless newer ones have arrived."""
+        ways = [complex(pose.position.x, pose.position.y) for pose in message.poses]
+        stamp = message.header.stamp
+        # The clock of a camera may be ahead.
+        tick = max(self.tick_of(min(stamp.sec + 1e-9 * stamp.nanosec, self.now())), 0)
+        if name not in self.seen or tick > (self.seen[name].tick or 0):
+            self.seen[name] = Detections([abs(one) for one in ways], [cmath.phase(one) for one in ways], tick=tick)
 
     def locate(self, message: Any) -> None:
         """Keep the place and the heading that odometry says."""
         place, turn = message.pose.pose.position, message.pose.pose.orientation
-        self.pose = place.x, place.y, 2.0 * math.atan2(turn.z, turn.w)
+        self.places[1:] = [complex(place.x, place.y)]
+        self.heading = 2.0 * math.atan2(turn.z, turn.w)
 
     def decide(self) -> None:
         """Decide, and drive: turn and go at once, so that both end with the period."""
-        tick = self.tick_of(self.get_clock().now().to_msg())
-        if tick <= self.controller.tick:
-            return  # the clock has not reached the next tick
-        x, y, heading = self.pose
-        moved, self.last = (x - self.last[0], y - self.last[1]), (x, y)
-        seen, self.seen = self.seen, {}
-        command = self.controller.decide(**seen, heading=heading, moved=moved, tick=tick)
-        velocity = Twist()
-        velocity.linear.x, velocity.angular.z = command.distance / PERIOD, command.turn / PERIOD
-        self.velocity.publish(velocity)
-
-
-def main() -> None:
-    rclpy.init()
-    rclpy.spin(Steering())
+        tick = self.tick_of(self.now())
+        if tick <= self.controller.tick or not self.places:
+            return
+        gone = self.places[-1] - self.places[0]
+        pose = {"tick": tick, "heading": self.heading, "moved": (gone.real, gone.imag)}
+        self.places, (seen, self.seen) = self.places[-1:], (self.seen, {})
+        try:
+            command = self.controller.decide(**seen, **pose)
+        except ValueError as error:
+            self.get_logger().warning(f"readings are ignored: {error}")
+            command = self.controller.decide(**pose)
+        twist = Twist()
+        twist.linear.x, twist.angular.z = command.distance / PERIOD, command.turn / PERIOD
+        self.velocity.publish(twist)
 
 
 if __name__ == "__main__":
-    main()
+    rclpy.init()
+    rclpy.spin(Steering())

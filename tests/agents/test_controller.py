@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
 import subprocess
 import sys
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +18,8 @@ from hypothesis import strategies as st
 from teamsight import CMOMMT, Controller, Detections, Relayed, Robot, Target, Torus, World
 from teamsight.agents.awareness.degrees import NearestAwareness, RingAwareness
 from teamsight.agents.recording.explore import explore
-from teamsight.policies import ACmommt, Action, LazyQ, Percept, Policy, RandomWalk
+from teamsight.core.kernel import inlined
+from teamsight.policies import ACmommt, Action, CompiledPolicy, LazyQ, Percept, Policy, RandomWalk
 from teamsight.policies.percept_of_one import turn_to
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one:UserWarning")
@@ -36,7 +40,7 @@ class Remote(Policy):
         team = percept.identity.tolist()
         for row, identity in enumerate(team[len(self.controllers) :]):
             names: dict[str, Any] = {name: getattr(percept, name)[row] for name in ("sensing_range", "awareness_range", "speed")}
-            self.controllers.append(Controller(**self.made, identity=identity, team=team, **names))
+            self.controllers.append(Controller(**self.made, identity=identity, team=team, member=row, **names))
         action = Action(np.zeros((len(team), 2)), np.zeros(len(team)))
         for row, controller in enumerate(self.controllers):
             relayed = {
@@ -102,9 +106,10 @@ def test_a_learner_reads_the_inputs_of_a_world(awareness: str) -> None:
 @pytest.mark.short
 def test_it_decides_in_another_group_and_arena_as_there() -> None:
     places = []
-    for policy in ("random-walk", Remote("random-walk", "none", 4, group=1)):
+    for policy in ("random-walk", Remote("random-walk", "none", 4, group=2)):
         world = World(Torus(6, 6), rng=4)
         world.add(Target, 3, policy="random-walk")
+        world.add(Robot, 2, policy="random-walk", team=None)
         robots = world.add(Robot, 5, policy=policy, awareness="pairwise")
         world.run(30)
         places.append(robots.bodies.position.copy())
@@ -236,6 +241,121 @@ def test_reset_begins_anew() -> None:
     assert len({command.heading for command in first}) > 1
 
 
+@pytest.mark.short
+def test_what_is_accepted_can_be_used_again() -> None:
+    # Two teammates at most, one of them out of range now, and in range when the robot has gone.
+    robot = controller()
+    with pytest.raises(ValueError, match="teammates: 3 are seen, and the team has 2 others"):
+        robot.decide(None, Detections([1.0, 3.1, 3.2], [0.0] * 3), heading=0.0)
+    with pytest.raises(ValueError, match="teammates: 77 is not one of"):
+        robot.decide(None, Detections([3.1], [0.0], [77]), heading=0.0)
+    robot.decide(None, Detections([1.0, 3.1], [0.0] * 2), heading=0.0)
+    robot.decide(heading=0.0, moved=(0.5, 0.0))
+
+
+@pytest.mark.short
+def test_the_newest_reading_counts_whenever_it_arrives() -> None:
+    robot = controller(ACmommt(idle="stay", target_tracks=0), patience=3)
+    for now, tick in enumerate((0, 1, 0, 1, 0)):
+        command = robot.decide(Detections([1.0], [float(tick)], tick=min(tick, now)), heading=0.0, moved=(0.0, 0.0), tick=now)
+    assert command.turn == pytest.approx(1.0)
+    # Only what is too old is nothing.
+    command = robot.decide(Detections([1.0], [0.0], tick=0), heading=0.0, moved=(0.0, 0.0), tick=5)
+    assert command.distance == 0.0
+
+
+@pytest.mark.short
+def test_the_last_message_of_a_teammate_counts_until_it_is_too_old() -> None:
+    robot = controller(lambda percept, rng: (0.0, 0.1 * len(percept.relayed.distance)), "shared", patience=2)
+
+    def distance(sent: Relayed | None = None, seen: Detections = Detections([2.5], [0.5], [5])) -> float:  # noqa: B008
+        relayed = None if sent is None else {5: sent}
+        return robot.decide(Detections(), seen, heading=0.0, moved=(0.0, 0.0), relayed=relayed).distance
+
+    two = Detections([1.0, 1.2], [0.5, 0.0], [8, 9])
+    assert [distance(Relayed(two, 0.0)), distance(), distance(), distance()] == [0.2, 0.2, 0.2, 0.0]
+    with pytest.raises(ValueError, match=r"relayed\[5\].targets.tick=9: must be at most 4"):
+        distance(Relayed(two._replace(tick=9), 0.0))
+    # One that is too old already, one that is late, an older one after it, and a newer one.
+    late = [two._replace(tick=1), two._replace(tick=4), Detections(tick=3), Detections()]
+    assert [distance(Relayed(one, 0.0)) for one in late] == [0.0, 0.2, 0.2, 0.0]
+    # Of a teammate that is not seen, or not known, nothing is known.
+    assert distance(Relayed(two, 0.0), Detections()) == distance(Relayed(two, 0.0), Detections([2.5], [0.5])) == 0.0
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_a_copy_goes_on_by_itself(copied: Any) -> None:
+    robot, twin = controller("a-cmommt", "ring"), controller("a-cmommt", "ring")
+    readings = [Detections([1.0 + 0.1 * k], [0.4 * k], [4 + k % 2]) for k in range(8)]
+    for one in (robot, twin):
+        for reading in readings[:4]:
+            one.decide(reading, heading=0.0)
+    other = copied(robot)
+    robot.decide(Detections([0.2], [-2.0], [4]), heading=1.0)
+    assert [other.decide(one, heading=0.0) for one in readings[4:]] == [twin.decide(one, heading=0.0) for one in readings[4:]]
+    assert repr(other) == "Controller(ACmommt, 'ring', identity=2, tick=7)"
+
+
+@inlined
+def _write_first_number(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    action.heading[0, 0] = arrays.parameters[0]
+    action.heading[0, 1] = 0.0
+    action.distance[0] = percept.channels.beacons.distance[0]
+
+
+@dataclass(frozen=True)
+class Broken(CompiledPolicy):
+    """Goes in no direction, by the distance of a beacon."""
+
+    first: float
+    kernel = _write_first_number
+    channels = ("beacons",)
+
+
+@pytest.mark.short
+def test_what_a_kernel_writes_is_checked_and_channels_have_no_limit() -> None:
+    far = Detections([0.25], [0.0])._replace(distance=[40.0])
+    for first, message in ((math.nan, "must be finite"), (3.0, "length")):
+        with pytest.raises(ValueError, match=message):
+            controller(Broken(first)).decide(beacons=far)
+    # At its full speed, since the beacon is far away.
+    command = controller(Broken(-1.0)).decide(beacons=far, heading=0.0)
+    assert command[1:] == (0.5, (-1.0, 0.0))
+    assert command.turn == pytest.approx(math.pi)
+
+
+class Uneven(Policy):
+    """Robots that begin with different states, and fail at times."""
+
+    fails = False
+
+    def start(self, size: int) -> Any:
+        return 0.1 * np.arange(size)
+
+    def decide(self, percept: Percept, state: Any, noise: Any) -> Any:
+        if self.fails:
+            raise RuntimeError("no decision")
+        with pytest.raises(ValueError, match="read-only"):
+            percept.heading[:] = 0.0
+        return Action(np.zeros((1, 2)), state + 0.001 * percept.targets.identity.sum()), state
+
+
+@pytest.mark.short
+def test_a_robot_begins_with_its_own_state_and_an_error_changes_nothing() -> None:
+    policy = Uneven()
+    robot = controller(policy, jump=0.04)
+    assert robot.decide().distance == pytest.approx(0.1)
+    assert robot.decide(Detections([1.0], [0.0]), heading=0.0).distance == 0.5
+    named = robot._unnamed
+    policy.fails = True
+    with pytest.raises(RuntimeError, match="no decision"):
+        robot.decide(Detections([0.95], [0.0]), heading=0.0, moved=(0.05, 0.0))
+    policy.fails = False
+    robot.decide(Detections([0.95], [0.0]), heading=0.0, moved=(0.05, 0.0))
+    assert [one[0] for one in robot._unnamed] == [one[0] for one in named]
+
+
 WRONG: list[tuple[dict[str, Any], str]] = [
     ({"targets": [1.0, 2.0]}, r"targets=\[1.0, 2.0\]: must be Detections"),
     ({"targets": Detections([1.0], [0.0, 1.0])}, "targets: has 1 distances and 2 bearings"),
@@ -256,9 +376,15 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"moved": (1.0, math.nan)}, "moved=.*must be two finite numbers"),
     ({"moved": 1.0}, "moved=1.0: must be two finite numbers"),
     ({"moved": "north"}, "moved='north': must be two finite numbers"),
-    ({"relayed": [Relayed(Detections())]}, "relayed=.*must be a mapping"),
+    ({"tick": 2**63}, "tick=9223372036854775808"),
+    ({"relayed": [Relayed(Detections(), 0.0)]}, "relayed=.*must be a mapping"),
     ({"tick": 0}, "tick=0: must be at least 1"),
-    ({"relayed": {9: Relayed(Detections())}}, r"relayed\[9\]: must be of a teammate, one of 1, 5"),
+    ({"targets": Detections([1.0, 1.0], [0.0, 1.0], [3, 3])}, "targets.identity=.*has a target twice"),
+    ({"targets": Detections([1.0], [0.0], [2**31])}, "targets.identity=.*up to 2147483647"),
+    ({"targets": Detections([10**400], [0.0])}, "targets.distance=.*must be a list of numbers"),
+    ({"targets": Detections(offset=3.0)}, "targets.offset=3.0: must be a list of pairs"),
+    ({"relayed": {5: Relayed(Detections([1.0], [0.0]), 0.0)}}, r"relayed\[5\].targets: have no identities"),
+    ({"relayed": {9: Relayed(Detections(), 0.0)}}, r"relayed\[9\]: must be of a teammate, one of 1, 5"),
     ({"relayed": {5: Detections()}}, r"relayed\[5\]=.*must be Relayed"),
     ({"beacons": Detections()}, "beacons: is no channel that policy=.* reads"),
 ]
@@ -283,7 +409,8 @@ def test_wrong_readings_are_refused_and_change_nothing(readings: dict[str, Any],
     [
         ({"identity": 3}, "identity=3: must be one of the team, 1, 2, 5"),
         ({"team": (1, 2, 2)}, "team=.*each once"),
-        ({"team": ()}, "team="),
+        ({"team": ()}, "team="), ({"team": 3}, "team=3: must be a list"), ({"team": (1, 2**40)}, "team=1099511627776"),
+        ({"patience": 10**30}, "patience="), ({"identity": "2"}, "identity='2'"),
         ({"sensing_range": 0.0}, "sensing_range=0"),
         ({"speed": -1.0}, "speed=-1"),
         ({"turn_limit": 90.0}, "turn_limit=90"),
