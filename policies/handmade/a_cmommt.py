@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from teamsight.core.component import Allowed, Index, NonNegative, Positive, Probability
+from teamsight.core.elementary import exp
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import (
@@ -116,7 +117,7 @@ def expectation(i: int, slot: int, per_reach: float, percept: Any, arrays: Any) 
         return 0.0, 0.0, 0
     x = state.floats[i, slot, X]
     y = state.floats[i, slot, Y]
-    exists = math.exp(-age / (parameters[_RELAYED] if relayed else parameters[_OWN]))
+    exists = exp(-age / (parameters[_RELAYED] if relayed else parameters[_OWN]))
     pull_x, pull_y = pull(x, y, math.sqrt(x * x + y * y), per_reach, percept, i, parameters)
     return exists * pull_x, exists * pull_y, 1
 
