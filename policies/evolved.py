@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.angles import direction
+from teamsight.core.elementary import exp
 from teamsight.core.kernel import inlined, ones
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.target_tracks import (
@@ -349,7 +350,7 @@ def _pull(i: int, used: Any, percept: Any, arrays: Any) -> tuple[float, float]:
             pull += neuron * constants[TARGET_OUT + 1 + j]
             along += neuron * constants[TARGET_OUT + 2 + TARGET_NEURONS + j]
         pull += _law(constants, TARGET_LAW, TARGET_KNOTS, floats[slot, DISTANCE]) * floats[slot, OWN]
-        exists = math.exp(-ints[slot, AGE] * constants[DECAY] * constants[DECAY])
+        exists = exp(-ints[slot, AGE] * constants[DECAY] * constants[DECAY])
         step_x = floats[slot, STEP_X] * per_reach
         step_y = floats[slot, STEP_Y] * per_reach
         way_x = floats[slot, X] * per_reach + constants[LEAD] * step_x

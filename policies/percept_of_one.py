@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -11,6 +10,8 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.card import shown
+from teamsight.core.elementary import atan2
+from teamsight.core.kernel import plain
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.policies.channels import NO_CHANNELS, NO_COLUMNS, Channels, PerceivedColumns, channels_of
 from teamsight.policies.interface import Floats, Integers, Percept
@@ -87,7 +88,7 @@ def turn_to(heading: npt.ArrayLike, way: npt.ArrayLike) -> float:
         Anticlockwise [rad], from −π to π; 0 if `way` is (0, 0).
     """
     (ahead, left), (x, y) = np.asarray(heading, float), np.asarray(way, float)
-    return math.atan2(y * ahead - x * left, x * ahead + y * left)
+    return plain(atan2)(y * ahead - x * left, x * ahead + y * left)
 
 
 def _each_channel(channels: Any, change: Callable[[str, Any], Any]) -> Any:

@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.elementary import modulo
 from teamsight.core.kernel import inlined, kernel
 from teamsight.world.polygons import distance_to_walls
 
@@ -65,7 +66,7 @@ def fold(place: float, half: float) -> tuple[float, float]:
     # The mirror images of a segment repeat every 4 · half. Return the position in the first, and −1 if it is mirrored.
     if place >= -half and place <= half:
         return place, 1.0
-    shifted = (place + half) % (4.0 * half)
+    shifted = modulo(place + half, 4.0 * half)
     if shifted <= 2.0 * half:
         return min(max(shifted - half, -half), half), 1.0
     return min(max(3.0 * half - shifted, -half), half), -1.0

@@ -20,6 +20,7 @@ from teamsight.agents.awareness.interface import (
 )
 from teamsight.agents.awareness.registry import Delta
 from teamsight.core import checks
+from teamsight.core.elementary import atan2
 from teamsight.core.kernel import inlined, kernel
 
 
@@ -110,7 +111,7 @@ def _put_readings(scene: Any, i: int, k: int, row: Any, slot: int) -> None:
     y = seen.offset[k, 1]
     heading_x = scene.heading[i, 0]
     heading_y = scene.heading[i, 1]
-    turn = math.atan2(y * heading_x - x * heading_y, x * heading_x + y * heading_y) / (2.0 * math.pi)
+    turn = atan2(y * heading_x - x * heading_y, x * heading_x + y * heading_y) / (2.0 * math.pi)
     at = OWN_SECTORS + SIGMA * slot
     row[at] = seen.distance[k] / (scene.awareness_range[i] * scene.farthest)
     row[at + 1] = turn + 1.0 if turn < 0.0 else turn

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from teamsight.core import checks
 from teamsight.core.component import Component
 from teamsight.core.contracts import parameters_of
+from teamsight.core.elementary import atan2
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room, no_neighbours
 
@@ -121,7 +122,7 @@ def sector_of(x: float, y: float, heading_x: float, heading_y: float, sectors: i
     number = math.floor(at)
     # Near the edge of a sector, and for NaN, the exact angle decides, so that it decides everywhere.
     if not _MARGIN * scale < at - number < 1.0 - _MARGIN * scale:
-        number = math.floor(math.atan2(left, ahead) * scale + 0.5)
+        number = math.floor(atan2(left, ahead) * scale + 0.5)
     return number + sectors if number < 0 else number % sectors
 
 

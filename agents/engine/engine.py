@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import weakref
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -35,7 +34,9 @@ from teamsight.agents.resolve import check_channels, check_fit, put_rows, take_r
 from teamsight.agents.sensing.sensor import Sensor, sense_entry
 from teamsight.agents.world_data import DECIDE
 from teamsight.core import checks
+from teamsight.core.elementary import atan2
 from teamsight.core.interrupts import deferred
+from teamsight.core.kernel import plain
 from teamsight.core.kernel.report import REPORT
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
@@ -277,7 +278,7 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
     """Return the angle from a heading to an aim [rad]; 0 for the aim (0, 0), which keeps the heading."""
     x, y = aim
     ahead, left = heading
-    return math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
+    return plain(atan2)(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
 
 
 def _protected(value: Any) -> Any:

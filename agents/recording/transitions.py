@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.records import group_at, log_at, relation_at
 from teamsight.agents.group import Group, team_of
+from teamsight.core.elementary import atan2
 from teamsight.core.kernel import Entry, call, kernel
 from teamsight.core.table import Field, Table
 from teamsight.world.motion import move_at, turn
@@ -69,7 +70,7 @@ def _write_actions(log: Any, action: Any) -> None:
         rotation = np.float32(0.0)
         if move.aim[i, 0] != 0.0 or move.aim[i, 1] != 0.0:
             new_x, new_y = turn(x, y, move.aim[i, 0], move.aim[i, 1], move.turn_cosine[i], move.turn_sine[i])
-            rotation = np.float32(math.atan2(new_y * x - new_x * y, new_x * x + new_y * y))
+            rotation = np.float32(atan2(new_y * x - new_x * y, new_x * x + new_y * y))
         action[i, 0] = _HALF_TURN if rotation <= -_HALF_TURN else rotation
         speed = move.speed[i]
         action[i, 1] = min(max(move.distance[i], 0.0), speed) / speed if speed > 0.0 else 0.0

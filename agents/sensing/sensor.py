@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.core.angles import direction
+from teamsight.core.angles import direction, direction_after
 from teamsight.core.component import Allowed, Component, Flag, NonNegative, Positive, Probability
 from teamsight.core.kernel import Entry, Record, bits_of, float_of, inlined, kernel, scratch, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
@@ -148,7 +148,7 @@ def _candidate(view: Any, i: int, first: int, edge: int, sensed: Any, word: Any)
 @inlined
 def _turned(x: float, y: float, turns: float) -> tuple[float, float]:
     """Return a direction rotated by a number of full turns."""
-    cosine, sine = direction(turns - math.floor(turns))
+    cosine, sine = direction_after(turns)
     return cosine * x - sine * y, sine * x + cosine * y
 
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from teamsight.core.component import Allowed, NonNegative, Positive, Probability
+from teamsight.core.elementary import exp
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import (
@@ -116,7 +117,7 @@ def expectation(i: int, slot: Any, per_reach: float, percept: Any, arrays: Any) 
     x = state.floats[i, slot, X]
     y = state.floats[i, slot, Y]
     decay = parameters[_RELAYED] if state.ints[i, slot, RELAYED] else parameters[_OWN]
-    exists = math.exp(-state.ints[i, slot, AGE] / decay)
+    exists = exp(-state.ints[i, slot, AGE] / decay)
     pull_x, pull_y = pull(x, y, math.sqrt(x * x + y * y), per_reach, percept, i, parameters)
     return exists * pull_x, exists * pull_y
 

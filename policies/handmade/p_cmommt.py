@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from teamsight.core.component import Count, NonNegative
+from teamsight.core.elementary import log, power
 from teamsight.core.kernel import inlined
 from teamsight.policies.handmade.a_cmommt import ACmommt, act, expectation, lost_tracks, pull, push
 from teamsight.policies.handmade.target_tracks import IDENTITY, first_slot, no_target_tracks
@@ -54,13 +54,13 @@ def _totals(known: Any) -> tuple[float, float]:
 
 
 @inlined
-def _novelty(identity: int, known: Any, number: float, total: float, evenness: float) -> float:
+def _novelty(identity: int, known: Any, most: float, total: float, evenness: float) -> float:
     """Return the factor on the force of a target: −log p / log m to the power of `evenness`; 1 if it knows one only."""
-    if number < 2.0:
+    if most <= 0.0:
         return 1.0
     slot = _slot_of(known, identity)
     observed = known[slot, OBSERVED] if slot >= 0 else 0.0
-    return math.pow(math.log(total / (1.0 + observed)) / math.log(number), evenness)
+    return power(log(total / (1.0 + observed)) / most, evenness)
 
 
 @inlined
@@ -73,13 +73,14 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         _count(known, targets, i)
         _count(known, percept.relayed, i)
         number, total = _totals(known)
+        most = log(number)
         per_reach = 1.0 / percept.sensing_range[i]
         x, y = push(per_reach, percept, i, parameters)
         for k in range(targets.start[i], targets.start[i + 1]):
             pull_x, pull_y = pull(
                 targets.offset[k, 0], targets.offset[k, 1], targets.distance[k], per_reach, percept, i, parameters
             )
-            novelty = _novelty(targets.identity[k], known, number, total, evenness)
+            novelty = _novelty(targets.identity[k], known, most, total, evenness)
             x += novelty * pull_x
             y += novelty * pull_y
         lost_x = 0.0
@@ -89,7 +90,7 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         while slots != 0:
             slot, slots = first_slot(slots)
             pull_x, pull_y = expectation(i, slot, per_reach, percept, arrays)
-            novelty = _novelty(arrays.state.ints[i, slot, IDENTITY], known, number, total, evenness)
+            novelty = _novelty(arrays.state.ints[i, slot, IDENTITY], known, most, total, evenness)
             lost_x += novelty * pull_x
             lost_y += novelty * pull_y
         act(x + lost_x, y + lost_y, lost != 0, i, percept, parameters, noise, action)

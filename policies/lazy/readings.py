@@ -8,7 +8,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.angles import direction
+from teamsight.core.angles import direction, direction_after
 from teamsight.core.kernel import Entry, Record, below_8, inlined, plain, trailing_zeros
 from teamsight.policies.interface import Floats
 from teamsight.policies.memory import LazyMemory
@@ -91,7 +91,7 @@ def place(situation: Any, unit: Any, layout: int, own: int, at: int) -> tuple[fl
     x, y = unit[at, 0], unit[at, 1]
     if layout == _OFFSETS and at >= own:
         turns = float(situation[at + 1])
-        x, y = direction(turns - math.floor(turns))
+        x, y = direction_after(turns)
     return max(float(situation[at]), 0.0), x, y
 
 
@@ -181,7 +181,7 @@ def _read(address: int) -> int:
         for at in range(inputs):
             situation[at] = reader.situation[at, i]
         turns = float(reader.action[0, i]) * _TURNS_PER_RADIAN
-        move_x, move_y = direction(turns - math.floor(turns))
+        move_x, move_y = direction_after(turns)
         step = reader.stride * reader.action[1, i]
         perceived = teammates(situation, own, inputs, layout)
         for at in range(inputs):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,6 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from teamsight.core.component import Flag, Index, NonNegative, Probability
+from teamsight.core.elementary import exp, modulo
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, PolicyState
@@ -60,7 +60,7 @@ def chosen_action(values: Any, temperature: float, fraction: float) -> int:
 @inlined
 def _weight(below: float, temperature: float) -> float:
     if temperature > 0.0:
-        return math.exp(below / temperature)
+        return exp(below / temperature)
     return 1.0 if below == 0.0 else 0.0
 
 
@@ -141,7 +141,7 @@ def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
         tables = arrays.state.floats
         last = arrays.state.ints
         every = parameters[_AVERAGE_EVERY]
-        if every > 0.0 and percept.time[0] > 0.0 and percept.time[0] % every == 0.0:
+        if every > 0.0 and percept.time[0] > 0.0 and modulo(percept.time[0], every) == 0.0:
             _average(tables)
         if parameters[_IS_ONE] > 0.0:
             _share(tables, last)

@@ -49,3 +49,11 @@ def direction(fraction: float) -> tuple[float, float]:
     y = cosine if odd else sine
     half = quarter & 2
     return (-x if half else x), (-y if half else y)
+
+
+@inlined
+def direction_after(turns: float) -> tuple[float, float]:
+    """Return the unit vector after any number of full turns, anticlockwise from the x axis."""
+    # Not `math.floor`: on some processors that is a call of the mathematics library.
+    whole = int(turns)
+    return direction(turns - (whole - (turns < whole)))
