@@ -26,7 +26,7 @@ class Steering(Node):  # type: ignore[misc]
     def __init__(self) -> None:
         super().__init__("teamsight")
         names = {name: self.declare_parameter(name, it).value for name, it in (("team", [1, 2, 3]), ("identity", 1))}
-        # A degree that needs no identities of teammates: a camera does not tell which they are.
+        # A degree that needs no identities of teammates: a camera does not say which they are.
         self.controller = Controller("a-cmommt", "nearest", **names, **LIMITS)
         self.seen: dict[str, Detections] = {}
         self.places: list[complex] = []  # at the last decision, and now
