@@ -265,8 +265,6 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         Experiment("random-walk-half-range", {**_WALK, **_HALF}),
         Experiment("centroid-larger-teams", _CENTROID, _have_larger_teams, replicates=_MANY),
         Experiment("random-walk-larger-teams", _WALK, _have_larger_teams, replicates=_MANY),
-        Experiment("a-cmommt-largest-gain", _A_CMOMMT, choose=_largest_gain, reads=("a-cmommt", "centroid")),
-        Experiment("centroid-largest-gain", _CENTROID, choose=_largest_gain, reads=("a-cmommt", "centroid")),
         Experiment("half-range", {**_A_CMOMMT, **_HALF}),
         Experiment("half-range-scaled", _scaled),
         Experiment("ring-16", {**_A_CMOMMT, "awareness": "ring", "delta": 16}),
@@ -290,6 +288,8 @@ EXPERIMENTS: Mapping[str, Experiment] = {
             Experiment(f"{name}-more", treatment, choose=_as_learned, reads=tuple(_teams(one)[0] for one in READINGS))
             for name, treatment in (("a-cmommt", _A_CMOMMT), ("random-walk", _WALK))
         ),
+        Experiment("a-cmommt-largest-gain", _A_CMOMMT, choose=_largest_gain, reads=("a-cmommt", "centroid")),
+        Experiment("centroid-largest-gain", _CENTROID, choose=_largest_gain, reads=("a-cmommt", "centroid")),
     )
 }
 #: Experiments whose policy was learned from transitions.

@@ -74,13 +74,13 @@ def coverage(spread: float, count: Count) -> float:
 
 @pytest.mark.parametrize("spread", [2.0, 4.0, 6.0, 8.0])
 def test_intervals_cover_the_gain_nearly_as_often_as_with_a_fixed_number(spread: float) -> None:
-    # Of 95 %, the rule costs up to 1.3 points (benchmarks/adaptive_coverage.py). The standard error of a share of 2,700
+    # Of 95 %, the rule costs up to 1.4 points (benchmarks/adaptive_coverage.py). The standard error of a share of 2,700
     # cells is 0.42 %, of which four are allowed.
-    assert coverage(spread, of_paper) > 0.95 - 0.013 - 4 * 0.0042
+    assert coverage(spread, of_paper) > 0.95 - 0.014 - 4 * 0.0042
 
 
 def test_to_stop_at_the_first_narrow_interval_would_not_do() -> None:
-    assert coverage(8.0, first_narrow) < 0.95 - 0.013 - 4 * 0.0042
+    assert coverage(8.0, first_narrow) < 0.95 - 0.014 - 4 * 0.0042
 
 
 def test_the_interval_of_a_mean_over_cells_covers_what_explorations_have_in_common() -> None:
