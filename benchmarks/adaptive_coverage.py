@@ -4,7 +4,8 @@ python benchmarks/adaptive_coverage.py
 
 Each row is a distribution of a measure; each column, the replicates that a study of fixed size would need for the
 wanted interval. "naive" stops at the first of 10, 11, 12, … replicates whose interval is narrow enough; "studies" is
-the rule of `teamsight.analysis.studies.standing`; "flag" is that rule for True and False.
+the rule of `teamsight.analysis.studies.standing`; "flag" is that rule for True and False. The last rows are the rule
+of Figure 11 of Touzet (2000), with its first look, its limit and its width, for gains of some standard deviations.
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from teamsight.analysis.papers.touzet2000 import Touzet
+from teamsight.analysis.papers.touzet2000.experiments import EXPLORATIONS, FIRST_EXPLORATIONS
 from teamsight.analysis.studies.definition.model import Until
-from teamsight.analysis.studies.standing import Present, all_needed
+from teamsight.analysis.studies.standing import FIRST_LOOK, Present, all_needed
 
 SETTINGS = 10_000
 # Settings that are drawn at a time.
@@ -46,6 +49,8 @@ NUMBERS: dict[str, tuple[Draw, float, float]] = {
     ),
 }  # fmt: skip
 CHANCES = (0.5, 0.1, 0.02, 0.01)
+#: Standard deviations of the gain of a cell of Figure 11 [percentage points].
+SPREADS = (1, 2, 3, 4, 5, 6, 8, 10)
 
 
 def naive(values: Values, width: float) -> NDArray[np.int64]:
@@ -59,18 +64,25 @@ def naive(values: Values, width: float) -> NDArray[np.int64]:
     return found
 
 
-def of_studies(values: Values, width: float, *, is_flag: bool = False) -> NDArray[np.int64]:
+def of_studies(
+    values: Values, width: float, *, is_flag: bool = False, first_look: int = FIRST_LOOK
+) -> NDArray[np.int64]:
     """Return the replicates that a study makes."""
     settings, most = values.shape
     setting, replicate = np.divmod(np.arange(values.size), most)
     until = Until(width, limit=most)
     present = Present(setting, replicate, np.zeros(values.size, bool), values.ravel(), is_flag)
-    return all_needed(until, 1, present, settings)[0]
+    return all_needed(until, 1, present, settings, first_look)[0]
 
 
 def of_flags(values: Values, width: float) -> NDArray[np.int64]:
     """Return the replicates that a study of a flag makes."""
     return of_studies(values, width, is_flag=True)
+
+
+def of_figure_11(values: Values, width: float) -> NDArray[np.int64]:
+    """Return the explorations of a cell of Figure 11."""
+    return of_studies(values, width, first_look=FIRST_EXPLORATIONS)
 
 
 def covers(values: Values, count: NDArray[np.int64], mean: float, *, is_flag: bool) -> NDArray[np.bool_]:
@@ -88,9 +100,15 @@ def covers(values: Values, count: NDArray[np.int64], mean: float, *, is_flag: bo
 
 def coverage(measure: tuple[Draw, float, float], needed: int, rule: Rule) -> tuple[float, float]:
     """Return the share of intervals that cover the mean, and the mean number of replicates."""
-    draw, mean, deviation = measure
-    width, most = 2 * 1.96 * deviation / math.sqrt(needed), 4 * needed + 200
-    rng, covered, replicates = np.random.default_rng(needed), 0, 0
+    return covered_by(measure, 2 * 1.96 * measure[2] / math.sqrt(needed), 4 * needed + 200, rule, needed)
+
+
+def covered_by(
+    measure: tuple[Draw, float, float], width: float, most: int, rule: Rule, seed: int
+) -> tuple[float, float]:
+    """Return the share of intervals that cover the mean, and the mean number of replicates, of which most are given."""
+    draw, mean, _ = measure
+    rng, covered, replicates = np.random.default_rng(seed), 0, 0
     for _ in range(SETTINGS // BLOCK):
         values = draw(rng, (BLOCK, most))
         count = rule(values, width)
@@ -110,6 +128,17 @@ def main() -> None:
     cases += [(f"{name}, flag", measure, of_flags) for name, measure in chances.items()]
     for name, measure, rule in cases:
         found = [coverage(measure, needed, rule) for needed in NEEDED]
+        print(f"{name:30}" + "".join(f"{share * 100:7.1f} ({n:3.0f})" for share, n in found), flush=True)
+    plan = Touzet()
+    print(f"{'figure 11: standard deviation':30}" + "".join(f"{spread:>13}" for spread in SPREADS))
+    for name in ("normal", "uniform", "skewed, beta(2, 5)"):
+        draw, mean, deviation = NUMBERS[name]
+        found = [
+            covered_by(
+                (draw, mean, deviation), plan.interval * deviation / spread, EXPLORATIONS * plan.runs, of_figure_11, 11
+            )
+            for spread in SPREADS
+        ]
         print(f"{name:30}" + "".join(f"{share * 100:7.1f} ({n:3.0f})" for share, n in found), flush=True)
 
 

@@ -10,6 +10,7 @@ import tempfile
 import time
 
 from measure import Row, interleave, median, ratio
+from websockets.sync.client import connect
 
 RUN = [sys.executable, "-m", "teamsight", "run"]
 
@@ -23,6 +24,7 @@ def measure_start(rounds: int) -> list[Row]:
                 "mesa": lambda: cpu_of([sys.executable, "-c", "import mesa"], kept),
                 "first": _first,
                 "later": lambda: cpu_of(RUN, kept),
+                "picture": _picture,
                 "help": _help,
             },
             rounds,
@@ -33,6 +35,8 @@ def measure_start(rounds: int) -> list[Row]:
         ratio("the same / import mesa", taken["first"], taken["mesa"], most=8),
         median("teamsight run, full cache", "CPU s", taken["later"]),
         ratio("the same / import mesa", taken["later"], taken["mesa"], most=1.2),
+        median("teamsight watch, empty cache, first picture", "CPU s", taken["picture"]),
+        ratio("the same / teamsight run, empty cache", taken["picture"], taken["first"], most=0.5),
         median("teamsight --help, wall time", "s", taken["help"], most=0.5),
     ]
 
@@ -47,6 +51,24 @@ def cpu_of(command: list[str], cache: str = "") -> float:
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     where = {"TEAMSIGHT_CACHE_DIR": cache} if cache else {}
     subprocess.run(command, check=True, capture_output=True, env=os.environ | where)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def _picture() -> float:
+    """Return the CPU time of ``teamsight watch`` until a page has a picture, with an empty cache [s]."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [sys.executable, "-m", "teamsight", "watch", "--no-browser", "--port", "0"]
+    with tempfile.TemporaryDirectory() as empty:
+        environment = dict(os.environ, TEAMSIGHT_CACHE_DIR=empty)
+        quiet = subprocess.DEVNULL
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=quiet, env=environment, text=True) as process:
+            assert process.stdout is not None
+            address = process.stdout.readline().strip()
+            with connect(address.replace("http", "ws") + "socket", origin=address.rstrip("/"), proxy=None) as page:
+                while not isinstance(page.recv(), bytes):
+                    pass
+            process.kill()
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Sequence
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -426,6 +427,10 @@ MOST_GROWTH = 8
 _BODY_STEPS_A_CALL = 4_000_000
 
 
+#: Called, if set, with the engine of a world of this thread before its kernels are made ready.
+PREPARING: ContextVar[Callable[[Engine], object] | None] = ContextVar("preparing", default=None)
+
+
 class Engine:
     """Runs a world in compiled code, step by step or many steps in one call.
 
@@ -482,6 +487,8 @@ class Engine:
     def prepare(self) -> None:
         """Prepare a step: bind the records and search for neighbours, where either is out of date."""
         if not self.is_bound:
+            if (show := PREPARING.get()) is not None:
+                show(self)
             with deferred():
                 self.relations = connect(self._data)
                 give_timetables(self._data)

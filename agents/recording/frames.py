@@ -838,6 +838,17 @@ class FrameRecorder(Watcher):
             self._scene = scene
         return self._scene
 
+    def outline(self) -> tuple[Scene, Frame]:
+        """Return a scene and a frame of where bodies are, without links and numbers, for which nothing is compiled."""
+        layout, bodies = self._layout(()), [group.bodies for group in self._data.groups]
+        place, ahead = (np.concatenate([one[name] for one in bodies]) for name in ("position", "heading"))
+        parts = np.rint((place - self._space.low) * (MOST_PART / self._space.size))
+        turn = np.rint(np.arctan2(ahead[:, 1], ahead[:, 0]) * (TURN / _FULL_TURN))
+        flags = PRESENT + ACTIVE * np.concatenate([one.active for one in bodies])
+        columns = np.zeros((4, layout.size), np.uint16)
+        columns[:, layout.slots] = np.stack([*parts.T, turn, flags]).astype(np.int64).astype(np.uint16)
+        return self.scene, Frame(float(self._data.timeline.tick), np.full(len(SERIES), np.nan, np.float32), *columns)
+
     def bind(self, bound: Bound) -> None:
         """Find out whose words are where, and make room for a frame."""
         layouts = link_layouts(bound, self._data.arena, self.most_links)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias
 
@@ -24,6 +25,29 @@ Cells: TypeAlias = tuple[tuple[int, float], ...]
 NO_GRID = Grid((), ())
 #: One row a run, by name of the experiment.
 Tables: TypeAlias = Mapping[str, pd.DataFrame]
+
+
+class Extent(NamedTuple):
+    """How much is run.
+
+    Attributes
+    ----------
+    grid : Grid
+        Team sizes and radii of the surfaces.
+    runs : int
+        Replicates of each cell.
+    interval : float
+        The width of an interval [percentage points] from which on it is narrow enough, for experiments whose number of
+        replicates depends on it; 0 if they shall have as many as they can.
+    """
+
+    grid: Grid
+    runs: int
+    interval: float = 0.0
+
+
+#: Takes the tables that are made, and how much is run, and returns the replicates of each cell.
+Choice: TypeAlias = Callable[[Tables, Extent], Mapping[tuple[int, float], Sequence[int]]]
 
 
 class Variant(NamedTuple):
@@ -54,8 +78,10 @@ class Experiment:
     replicates : int
         Factor on the number of replicates.
     choose : callable, optional
-        Takes the tables of the other experiments and returns the cells, which are measured again: replicates begin with
-        the one after those of an experiment with the factor 1, in worlds that no surface contains.
+        Returns the replicates of each cell, which depend on results: on `cells` and `replicates` they then do not
+        depend. It is asked again after all that it asked for is made, until it asks for nothing more.
+    reads : tuple of str
+        Names of the experiments whose tables it reads.
     """
 
     name: str
@@ -64,13 +90,15 @@ class Experiment:
     targets: int = 15
     sweep: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     replicates: int = 1
-    choose: Callable[[Tables], Cells] | None = None
+    choose: Choice | None = None
+    reads: tuple[str, ...] = ()
 
-    def cells_of(self, grid: Grid, tables: Tables) -> Cells:
-        """Return the cells (robots, radius)."""
+    def wanted(self, extent: Extent, tables: Tables) -> Mapping[tuple[int, float], Sequence[int]]:
+        """Return the replicates of each cell (robots, radius)."""
         if self.choose is not None:
-            return self.choose(tables)
-        return tuple(one for one in grid.cells if self.cells(*one)) if callable(self.cells) else self.cells
+            return self.choose(tables, extent)
+        cells = [one for one in extent.grid.cells if self.cells(*one)] if callable(self.cells) else self.cells
+        return dict.fromkeys(cells, range(extent.runs * self.replicates))
 
     def variant(self, setting: Parameters, replicate: int = 0) -> Variant:
         """Return the treatment of a replicate, with the columns that describe it."""
@@ -92,8 +120,9 @@ class Experiment:
         return found | ({"policy_options": options} if options else {})
 
     def rows(
-        self, setting: Parameters, root: int, runs: int, steps: int, grid: Grid = NO_GRID, tables: Tables | None = None
-    ) -> Iterator[tuple[dict[str, Any], Run]]:
+        self, setting: Parameters, root: int, runs: int, steps: int, grid: Grid = NO_GRID,
+        tables: Tables | None = None, interval: float = 0.0,
+    ) -> Iterator[tuple[dict[str, Any], Run]]:  # fmt: skip
         """Yield each run with the columns of the table that identify it.
 
         Parameters
@@ -102,28 +131,28 @@ class Experiment:
             Keyword parameters of CMOMMT that hold throughout.
         root : int
             Root seed.
-        runs, steps : int
-            Replicates of each cell, and steps of each run.
-        grid : Grid
-            Team sizes and radii of the surfaces.
+        steps : int
+            Steps of each run.
+        runs, grid, interval
+            See `Extent`.
         tables : mapping of str to DataFrame
-            The tables of the other experiments, for one that measures cells again.
+            The tables of the experiments that this one reads.
         """
-        count, first = runs * self.replicates, runs if self.choose else 0
+        extent = Extent(grid, runs, interval)
         # One mapping for all replicates of one treatment, by which runs recognise each other.
-        distinct = range(first, first + (count if callable(self.treatment) else 1))
-        common = [self.parameters(setting, replicate) for replicate in distinct]
-        columns = [self.variant(setting, replicate).columns for replicate in distinct]
+        kind = (lambda replicate: replicate) if callable(self.treatment) else lambda replicate: 0
+        parameters = cache(lambda number: self.parameters(setting, number))
+        columns = cache(lambda number: self.variant(setting, number).columns)
         sweeps = [dict(zip(self.sweep, values, strict=True)) for values in product(*self.sweep.values())]
-        for robots, radius in self.cells_of(grid, tables or {}):
+        for (robots, radius), replicates in self.wanted(extent, tables or {}).items():
             scenario = {"robots": robots, "targets": self.targets, "radius": radius}
             for swept in sweeps:
-                parameters = [each | scenario | swept for each in common]
-                for replicate in range(first, first + count):
-                    variant = (replicate - first) % len(distinct)
+                in_world = cache(lambda number, more=scenario | swept: parameters(number) | more)
+                for replicate in replicates:
+                    number = kind(replicate)
                     seed = model_seed(root, replicate, robots, self.targets, radius)
-                    named = {**scenario, **swept, **columns[variant], "replicate": replicate, "seed": seed}
-                    yield named, Run(parameters[variant], seed, steps)
+                    named = {**scenario, **swept, **columns(number), "replicate": replicate, "seed": seed}
+                    yield named, Run(in_world(number), seed, steps)
 
 
 def make_tables(
@@ -131,12 +160,13 @@ def make_tables(
     pool: Executor | None = None,
     *,
     grid: Grid = NO_GRID,
+    interval: float = 0.0,
     progress: Progress = lambda done, total: None,
     later: Progress = lambda done, total: None,
     checkpoint: Checkpoint | None = None,
     **how: int,
 ) -> list[dict[str, pd.DataFrame]]:
-    """Run experiments, then those that measure cells again, and return for each setting their tables by name.
+    """Run experiments, then those that depend on results, and return for each setting their tables by name.
 
     Parameters
     ----------
@@ -144,12 +174,12 @@ def make_tables(
         Settings, and what is made under each. A run that several experiments need is made once.
     pool : Executor, optional
         Processes that do the work; by default this process. The tables do not depend on it.
-    grid : Grid
-        Team sizes and radii of the surfaces.
+    grid, interval
+        See `Extent`.
     progress, checkpoint
         See `run_all`.
     later : callable
-        As `progress`, for the experiments that measure again.
+        As `progress`, for what is run because of results.
     **how
         root, the root seed; runs and steps: replicates of each cell, and steps of each run.
 
@@ -164,20 +194,25 @@ def make_tables(
     JobError
         If a run fails; the message contains its settings.
     """
+    watch = progress
     tables: list[dict[str, pd.DataFrame]] = [{} for _ in asked]
-    for is_again, watch in ((False, progress), (True, later)):
+    found: dict[tuple[Any, ...], Outcome] = {}
+    pending = [(number, setting, one) for number, (setting, several) in enumerate(asked) for one in several]
+    while True:
         planned = [
-            ((number, experiment.name), columns, run)
-            for number, (setting, experiments) in enumerate(asked)
-            for experiment in experiments
-            if (experiment.choose is not None) == is_again
-            for columns, run in experiment.rows(setting, grid=grid, tables=tables[number], **how)
-        ]
-        outcomes = run_all([run for *_, run in planned], pool, progress=watch, checkpoint=checkpoint) if planned else []
-        rows: dict[tuple[int, str], list[dict[str, Any]]] = {}
-        for (place, columns, _), outcome in zip(planned, outcomes, strict=True):
-            rows.setdefault(place, []).append(columns | Outcome(*outcome)._asdict())
-        for (number, name), table in rows.items():
-            tables[number][name] = pd.DataFrame(table)
-            tables[number][name].attrs["measures"] = list(Outcome._fields)
-    return tables
+            (number, one.name, [
+                ((number, one.name, *(columns[name] for name in one.sweep), run.seed), columns, run)
+                for columns, run in one.rows(setting, grid=grid, tables=tables[number], interval=interval, **how)
+            ])
+            for number, setting, one in pending
+        ]  # fmt: skip
+        new = {place: run for *_, rows in planned for place, _, run in rows if place not in found}
+        if not new:
+            return tables
+        found |= zip(new, run_all(new.values(), pool, progress=watch, checkpoint=checkpoint), strict=True)
+        for number, name, rows in planned:
+            if rows:
+                table = pd.DataFrame([columns | Outcome(*found[place])._asdict() for place, columns, _ in rows])
+                table.attrs["measures"] = list(Outcome._fields)
+                tables[number][name] = table
+        pending, watch = [one for one in pending if one[2].choose is not None], later

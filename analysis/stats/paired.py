@@ -40,6 +40,33 @@ def interval_of(values: NDArray[np.float64], level: float = 0.95) -> Interval:
     return Interval(mean, mean - wide, mean + wide)
 
 
+def clustered(values: NDArray[np.float64], weights: NDArray[np.float64]) -> Interval:
+    """Return a weighted sum of the means of cells, with Student's interval over groups that run through many cells.
+
+    Parameters
+    ----------
+    values : ndarray, shape (groups, ...), float64
+        A value for each group and cell; NaN where there is none.
+    weights : ndarray, shape (...), float64
+        The weight of each cell.
+
+    Notes
+    -----
+    What a group adds to the sum has a variance of its own, whatever its cells have in common (the robust variance of
+    clusters: K.-Y. Liang and S. L. Zeger, "Longitudinal data analysis using generalized linear models", 1986). If all
+    groups have a value in each cell, this is the interval of the groups' own sums.
+    """
+    values, weights = values[:, weights != 0], weights[weights != 0]
+    count = np.isfinite(values).sum(axis=0)
+    mean = np.nanmean(values, axis=0)
+    # Unbiased, as a variance with one less than the number of values; the spread of a single one is not known.
+    share = weights / np.sqrt(count * np.maximum(count - 1.0, 1.0))
+    added = (np.nan_to_num(values - mean) * share).sum(axis=1)
+    total, groups = float((weights * mean).sum()), np.isfinite(values).any(axis=1).sum() * (count.min() > 1)
+    wide = float(half_width(np.sqrt((added**2).sum()), np.array(groups)))
+    return Interval(total, total - wide, total + wide)
+
+
 def cell_means(table: pd.DataFrame, value: str, by: Sequence[str] = CELL, level: float = 0.95) -> pd.DataFrame:
     """Return mean, standard error and confidence interval of `value` over the replicates of each cell.
 

@@ -231,7 +231,7 @@ NARROW_LOOKS = 2
 FEWEST_EQUAL = 100
 
 
-def looks(until: Until, start: int) -> Iterator[int]:
+def looks(until: Until, start: int, first_look: int = FIRST_LOOK) -> Iterator[int]:
     """Yield the numbers of replicates at which the interval is looked at: 30, 38, 48, 60, …; the last is the limit.
 
     Parameters
@@ -242,7 +242,7 @@ def looks(until: Until, start: int) -> Iterator[int]:
         The replicates of the study: the first ones. Looks at fewer are left out, and none is moved. So a study whose
         replicates were raised looks as one that began with as many.
     """
-    count = FIRST_LOOK
+    count = first_look
     while count < until.limit:
         if count >= start:
             yield count
@@ -256,7 +256,7 @@ def fewest(until: Until) -> int:
 
 
 def all_needed(
-    until: Until, start: int, present: Present, settings: int
+    until: Until, start: int, present: Present, settings: int, first_look: int = FIRST_LOOK
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return how many replicates each setting needs, as far as its present ones show.
 
@@ -274,6 +274,8 @@ def all_needed(
         The runs that were made, in any order. The interval of True and False is Wilson's, otherwise Student's.
     settings : int
         The number of settings.
+    first_look : int
+        The first look; the table below is for that of the studies.
 
     Returns
     -------
@@ -309,7 +311,7 @@ def all_needed(
     setting, replicate, value = present.setting[order], present.replicate[order], present.value[order]
     needed, narrow = np.full(settings, -1, np.int64), np.zeros(settings, np.int64)
     is_wide = np.zeros(settings, bool)
-    for count in looks(until, start):
+    for count in looks(until, start, first_look):
         within = replicate < count
         made = np.bincount(setting[within], minlength=settings)
         needed[(needed < 0) & (made < count)] = count

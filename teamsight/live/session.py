@@ -11,14 +11,16 @@ import time
 from collections.abc import Callable, Hashable, Mapping
 from typing import Any, NamedTuple
 
+from teamsight.agents.engine.engine import PREPARING, Engine
+from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.core import checks
 from teamsight.core.kernel.report import listening
 from teamsight.core.references import failure
 from teamsight.live import protocol
-from teamsight.live.controls import Control
+from teamsight.live.controls import Control, model_name
 from teamsight.live.protocol import Message
 from teamsight.live.worlds import StoppedError, Worlds, event_rows
-from teamsight.view.packing import from_raw
+from teamsight.view.packing import from_raw, raw
 from teamsight.view.page import page
 from teamsight.view.replay import RecordedTrack
 from teamsight.view.scene import Scene
@@ -151,6 +153,8 @@ class Session:
         # Another value shows pages that other worlds run, maybe of another server.
         self._run = secrets.token_hex(4)
         self._scenes: list[Scene] = []
+        # Of worlds that are being built.
+        self._engines: list[Engine] = []
         # The settings on the left when two worlds began, and those of the one before.
         self._before: tuple[dict[str, Any], dict[str, Any]] = {}, {}
         self._thread = threading.Thread(target=self._work, name="teamsight worlds", daemon=True)
@@ -213,6 +217,7 @@ class Session:
         return f"teamsight-{name[:80]}.html", page(tracks, title=title)
 
     def _work(self) -> None:
+        PREPARING.set(self._prepare)
         with listening(self._say):
             while not self._is_closing:
                 try:
@@ -267,7 +272,22 @@ class Session:
         """Say which kernel is being compiled, maybe within a step."""
         self.said = f"Compiling kernels, once on this machine ({number})"
         self._post("state", **{**self._state, "busy": self.said})
+        if not self.worlds.tracks and len(self._engines) > len(self._scenes):
+            # The first picture: the kernels of steps, which building may need too, take several times as long.
+            self._show_outlines()
         self.begun.set()
+
+    def _prepare(self, engine: Engine) -> None:
+        """Note a world that is being built, if there are no others that could be shown meanwhile."""
+        if not self.worlds.tracks and engine not in self._engines:
+            self._engines.append(engine)
+
+    def _show_outlines(self) -> None:
+        """Show where the bodies are of worlds that are being built."""
+        name = model_name(self.worlds._model)
+        title = f"{name}: where all start"
+        shown = [FrameRecorder(one._data, one, name, title=title).outline() for one in self._engines]
+        self._show_blocks([scene for scene, _ in shown], [raw(frame, scene) for scene, frame in shown])
 
     def _advance(self) -> None:
         """Make a part of the steps up to the next frame, and show that when it is reached."""
@@ -389,6 +409,7 @@ class Session:
         self._pacer.forget()
         self._run = secrets.token_hex(4)
         self._scenes = []
+        self._engines.clear()
         self._show_controls()
         self._show_frames()
 
@@ -404,9 +425,12 @@ class Session:
     def _show_frames(self, *, again: bool = False) -> None:
         """Show the present frames; `again` if the last ones showed the same moment."""
         tracks = self.worlds.tracks
-        self._number += 1
         blocks = [track.look(again=again) for track in tracks]
-        scenes = [track.scene for track in tracks]
+        self._show_blocks([track.scene for track in tracks], blocks)
+
+    def _show_blocks(self, scenes: list[Scene], blocks: list[bytes]) -> None:
+        """Show frames of all worlds, and their scenes if these have changed."""
+        self._number += 1
         if list(map(id, scenes)) != list(map(id, self._scenes)):
             self._scenes = scenes
             self._show("scene", self._scene_messages(scenes, self._run))

@@ -359,6 +359,8 @@ def test_the_page_is_there_while_its_first_world_is_compiled(
     page.goto(server.url)
     page.get_by_text(re.compile(r"Compiling kernels, once on this machine \(1( of \d+)?\)$")).wait_for()
     assert server.session.said in page.locator(".tl-waiting").inner_text()
+    # The bodies where they will start.
+    page.wait_for_function("() => teamsight.view.tracks[0]?.frames.length === 1")
     shot(page, "live-compiling")
     go.set()
     page.wait_for_function("() => teamsight.view.tracks[0]?.frames.length > 3")

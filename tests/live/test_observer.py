@@ -9,10 +9,11 @@ import pytest
 
 from teamsight import CMOMMT, Box, Robot, Target, Torus, World
 from teamsight.agents.components.failures import Failures
+from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.live.worlds import Observer
-from teamsight.view.packing import raw
-from teamsight.view.scene import Frame
+from teamsight.view.packing import from_raw, raw
+from teamsight.view.scene import OBSERVED, TURN, Frame
 
 
 def failing() -> World:
@@ -57,6 +58,26 @@ def assert_same(one: Frame, other: Frame) -> None:
     for mine, theirs in zip(one.links, other.links, strict=True):
         np.testing.assert_array_equal(mine.source, theirs.source)
         np.testing.assert_array_equal(mine.target, theirs.target)
+
+
+@pytest.mark.parametrize("name", WORLDS)
+def test_an_outline_shows_where_the_bodies_of_the_first_frame_are(name: str) -> None:
+    world = WORLDS[name]()
+    recorder = FrameRecorder(world._data, world._engine, "World")
+    scene, outline = recorder.outline()
+    assert not recorder.is_recording
+    observer = Observer(WORLDS[name](), 1)
+    first = observer.frame()
+    for column in ("x", "y"):
+        np.testing.assert_array_equal(getattr(outline, column), getattr(first, column))
+    # Recorded headings are vectors of 16 bits, whose angles differ by rounding.
+    turned = (outline.heading.astype(int) - first.heading + TURN // 2) % TURN - TURN // 2
+    assert abs(turned).max() <= 1
+    assert (outline.flags | OBSERVED).tolist() == (first.flags | OBSERVED).tolist()
+    assert np.isnan(outline.series).all()
+    assert (scene.slots, scene.links) == (observer.present.slots, ())
+    assert [group.name for group in scene.groups] == [group.name for group in observer.present.groups]
+    assert from_raw(raw(outline, scene), scene).x.tolist() == first.x.tolist()
 
 
 class Bounded(Observer):

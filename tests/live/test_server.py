@@ -19,6 +19,8 @@ from websockets.exceptions import ConnectionClosed, ConnectionClosedError, Inval
 from websockets.sync.client import ClientConnection, connect
 
 from teamsight import CMOMMT, Disc, World
+from teamsight.agents.engine import engine
+from teamsight.core.kernel.report import REPORT
 from teamsight.live import LivePage, session, watch
 from teamsight.live.protocol import KINDS, MOST_BYTES
 
@@ -97,6 +99,33 @@ def test_the_page_allows_itself_only(live: Callable[..., LivePage]) -> None:
     assert "http://" not in body.replace("http://www.w3.org/", "")
     assert answer(page, "/view.js").status == 404
     assert answer(page, "/../../etc/passwd").status == 404
+
+
+@pytest.mark.parametrize("beside", [None, {"policy": "centroid"}])
+def test_a_picture_is_sent_before_the_kernels_of_steps_are_ready(
+    live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch, beside: Any
+) -> None:
+    go, ready = threading.Event(), engine.connect
+
+    def slowly(data: Any) -> Any:
+        REPORT.begin("rule")
+        assert go.wait(_PATIENCE)
+        REPORT.end(is_done=True)
+        return ready(data)
+
+    # Before it a world has no binding, which holds the addresses of all kernels.
+    monkeypatch.setattr(engine, "connect", slowly)
+    page = live(CMOMMT, {"robots": 4, "targets": 3, "seed": 5}, beside=beside)
+    with opened(page) as socket:
+        assert until(socket, "scene")["tracks"] == 1
+        assert "Compiling kernels" in until(socket, "state")["busy"]
+        while not isinstance(socket.recv(timeout=_PATIENCE), bytes):
+            pass
+        assert not page.session.worlds.tracks
+        go.set()
+        until(socket, "controls")
+        assert len(page.session.worlds.tracks) == (1 if beside is None else 2)
+        assert not page.session._engines
 
 
 def test_strangers_are_refused(live: Callable[..., LivePage]) -> None:

@@ -19,7 +19,17 @@ import pandas as pd
 from teamsight.analysis.papers.touzet2000.experiments import LITERAL, SLOPES, Gains, Reading, gains_of
 from teamsight.analysis.runs.experiment import Tables
 from teamsight.analysis.stats.exceedance import bounds
-from teamsight.analysis.stats.paired import Interval, cell_means, gain, grid_of, interval_of, maxima, paired, percent
+from teamsight.analysis.stats.paired import (
+    Interval,
+    cell_means,
+    clustered,
+    gain,
+    grid_of,
+    interval_of,
+    maxima,
+    paired,
+    percent,
+)
 
 #: What was measured, in words, and its distance from each part of a rule, in tolerances.
 Finding: TypeAlias = tuple[str, *tuple[float, ...]]
@@ -737,8 +747,9 @@ def _ends(interval: Interval, digits: int = 1) -> str:
     "largest cell of the mean surface over the explorations 25 ± 8 pp",
 )
 def learned_gain(gains: Gains) -> Finding:
-    row, column = np.unravel_index(gains.values.mean(axis=0).argmax(), gains.values.shape[1:])
-    most = interval_of(gains.values[:, row, column])
+    row, column = np.unravel_index(gains.mean().argmax(), gains.values.shape[1:])
+    values = gains.values[:, row, column]
+    most = interval_of(values[np.isfinite(values)])
     cell = f"N = {gains.robots[row]}, R = {gains.radius[column]:g}"
     return f"{most.mean:.1f} pp {_ends(most)}; at {cell}", deviation(most.mean, 25, 8)
 
@@ -751,14 +762,12 @@ def learned_gain(gains: Gains) -> Finding:
     "largest gain at a larger R",
 )
 def learned_shape(gains: Gains) -> Finding:
-    mean, radius = gains.values.mean(axis=0), gains.radius
+    mean, radius = gains.mean(), gains.radius
     top, by_radius, faded = radius[mean.max(axis=0).argmax()], mean.mean(axis=0), _FADED * float(mean.max())
-    few, many = (
-        gains.values[:, (gains.robots >= least) & (gains.robots <= most)].mean(axis=1)
-        for least, most in ((2, 6), (20, 30))
-    )
-    growth = interval_of((many - few)[:, (radius >= _PREFERRED[0]) & (radius <= _PREFERRED[1])].mean(axis=1))
-    first, last = (_fades(team.mean(axis=0), radius, faded) for team in (few, many))
+    few, many = ((gains.robots >= least) & (gains.robots <= most) for least, most in ((2, 6), (20, 30)))
+    preferred = (radius >= _PREFERRED[0]) & (radius <= _PREFERRED[1])
+    growth = clustered(gains.values, gains.weights(many, preferred) - gains.weights(few, preferred))
+    first, last = (_fades(mean[team].mean(axis=0), radius, faded) for team in (few, many))
     places = f"at R = {span(radius.tolist())}: {', '.join(f'{value:+.1f}' for value in by_radius)} pp"
     return (
         f"peak at R = {top:g}; mean over N {places}; many less few robots {growth.mean:+.1f} pp {_ends(growth)}; under "
@@ -776,7 +785,7 @@ def learned_shape(gains: Gains) -> Finding:
     "mean over N ≤ 8, R ≥ 7 and the explorations below 0 (interval below 0)",
 )
 def learned_hurts(gains: Gains) -> Finding:
-    loss = interval_of(gains.values[:, gains.robots <= 8][:, :, gains.radius >= 7].mean(axis=(1, 2)))
+    loss = gains.average(gains.robots <= 8, gains.radius >= 7)
     return f"{loss.mean:+.2f} pp {_ends(loss, 2)}", excess(0, loss.high)
 
 
@@ -794,7 +803,7 @@ def learned_hurts(gains: Gains) -> Finding:
 )
 def learned_below_designed(cooperative: pd.DataFrame, walk: pd.DataFrame, acmommt: pd.DataFrame) -> Finding:
     more, less = (gains_of(cooperative, base).average() for base in (walk, acmommt))
-    walked, designed = (100 * table["observed_fraction"].mean() for table in (walk, acmommt))
+    walked, designed = (_mean(percent(table)) for table in (walk, acmommt))
     return (
         f"{more.mean:+.1f} pp over a random walk; {_ends(more)}; {less.mean:+.1f} pp over A-CMOMMT {_ends(less)}; "
         f"random walk {walked:.1f} %, A-CMOMMT {designed:.1f} %",

@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from teamsight.analysis.runs.experiment import Cells, Experiment, Parameters, Tables, Variant
+from teamsight.analysis.runs.experiment import Cells, Choice, Experiment, Extent, Parameters, Tables, Variant
 from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.stats.paired import Interval, gain, interval_of, paired
+from teamsight.analysis.stats.paired import CELL, Interval, clustered, gain, paired
 
 if TYPE_CHECKING:
     from teamsight.policies.learner import Learner
@@ -26,8 +26,10 @@ if TYPE_CHECKING:
 DELTAS = (1, 2, 3, 4, 6, 8, 12, 16, 24)
 #: Its worlds (robots, radius), from crowded to empty.
 DELTA_CELLS: Cells = ((10, 2.0), (20, 3.0), (30, 2.0), (10, 4.0), (20, 5.0), (30, 4.0))
-#: Explorations for each run of a cell: five runs give 25. Each exploration runs every cell once.
+#: The most explorations of a cell for each of its runs: five runs give 25. Each exploration runs a cell at most once.
 EXPLORATIONS = 5
+#: The explorations of a cell before its interval is looked at; see docs/claims.md.
+FIRST_EXPLORATIONS = 8
 # Parameters of a setting that change the world that is explored.
 _WORLD = ("sensing_range", "awareness_range", "robot_speed", "target_speed", "uniform_target_speed", "target_policy")
 
@@ -170,11 +172,84 @@ def _have_larger_teams(robots: int, radius: float) -> bool:
     return robots >= 10 and 3 <= radius <= 9
 
 
-def _largest_gain(tables: Tables) -> Cells:
-    """Return the cell in which A-CMOMMT gained most over the policy centroid."""
+def _largest_gain(tables: Tables, extent: Extent) -> dict[tuple[int, float], range]:
+    """Ask for the cell in which A-CMOMMT gained most over the policy centroid, in worlds that no surface contains."""
+    if "a-cmommt" not in tables:
+        return {}
     cells = gain(tables["a-cmommt"], tables["centroid"]).T.unstack()
     robots, radius = cells.index[int(cells.to_numpy().argmax())]
-    return ((int(robots), float(radius)),)
+    return {(int(robots), float(radius)): range(extent.runs, extent.runs * (1 + _MANY))}
+
+
+def _teams(reading: Reading) -> tuple[str, str]:
+    """Return the names of the experiments of a reading: the cooperative and the collective team."""
+    return f"{reading.name}-cooperative", f"{reading.name}-collective"
+
+
+def order_of(robots: int, explorations: int) -> NDArray[np.int64]:
+    """Return the order in which a team size has the explorations, so that few runs of all cells are of all of them."""
+    return (robots * FIRST_EXPLORATIONS + np.arange(explorations)) % explorations
+
+
+def _until_narrow(reading: Reading) -> Choice:
+    """Return what asks for explorations of each cell until the interval of its gain is narrow enough."""
+
+    def choose(tables: Tables, extent: Extent) -> dict[tuple[int, float], list[int]]:
+        limit = EXPLORATIONS * extent.runs
+        counts = np.full(len(extent.grid.cells), limit)
+        if extent.interval:
+            cooperative, collective = (tables.get(name) for name in _teams(reading))
+            counts = needed_explorations(cooperative, collective, extent)
+        return {
+            cell: sorted(order_of(cell[0], limit)[:count].tolist())
+            for cell, count in zip(extent.grid.cells, counts, strict=True)
+        }
+
+    return choose
+
+
+def needed_explorations(
+    cooperative: pd.DataFrame | None, collective: pd.DataFrame | None, extent: Extent
+) -> NDArray[np.int64]:
+    """Return how many explorations each cell of the grid needs, as far as its present ones show.
+
+    It is the rule of adaptive studies with another first look, for the width of the interval of the paired gain. Where
+    that interval lies has no effect.
+
+    Parameters
+    ----------
+    cooperative, collective : DataFrame or None
+        What is made of both teams.
+    extent : Extent
+        The grid, the largest width and the runs, of which the limit is `EXPLORATIONS` times as many.
+    """
+    # Slow to import.
+    from teamsight.analysis.studies.definition.model import Until
+    from teamsight.analysis.studies.standing import Present, all_needed
+
+    cells, limit = extent.grid.cells, EXPLORATIONS * extent.runs
+    setting = replicate = np.zeros(0, np.int64)
+    value = np.zeros(0)
+    if cooperative is not None and collective is not None:
+        runs = paired(cooperative, collective)
+        number = {cell: at for at, cell in enumerate(cells)}
+        setting = np.array([number[cell] for cell in zip(runs["robots"], runs["radius"], strict=True)], np.int64)
+        robots = runs["robots"].to_numpy()
+        # The place in `order_of`.
+        replicate = (runs["replicate"].to_numpy() - robots * FIRST_EXPLORATIONS) % limit
+        value = 100.0 * runs["difference"].to_numpy()
+    present = Present(setting, replicate, np.zeros(len(value), bool), value, is_flag=False)
+    return all_needed(Until(extent.interval, "gain", limit), 1, present, len(cells), FIRST_EXPLORATIONS)[0]
+
+
+def _as_learned(tables: Tables, extent: Extent) -> dict[tuple[int, float], list[int]]:
+    """Ask for the worlds in which learned teams were run."""
+    found: dict[tuple[int, float], set[int]] = {cell: set() for cell in extent.grid.cells}
+    for reading in READINGS:
+        if (table := tables.get(_teams(reading)[0])) is not None:
+            for robots, radius, replicate in zip(table["robots"], table["radius"], table["replicate"], strict=True):
+                found[robots, radius].add(replicate)
+    return {cell: sorted(replicates) for cell, replicates in found.items()}
 
 
 #: Every experiment by name.
@@ -190,8 +265,6 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         Experiment("random-walk-half-range", {**_WALK, **_HALF}),
         Experiment("centroid-larger-teams", _CENTROID, _have_larger_teams, replicates=_MANY),
         Experiment("random-walk-larger-teams", _WALK, _have_larger_teams, replicates=_MANY),
-        Experiment("a-cmommt-largest-gain", _A_CMOMMT, replicates=_MANY, choose=_largest_gain),
-        Experiment("centroid-largest-gain", _CENTROID, replicates=_MANY, choose=_largest_gain),
         Experiment("half-range", {**_A_CMOMMT, **_HALF}),
         Experiment("half-range-scaled", _scaled),
         Experiment("ring-16", {**_A_CMOMMT, "awareness": "ring", "delta": 16}),
@@ -207,13 +280,16 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         Experiment("delta-none", {**_A_CMOMMT, **_ALONE}, DELTA_CELLS, replicates=4),
         Experiment("delta-pairwise", _A_CMOMMT, DELTA_CELLS, replicates=4),
         *(
-            Experiment(f"{one.name}-{team}", partial(_learned, one, team == "cooperative"), replicates=EXPLORATIONS)
+            Experiment(name, partial(_learned, one, number == 0), choose=_until_narrow(one), reads=_teams(one))
             for one in READINGS
-            for team in ("cooperative", "collective")
+            for number, name in enumerate(_teams(one))
         ),
-        # On the same worlds as the learned teams.
-        Experiment("a-cmommt-more", _A_CMOMMT, replicates=EXPLORATIONS),
-        Experiment("random-walk-more", _WALK, replicates=EXPLORATIONS),
+        *(
+            Experiment(f"{name}-more", treatment, choose=_as_learned, reads=tuple(_teams(one)[0] for one in READINGS))
+            for name, treatment in (("a-cmommt", _A_CMOMMT), ("random-walk", _WALK))
+        ),
+        Experiment("a-cmommt-largest-gain", _A_CMOMMT, choose=_largest_gain, reads=("a-cmommt", "centroid")),
+        Experiment("centroid-largest-gain", _CENTROID, choose=_largest_gain, reads=("a-cmommt", "centroid")),
     )
 }
 #: Experiments whose policy was learned from transitions.
@@ -223,8 +299,8 @@ LEARNED = frozenset(name for name, one in EXPERIMENTS.items() if getattr(one.tre
 def experiments_of(names: Iterable[str]) -> list[Experiment]:
     """Return the named experiments and those whose results they need, each once, in the order of `EXPERIMENTS`."""
     wanted = set(names)
-    if any(EXPERIMENTS[name].choose for name in wanted):
-        wanted |= {"a-cmommt", "centroid"}
+    while more := {one for name in wanted for one in EXPERIMENTS[name].reads} - wanted:
+        wanted |= more
     return [one for name, one in EXPERIMENTS.items() if name in wanted]
 
 
@@ -234,7 +310,7 @@ class Gains(NamedTuple):
     Attributes
     ----------
     values : ndarray, shape (explorations, team sizes, radii), float64
-        The gain [percentage points].
+        The gain [percentage points]; NaN where an exploration has not run a cell.
     robots : ndarray, shape (team sizes,), int64
         Team sizes, ascending.
     radius : ndarray, shape (radii,), float64
@@ -245,14 +321,33 @@ class Gains(NamedTuple):
     robots: NDArray[np.int64]
     radius: NDArray[np.float64]
 
-    def average(self) -> Interval:
-        """Return the mean over all cells, with its interval over explorations."""
-        return interval_of(self.values.mean(axis=(1, 2)))
+    def mean(self) -> NDArray[np.float64]:
+        """Return the mean of each cell over its explorations, shape (team sizes, radii)."""
+        found: NDArray[np.float64] = np.nanmean(self.values, axis=0)
+        return found
+
+    def average(self, robots: Any = True, radius: Any = True) -> Interval:
+        """Return the mean over the cells of some team sizes and radii, with its interval over explorations."""
+        return clustered(self.values, self.weights(robots, radius))
+
+    def weights(self, robots: Any = True, radius: Any = True) -> NDArray[np.float64]:
+        """Return the weights of all cells in the mean over those of some team sizes and radii, given as truths."""
+        chosen = np.ones(len(self.robots), bool)[:, None] & np.ones(len(self.radius), bool)
+        chosen &= np.reshape(robots, (-1, 1)) & np.asarray(radius)
+        return chosen / np.count_nonzero(chosen)
 
 
 def gains_of(table: pd.DataFrame, base: pd.DataFrame) -> Gains:
-    """Return the paired gain of one experiment over another; replicate k of every cell is exploration k."""
-    runs = paired(table, base)
+    """Return the paired gain of one experiment over another; replicate k of a cell is exploration k.
+
+    Runs of the base without a counterpart are left out.
+    """
+    known = [*CELL, "replicate"]
+    return gains_in(paired(table, base.merge(table[known], on=known)))
+
+
+def gains_in(runs: pd.DataFrame) -> Gains:
+    """Return the gains in a table of paired runs."""
     grid = runs.pivot(index="replicate", columns=["robots", "radius"], values="difference").sort_index(axis=1)
     robots, radius = (np.unique(runs[name].to_numpy()) for name in ("robots", "radius"))
     return Gains(100.0 * grid.to_numpy().reshape(len(grid), len(robots), len(radius)), robots, radius)

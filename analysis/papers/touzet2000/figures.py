@@ -13,7 +13,8 @@ import pandas as pd
 
 from teamsight.agents.awareness import AWARENESS
 from teamsight.analysis.papers.touzet2000.claims import shortfall
-from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, READINGS
+from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, READINGS, gains_in
+from teamsight.analysis.papers.touzet2000.ledger import runs_of_cells
 from teamsight.analysis.plot.kinds import draw_curves, draw_means, mark_values, panels
 from teamsight.analysis.plot.style import (
     DEGREE,
@@ -31,7 +32,7 @@ from teamsight.analysis.plot.style import (
 from teamsight.analysis.plot.surface import HEAD, HEIGHT, WIDTH, Look, draw_row
 from teamsight.analysis.runs.experiment import Tables
 from teamsight.analysis.runs.seeds import model_seed
-from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, interval_of, maxima, paired
+from teamsight.analysis.stats.paired import CELL, cell_means, grid_of, includes_zero, maxima, paired
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -254,7 +255,7 @@ def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
     def draw(tables: Tables, plan: Touzet) -> Canvas:
         cells = tables["cells"]
         figure = canvas(WIDTH, HEIGHT * len(contrasts) + HEAD)
-        runs = plan.in_words(int(cells["count"].iloc[0]))
+        runs = plan.in_words(runs_of_cells(tables[""]))
         each = ", each with another unselected exploration" if are_learned else ""
         subtitle = f"paired on common noise, mean over {runs}{each}; in brackets: the 95 % interval includes 0"
         # What learned teams gain stands above each surface.
@@ -283,7 +284,8 @@ def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
             most = tables["cells"].query("variant == @variant").nlargest(1, "mean").iloc[0]
             cell = f"N = {most['robots']:.0f}, R = {most['radius']:g}"
             lines.append(f"{text}: {_spread(variant, tables)}; largest {100 * most['mean']:+.1f} pp at {cell}")
-        return f"gain from awareness over {most['count']:.0f} explorations: " + "; ".join(lines)
+        number = tables[""]["exploration"].nunique()
+        return f"gain from awareness over {number} explorations: " + "; ".join(lines)
 
     needs = tuple(dict.fromkeys(name for contrast in contrasts for name in contrast[:2]))
     return Figure(title, needs, tabulate, draw, summarise if are_learned else None)
@@ -291,12 +293,14 @@ def _difference_figure(name: str, title: str, *contrasts: _Contrast) -> Figure:
 
 def _spread(variant: str, tables: Tables) -> str:
     """Return the mean gain over all cells, its interval, and the range of the explorations, in words."""
-    gains = 100.0 * tables["explorations"].query("variant == @variant")["difference"].to_numpy()
-    mean = interval_of(gains)
+    gains = gains_in(tables[""].query("variant == @variant"))
+    mean = gains.average()
+    # Not all explorations have run the same cells.
+    single = mean.mean + np.nanmean(gains.values - gains.mean(), axis=(1, 2))
     interval = f" (95 % interval {mean.low:+.1f} to {mean.high:+.1f})" if np.isfinite(mean.low) else ""
     return minus(
-        f"{mean.mean:+.1f} pp on average over all cells{interval}, single explorations {gains.min():+.1f} to "
-        f"{gains.max():+.1f}"
+        f"{mean.mean:+.1f} pp on average over all cells{interval}, single explorations {single.min():+.1f} to "
+        f"{single.max():+.1f}"
     )
 
 

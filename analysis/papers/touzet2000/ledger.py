@@ -12,6 +12,7 @@ from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, span
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.experiment import Tables
+from teamsight.analysis.stats.paired import CELL
 from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
@@ -59,8 +60,13 @@ def scenario(claim: Claim, tables: Mapping[str, Tables], steps: int) -> str:
 
 def _worlds(table: pd.DataFrame) -> str:
     robots, radii, targets = (sorted(set(table[name])) for name in ("robots", "radius", "targets"))
-    runs = table["replicate"].nunique()
-    return f"N = {span(robots)}, R = {span(radii)}, {span(targets)} targets, {runs} runs a cell"
+    return f"N = {span(robots)}, R = {span(radii)}, {span(targets)} targets, {runs_of_cells(table)} runs a cell"
+
+
+def runs_of_cells(table: pd.DataFrame) -> str:
+    """Return the number of runs of each cell, in words."""
+    counts = table.groupby(list(CELL))["replicate"].nunique()
+    return " to ".join(map(str, dict.fromkeys((counts.min(), counts.max()))))
 
 
 def options(claim: Claim, setting: Mapping[str, Any]) -> str:

@@ -412,7 +412,8 @@ class Graph {
 
   // Draws now, or soon if that was done a moment ago.
   soon() {
-    if (this.timer || !this.details.open) return;
+    // Before the first state nobody's neighbours are known.
+    if (this.timer || !this.details.open || !this.page.state) return;
     this.timer = setTimeout(() => {
       this.timer = 0;
       this.drawnAt = performance.now();
@@ -673,7 +674,7 @@ class Page {
   }
 
   on_state(state) {
-    // Until the first worlds are compiled there is nothing else to show.
+    // Until the first worlds are compiled there is nothing else to show but where their bodies start.
     this.waiting.hidden = state.tracks.length > 0;
     setText(this.waiting, state.tracks.length ? "" : state.busy);
     this.view.slot("controls").inert = !state.tracks.length;

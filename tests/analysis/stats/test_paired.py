@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from teamsight.analysis.stats.paired import cell_means, grid_of, maxima, paired
+from teamsight.analysis.stats.paired import cell_means, clustered, grid_of, interval_of, maxima, paired
 
 
 def runs(values: dict[tuple[int, float], list[float]], shift: int = 0) -> pd.DataFrame:
@@ -74,3 +74,26 @@ def test_maxima_are_over_replicates() -> None:
     grid = maxima(table.rename(columns={"observed_fraction": "max_neighbours"}))
     assert (list(grid.index), list(grid.columns)) == ([1, 2], [0.5, 1.0])
     assert grid.loc[:, 1.0].tolist() == [9, 7]
+
+
+def test_a_sum_of_cells_has_the_interval_of_the_groups_own_sums_if_none_is_missing() -> None:
+    values = np.random.default_rng(3).normal(size=(7, 2, 3))
+    weights = np.array([[0.5, 0.0, 0.5], [-1.0, 0.0, 0.0]])
+    assert clustered(values, weights) == pytest.approx(interval_of((values * weights).sum(axis=(1, 2))))
+    assert clustered(values[:1], weights)[1:] == (-np.inf, np.inf)
+
+
+def test_the_variance_of_a_sum_of_cells_with_missing_values_is_unbiased() -> None:
+    generator, count = np.random.default_rng(4), np.array([4, 10, 6])
+    missing = np.arange(12)[:, None] >= count
+    weights = np.array([0.2, 0.3, 0.5])
+    squares = []
+    for _ in range(4000):
+        values = np.where(missing, np.nan, generator.normal(size=(12, 3)))
+        found = clustered(values, weights)
+        squares.append(((found.high - found.low) / 2 / stats.t.ppf(0.975, 9)) ** 2)
+    # The standard error of a mean of 4,000 is 1 % here.
+    assert np.mean(squares) == pytest.approx((weights**2 / count).sum(), rel=0.05)
+    values[5:, 0] = np.nan
+    values[1:, 1] = np.nan
+    assert clustered(values, weights)[1:] == (-np.inf, np.inf)

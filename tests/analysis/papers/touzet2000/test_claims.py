@@ -23,6 +23,7 @@ from teamsight.analysis.papers.touzet2000.claims import (
 )
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, experiments_of
 from teamsight.analysis.papers.touzet2000.ledger import Ledger, options, scenario
+from teamsight.analysis.runs.experiment import Extent
 from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 
 Share = Callable[[int, float], float]
@@ -127,7 +128,7 @@ def measured_again(share: float) -> Tables:
 def made(name: str, grid: Grid) -> pd.DataFrame:
     """A table such as the runner makes of an experiment."""
     design = EXPERIMENTS[name]
-    cells = ((30, 4.0),) if design.choose else design.cells_of(grid, {})
+    cells = design.wanted(Extent(grid, 5), {}) or ((30, 4.0),)
     found = table(falling, packed, grid=Grid(tuple({n for n, _ in cells}), tuple({r for _, r in cells})), noise=0.01)
     for option, values in design.sweep.items():
         found = pd.concat([found.assign(**{option: value}) for value in values], ignore_index=True)
@@ -297,8 +298,8 @@ def test_a_random_walk_takes_the_place_of_the_policy(name: str) -> None:
         if need != instead:
             one, walk = EXPERIMENTS[need], EXPERIMENTS[instead]
             assert walk.variant({}).treatment["policy"] == "random-walk"
-            assert one.cells_of(QUICK, {}) == walk.cells_of(QUICK, {})
-            assert (one.targets, one.replicates) == (walk.targets, walk.replicates)
+            assert one.wanted(Extent(QUICK, 5), {}) == walk.wanted(Extent(QUICK, 5), {})
+            assert one.targets == walk.targets
 
 
 def test_what_a_random_walk_gives_is_reported_and_decides_nothing() -> None:
@@ -330,8 +331,8 @@ def test_the_cell_with_the_largest_gain_is_measured_again_on_fresh_worlds() -> N
     again = {one.name: one for one in experiments_of(names)}
     assert set(again) == {"a-cmommt", "centroid", *names}
     for name in names:
-        assert again[name].cells_of(QUICK, gains) == ((30, 4.0),)
         rows = [columns for columns, _ in again[name].rows({}, 1, 5, 600, QUICK, gains)]
+        assert {(row["robots"], row["radius"]) for row in rows} == {(30, 4.0)}
         assert [row["replicate"] for row in rows] == list(range(5, 45))
 
 

@@ -94,7 +94,7 @@ def test_figure_11_is_summarised_with_its_interval_and_range() -> None:
     _, made = figure_11()
     summarise = FIGURES["11"].summarise
     assert summarise is not None
-    line = summarise({name: table for name, table in made.items() if name})
+    line = summarise(made)
     # 13.3, 13.3 and 16.3 points: 14.3 ± 4.303 × 1.
     for part in (
         "over 3 explorations",
