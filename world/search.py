@@ -1,8 +1,8 @@
 """The neighbour search: it finds, once per step, which bodies are within range of which.
 
 Few bodies are compared pair by pair, in loops that use SIMD lanes. Many are sorted into square cells as wide as the
-longest range, and each is compared with those in the nine cells around it. Both methods give the same edges in the same
-order and with the same bits.
+longest range, and each is compared with those in the nine cells around it, those of three cells side by side at once.
+Both methods give the same edges in the same order and with the same bits.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from teamsight.core.kernel import (
     kernel,
     near_eight,
     near_eight_in_square,
+    scratch,
     trailing_zeros,
 )
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
@@ -93,17 +94,25 @@ def take_roots(graph: Any, edges: int) -> None:
 
 
 Floats = npt.NDArray[np.float64]
-Integers = npt.NDArray[np.int64]
+# Half as wide as others, since of many bodies these arrays do not fit into the nearest caches.
+Integers = npt.NDArray[np.int32]
 
 
 class Cells(NamedTuple):
-    """Work space for sorting bodies into cells; `start` has one entry per cell and two more."""
+    """Work space for sorting bodies into cells; `start` has one entry per cell and two more.
+
+    `place` has the place of each body among those that are sorted, −1 if it is hidden; `x` and `y` have room behind
+    them for the last eight to be read at once.
+    """
 
     start: Annotated[Integers, "cells + 2"]
     place: Annotated[Integers, "sorted"]
     order: Annotated[Integers, "sorted"]
-    x: Annotated[Floats, "sorted"]
-    y: Annotated[Floats, "sorted"]
+    x: Annotated[Floats, "sorted + 8"]
+    y: Annotated[Floats, "sorted + 8"]
+
+
+_ONE = np.uint64(1)
 
 
 class Grid(NamedTuple):
@@ -128,6 +137,7 @@ def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
     size = observed.size
     cells.start[:] = 0
     for j in range(size):
+        cells.place[j] = -1
         if is_hidden(observed, j):
             continue
         row = _column(observed.y[j], grid.low_y, grid.per_y, grid.rows)
@@ -137,11 +147,12 @@ def sort_into_cells(observed: Observed, grid: Grid, cells: Cells) -> None:
     for place in range(2, cells.start.shape[0]):
         cells.start[place] += cells.start[place - 1]
     for j in range(size):
-        if is_hidden(observed, j):
+        if cells.place[j] < 0:
             continue
         place = cells.place[j] + 1
         at = cells.start[place]
         cells.start[place] = at + 1
+        cells.place[j] = at
         cells.order[at] = j
         cells.x[at] = observed.x[j]
         cells.y[at] = observed.y[j]
@@ -168,32 +179,150 @@ def _settle(graph: Any, first: int, edge: int) -> None:
     graph.distance[edge] = distance
 
 
+@inlined
+def _near_eight(here: Any, first: Any, count: Any, shape: int, cells: Cells) -> Any:
+    """Return a word in which bit k is set if the body at place ``first + k``, of `count` up to 8, is in range."""
+    x, y, limit, mine = here
+    if shape == DISC:
+        near = near_eight(cells.x, cells.y, first, x, y, limit)
+    else:
+        near = near_eight_in_square(cells.x, cells.y, first, x, y, limit)
+    near &= (_ONE << np.uint64(count)) - _ONE
+    return near & (~(_ONE << np.uint64(mine - first)) if 0 <= mine - first < 8 else ~np.uint64(0))
+
+
+@inlined
+def _put(at: Any, way: Any, cells: Cells, graph: Any, first: int, edge: int) -> int:
+    """Write the edge to the body at a place, if there is room; return the next edge."""
+    if edge < graph.identity.shape[0]:
+        x, y = way
+        append(graph, edge, np.int64(cells.order[at]), x, y, x * x + y * y)
+        _settle(graph, first, edge)
+    return edge + 1
+
+
 @kernel
 def _search_span(
     here: tuple[float, float, float, int],
-    span: tuple[int, int],
+    span: tuple[Any, Any],
     observed: Observed,
     cells: Cells,
     graph: Any,
     edges: tuple[int, int],
 ) -> int:
     """Find the edges from one observer to the bodies of a row of cells; return the index of the next edge."""
-    x, y, limit, myself = here
+    x, y, limit, mine = here
     first, edge = edges
-    wraps = observed.period_x > 0.0
+    if observed.period_x == 0.0:
+        for eight in range(span[0], span[1], 8):
+            near = _near_eight(here, eight, min(span[1] - eight, 8), observed.shape, cells)
+            while near != 0:
+                at: Any = eight + np.int64(trailing_zeros(near))
+                near &= near - _ONE
+                edge = _put(at, (cells.x[at] - x, cells.y[at] - y), cells, graph, first, edge)
+        return edge
     for at in range(span[0], span[1]):
-        way_x = cells.x[at] - x
-        way_y = cells.y[at] - y
-        if wraps:
-            way_x = shortest(way_x, observed.period_x)
-            way_y = shortest(way_y, observed.period_y)
-        if is_near(way_x, way_y, limit, observed.shape):
-            j = cells.order[at]
-            if j != myself:
-                if edge < graph.identity.shape[0]:
-                    append(graph, edge, j, way_x, way_y, way_x * way_x + way_y * way_y)
-                    _settle(graph, first, edge)
-                edge += 1
+        way_x = shortest(cells.x[at] - x, observed.period_x)
+        way_y = shortest(cells.y[at] - y, observed.period_y)
+        if is_near(way_x, way_y, limit, observed.shape) and at != mine:
+            edge = _put(at, (way_x, way_y), cells, graph, first, edge)
+    return edge
+
+
+#: So many observers look around before any edge is written. One that has more than 8 bodies in a row of cells, or is
+#: where an arena repeats, is marked, and searches by itself.
+_OBSERVERS = 32
+_ROWS = 3 * _OBSERVERS
+_CROWDED = np.uint64(1 << 63)
+
+
+@inlined
+def _place_of(i: int, observed: Observed, cells: Cells) -> Any:
+    """Return the place of an observer among the sorted bodies; −1 if it is not one of them."""
+    return np.int64(cells.place[i + observed.own]) if observed.own >= 0 else -1
+
+
+@inlined
+def _near_in_row(here: Any, row: int, column: int, grid: Grid, shape: int, cells: Cells) -> tuple[Any, Any]:
+    """Return the first body in the cells of a row around a column, and a word with a bit for each in range.
+
+    The word is `_CROWDED` if there are more than 8 bodies, and 0 if there is no such row.
+    """
+    is_there = 0 <= row < grid.rows
+    base = row * grid.columns if is_there else 0
+    first = np.int64(cells.start[base + max(column - 1, 0)])
+    count = np.int64(cells.start[base + min(column + 1, grid.columns - 1) + 1]) - first if is_there else 0
+    return first, (_near_eight(here, first, min(count, 8), shape, cells) if count <= 8 else _CROWDED)
+
+
+@kernel
+def _look_around(
+    position: Any,
+    reach: Any,
+    observers: tuple[int, int],
+    observed: Observed,
+    grid: Grid,
+    cells: Cells,
+    near: Any,
+    row: Any,
+) -> None:
+    """Find the bodies around some observers: for each a word of 8 bits for each row of cells, and where the rows begin.
+
+    There is no branch for a body or a cell: most would be mispredicted, and each wait for memory.
+    """
+    wraps = observed.period_x > 0.0
+    for i in range(observers[0], observers[1]):
+        k = i - observers[0]
+        x = position[i, 0]
+        y = position[i, 1]
+        here = (x, y, limit_of(reach[i], observed.shape), _place_of(i, observed, cells))
+        column = _column(x, grid.low_x, grid.per_x, grid.columns)
+        line = _column(y, grid.low_y, grid.per_y, grid.rows)
+        row[3 * k], below = _near_in_row(here, line - 1, column, grid, observed.shape, cells)
+        row[3 * k + 1], level = _near_in_row(here, line, column, grid, observed.shape, cells)
+        row[3 * k + 2], above = _near_in_row(here, line + 1, column, grid, observed.shape, cells)
+        # From there, what is in range is so without a way around.
+        is_inner = not wraps or (0 < column < grid.columns - 1 and 0 < line < grid.rows - 1)
+        near[k] = below | level << np.uint64(8) | above << np.uint64(16)
+        near[k] |= ((below | level | above) & _CROWDED) if is_inner else _CROWDED
+
+
+@kernel
+def _append_near(here: Any, near: Any, row: Any, k: int, cells: Cells, graph: Any, first: int) -> int:
+    """Write the edges that `_look_around` has found of an observer; return the next edge."""
+    x, y = here[0], here[1]
+    edge = first
+    while near != 0:
+        bit = np.int64(trailing_zeros(near))
+        near &= near - _ONE
+        at = row[3 * k + (bit >> 3)] + (bit & 7)
+        edge = _put(at, (cells.x[at] - x, cells.y[at] - y), cells, graph, first, edge)
+    return edge
+
+
+@kernel
+def _search_rows(here: Any, observed: Observed, grid: Grid, cells: Cells, graph: Any, first: int) -> int:
+    """Find the edges from one observer, row by row; return the next edge."""
+    wraps_x = 0.0 < observed.period_x < ENDLESS
+    wraps_y = 0.0 < observed.period_y < ENDLESS
+    edge = first
+    column = _column(here[0], grid.low_x, grid.per_x, grid.columns)
+    row = _column(here[1], grid.low_y, grid.per_y, grid.rows)
+    for r in range(row - 1, row + 2):
+        line = r
+        if wraps_y:
+            line = r % grid.rows
+        elif r < 0 or r >= grid.rows:
+            continue
+        base = line * grid.columns
+        left = max(column - 1, 0)
+        right = min(column + 1, grid.columns - 1)
+        span = (np.int64(cells.start[base + left]), np.int64(cells.start[base + right + 1]))
+        edge = _search_span(here, span, observed, cells, graph, (first, edge))
+        if wraps_x and (column == 0 or column == grid.columns - 1):
+            far = grid.columns - 1 if column == 0 else 0
+            span = (np.int64(cells.start[base + far]), np.int64(cells.start[base + far + 1]))
+            edge = _search_span(here, span, observed, cells, graph, (first, edge))
     return edge
 
 
@@ -201,33 +330,22 @@ def _search_span(
 def search_cells(position: Any, reach: Any, observed: Observed, grid: Grid, cells: Cells, graph: Any) -> int:
     """Find all edges by comparing bodies of neighbouring cells; parameters and result as for `search_pairs`."""
     sort_into_cells(observed, grid, cells)
-    wraps_x = 0.0 < observed.period_x < ENDLESS
-    wraps_y = 0.0 < observed.period_y < ENDLESS
+    near = scratch(_OBSERVERS, np.uint64)
+    row = scratch(_ROWS, np.int64)
+    size = position.shape[0]
     edge = 0
-    for i in range(position.shape[0]):
-        first = edge
-        graph.start[i] = edge
-        x = position[i, 0]
-        y = position[i, 1]
-        here = (x, y, limit_of(reach[i], observed.shape), i + observed.own if observed.own >= 0 else -1)
-        column = _column(x, grid.low_x, grid.per_x, grid.columns)
-        row = _column(y, grid.low_y, grid.per_y, grid.rows)
-        for r in range(row - 1, row + 2):
-            line = r
-            if wraps_y:
-                line = r % grid.rows
-            elif r < 0 or r >= grid.rows:
-                continue
-            base = line * grid.columns
-            left = max(column - 1, 0)
-            right = min(column + 1, grid.columns - 1)
-            span = (cells.start[base + left], cells.start[base + right + 1])
-            edge = _search_span(here, span, observed, cells, graph, (first, edge))
-            if wraps_x and (column == 0 or column == grid.columns - 1):
-                far = grid.columns - 1 if column == 0 else 0
-                span = (cells.start[base + far], cells.start[base + far + 1])
-                edge = _search_span(here, span, observed, cells, graph, (first, edge))
-    graph.start[position.shape[0]] = edge
+    for begin in range(0, size, _OBSERVERS):
+        end = min(begin + _OBSERVERS, size)
+        _look_around(position, reach, (begin, end), observed, grid, cells, near, row)
+        for i in range(begin, end):
+            graph.start[i] = edge
+            limit = limit_of(reach[i], observed.shape)
+            here = (position[i, 0], position[i, 1], limit, _place_of(i, observed, cells))
+            if near[i - begin] >= _CROWDED:
+                edge = _search_rows(here, observed, grid, cells, graph, edge)
+            else:
+                edge = _append_near(here, near[i - begin], row, i - begin, cells, graph, edge)
+    graph.start[size] = edge
     take_roots(graph, edge)
     return edge
 
@@ -237,8 +355,6 @@ BLOCK = 64
 
 FAR_AWAY = 1e150
 """The coordinates that fill the last lanes: beyond any range, and with a finite square."""
-
-_ONE = np.uint64(1)
 
 
 @inlined
@@ -362,6 +478,11 @@ MOST_PAIRS_ON_TORUS = 1_500
 
 #: Bodies are filled up to a multiple of this many.
 BODY_LANES = 16
+
+
+# Cells are as wide as the distance between bodies on a square lattice over this, or wider: narrower ones take more
+# memory, and in a row of three wider ones there are more often more than 8 bodies.
+_FINEST = 1.2
 
 
 class Searching(NamedTuple):
@@ -488,7 +609,7 @@ class Search:
         # Cells narrower than the range would need more than nine comparisons; many more cells than bodies take time to
         # clear. They are slightly wider than the range, because rounding may put a body into the next cell.
         reach = float(self.reach.max(initial=0.0)) * (1 + 1e-9)
-        width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / 2, 1e-300)
+        width = max(reach, math.sqrt(side[0] * side[1] / max(len(self.x), 1)) / _FINEST, 1e-300)
         columns, rows = (max(int(length / width), 1) for length in side)
         # Along an axis that repeats, fewer than three cells would be searched twice.
         if any(period > 0 and count < 3 for period, count in zip(arena.period, (columns, rows), strict=True)):
@@ -532,8 +653,7 @@ def first_room(observers: int, observed: int) -> int:
 
 def _room_to_sort(grid: Grid | None, observed: int) -> Cells:
     size, count = (observed, grid.columns * grid.rows + 2) if grid else (0, 0)
-    places = np.empty((2, size), np.int64)
-    return Cells(np.empty(count, np.int64), *places, *np.empty((2, size)))
+    return Cells(np.empty(count, np.int32), *np.empty((2, size), np.int32), *np.empty((2, size + 8)))
 
 
 def proximity_graph(

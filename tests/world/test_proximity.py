@@ -64,6 +64,26 @@ def test_pairs_and_cells_and_the_slow_twin_agree(
         assert pairs.distance == pytest.approx(np.hypot(*pairs.offset.T), rel=1e-15)
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("arena", [Disc(40.0), Torus(80.0, 60.0), Torus(3.2, 80.0), Cylinder(80.0, 60.0)], ids=str)
+@pytest.mark.parametrize("reach", [0.1, 1.0, 1.2])
+def test_many_bodies_too(arena: Arena, shape: str, reach: float) -> None:
+    # Some places are crowded, with more than 8 bodies in a row of cells, and some bodies hidden, observers or not.
+    rng = generator()
+    here = np.concatenate([arena.place(rng.random(1500), rng.random(1500)), 0.2 * rng.standard_normal((100, 2))])
+    hidden = rng.random(len(here)) < 0.1
+    found = []
+    for pairs in (True, False):
+        search = Search(here, np.full(len(here), reach), len(here), 0, arena, shape=shape, pairs=pairs)
+        search.x[:], search.y[:] = np.where(hidden, np.nan, here.T)
+        search.run()
+        found.append(search.graph)
+    assert_same(*found)
+    assert not hidden[found[0].identity].any()
+    others = arena.place(rng.random(1500), rng.random(1500))
+    assert_same(*(proximity_graph(here, others, reach, arena, range_shape=shape, pairs=pairs) for pairs in (True, False)))
+
+
 @pytest.mark.parametrize("arena", [Box(10.0, 8.0), Torus(10.0, 8.0), Cylinder(10.0, 8.0)], ids=str)
 @given(seed=seeds, n=sizes, reach=st.floats(0.01, 3))
 def test_scipy_finds_the_same_edges(arena: Arena, seed: int, n: int, reach: float) -> None:

@@ -21,7 +21,8 @@ from teamsight.core.kernel import Entry, array_at, cache
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads object files of Linux")
 
-# Which copy and fill memory, and those of numba that raise an error.
+# Which copy and fill memory, and those of numba that raise an error. A processor without SSE4.1 also calls floor and rint,
+# which are exact in every library.
 _OTHERS = ("memcpy", "memmove", "memset", "numba_", "Py")
 
 _SYMBOLS = 2  # the type of a section
