@@ -154,7 +154,22 @@ static vector pull(vector way, double square, const sight *teammate, int mate_co
     return (vector){force * way.x, force * way.y};
 }
 
-/* Tracks: where targets are expected that were lost from sight. That of a target is in the slot that its identity gives. */
+/* Tracks: where targets are expected that were lost from sight; each in the slot that its identity gives, if it is free. */
+
+static unsigned own_slot(int target) {
+    return (unsigned)(robots + 1 + target) % TRACKS;
+}
+
+/* Return the slot of a target, or TRACKS if it has no track. */
+static unsigned tracked_in(const track *list, unsigned used, int target) {
+    unsigned own = own_slot(target);
+    if (used >> own & 1 && list[own].target == target)
+        return own;
+    for (; used; used &= used - 1)
+        if (list[__builtin_ctz(used)].target == target)
+            return (unsigned)__builtin_ctz(used);
+    return TRACKS;
+}
 
 static void expect(track *t, vector moved) {
     t->place.x += t->step.x - moved.x;
@@ -165,35 +180,44 @@ static void expect(track *t, vector moved) {
 /* Return the slots of the tracks in use, and set `lost` to those of targets out of sight. */
 static unsigned update_tracks(track *list, unsigned used, vector moved, const sight *sights, int sight_count, unsigned *lost) {
     unsigned sensed = 0;
+    int added = 0;
     for (int k = 0; k < sight_count; k++) {
-        unsigned slot = (unsigned)(robots + 1 + sights[k].other) % TRACKS, bit = 1u << slot;
-        track *t = list + slot;
-        if (sensed & bit)
+        unsigned slot = tracked_in(list, used, sights[k].other);
+        if (slot == TRACKS) {
+            added++;
             continue;
-        sensed |= bit;
-        if (used & bit && t->target == sights[k].other) {
-            expect(t, moved);
-            vector wrong = {sights[k].offset.x - t->place.x, sights[k].offset.y - t->place.y};
-            if (t->age > 1) {
-                wrong.x /= t->age;
-                wrong.y /= t->age;
-            }
-            t->step.x += wrong.x;
-            t->step.y += wrong.y;
-        } else {
-            t->step = (vector){0.0, 0.0};
-            t->target = sights[k].other;
         }
+        track *t = list + slot;
+        expect(t, moved);
+        vector wrong = {sights[k].offset.x - t->place.x, sights[k].offset.y - t->place.y};
+        if (t->age > 1) {
+            wrong.x /= t->age;
+            wrong.y /= t->age;
+        }
+        t->step.x += wrong.x;
+        t->step.y += wrong.y;
         t->place = sights[k].offset;
         t->age = 0;
+        sensed |= 1u << slot;
     }
-    used |= sensed;
     for (unsigned rest = used & ~sensed; rest; rest &= rest - 1) {
         track *t = list + __builtin_ctz(rest);
         expect(t, moved);
         double square = square_of(t->place);
         if (square <= REACH * REACH || square >= PREDICTIVE * PREDICTIVE || t->age > OLDEST)
             used &= ~(rest & -rest);
+    }
+    for (int k = 0; added && k < sight_count; k++) {
+        if (tracked_in(list, used, sights[k].other) < TRACKS)
+            continue;
+        unsigned slot = own_slot(sights[k].other);
+        if (used >> slot & 1)
+            slot = (unsigned)__builtin_ctz(~used);
+        if (slot >= TRACKS)
+            continue;
+        list[slot] = (track){sights[k].offset, {0.0, 0.0}, sights[k].other, 0};
+        sensed |= 1u << slot;
+        used |= 1u << slot;
     }
     *lost = used & ~sensed;
     return used;

@@ -467,8 +467,7 @@ class Evolved(CompiledPolicy):
     Notes
     -----
     *Source:* none; the evolution starts with Parker's forces. Made by ``teamsight evolve train``; see
-    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered; of two
-    whose identities differ by a multiple of 16, the one that it sensed last. It reads odometry (``percept.moved``)
+    docs/evolved.md. A robot handles at most 16 targets, sensed or remembered. It reads odometry (``percept.moved``)
     and a compass, the heading in the world's frame.
     """
 

@@ -202,8 +202,7 @@ class ACmommt(CompiledPolicy):
     relayed_decay : float
         The same τ for a target that was relayed by a teammate [steps].
     target_tracks : int
-        Number of targets that a robot remembers, at most 64; 0 for none. Of two targets whose identities differ by a
-        multiple of it, a robot remembers the one that it sensed last.
+        Number of targets that a robot remembers, at most 64; 0 for none.
     turn_probability : float
         Probability per step with which an idle robot that wanders turns, in [0, 1]; other idle behaviours do not use
         it. Targets turn with 0.05.

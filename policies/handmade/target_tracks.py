@@ -1,9 +1,9 @@
 """Target tracks: a robot's memory of targets that it or a teammate has sensed, with their expected positions.
 
-The track of a target is in the slot whose number is the target's identity modulo the number of slots, so that it need
-not be searched for. Float fields: x, y (offset of the target from the robot) and its displacement per step. Integer
-fields: identity, age (steps since it was last sensed), whether a teammate relayed it, and in slot 0 a word with a bit
-for each slot in use.
+The track of a target is in the slot whose number is the target's identity modulo the number of slots, if that was free
+when it began; so it is found at once. Float fields: x, y (offset of the target from the robot) and its displacement per
+step. Integer fields: identity, age (steps since it was last sensed), whether a teammate relayed it, and in slot 0 a
+word with a bit for each slot in use.
 """
 
 from __future__ import annotations
@@ -30,16 +30,42 @@ def no_target_tracks(size: int, slots: int) -> PolicyState:
 
 
 @inlined
-def _slot_of(identity: int, ints: Any) -> tuple[Any, Any]:
-    """Return the slot of a target, and its bit."""
-    slot = np.uint64(np.uint32(identity) % np.uint32(ints.shape[0]))
-    return slot, _ONE << slot
-
-
-@inlined
 def first_slot(slots: Any) -> tuple[Any, Any]:
     """Return the first slot of a word of slots, and the word without it."""
     return np.uint64(trailing_zeros(slots)), slots & (slots - _ONE)
+
+
+@inlined
+def _own_slot(identity: int, ints: Any) -> Any:
+    return np.uint64(np.uint32(identity) % np.uint32(ints.shape[0]))
+
+
+@inlined
+def _tracked(identity: int, ints: Any, used: Any) -> Any:
+    """Return the slot of the track of a target; 64 if it has none."""
+    own = _own_slot(identity, ints)
+    if used >> own & _ONE != _NONE and ints[own, IDENTITY] == identity:
+        return own
+    while used != _NONE:
+        slot, used = first_slot(used)
+        if ints[slot, IDENTITY] == identity:
+            return slot
+    return np.uint64(64)
+
+
+@inlined
+def _begin(floats: Any, ints: Any, used: Any, seen: Any, k: Any, relayed: int) -> Any:
+    """Begin the track of a target, if a slot is free; return a word with the bit of its slot."""
+    slot = _own_slot(seen.identity[k], ints)
+    if used >> slot & _ONE != _NONE:
+        slot = np.uint64(trailing_zeros(~used))
+    if slot >= np.uint64(ints.shape[0]):
+        return _NONE
+    floats[slot, STEP_X] = 0.0
+    floats[slot, STEP_Y] = 0.0
+    ints[slot, IDENTITY] = seen.identity[k]
+    _place(floats, ints, slot, seen, k, relayed)
+    return _ONE << slot
 
 
 @kernel
@@ -57,19 +83,8 @@ def _expect(floats: Any, ints: Any, slot: Any, moved: Any) -> None:
 
 
 @inlined
-def _place(floats: Any, ints: Any, slot: Any, is_tracked: bool, seen: Any, k: Any, relayed: int) -> None:
-    """Set the track in a slot to a target; correct its displacement by the error of the expected position."""
-    if is_tracked:
-        error_x = seen.offset[k, 0] - floats[slot, X]
-        error_y = seen.offset[k, 1] - floats[slot, Y]
-        if ints[slot, AGE] > 1:
-            error_x, error_y = _per_step(error_x, error_y, ints[slot, AGE])
-        floats[slot, STEP_X] += error_x
-        floats[slot, STEP_Y] += error_y
-    else:
-        floats[slot, STEP_X] = 0.0
-        floats[slot, STEP_Y] = 0.0
-        ints[slot, IDENTITY] = seen.identity[k]
+def _place(floats: Any, ints: Any, slot: Any, seen: Any, k: Any, relayed: int) -> None:
+    """Set a track to the position of its target."""
     floats[slot, X] = seen.offset[k, 0]
     floats[slot, Y] = seen.offset[k, 1]
     ints[slot, AGE] = 0
@@ -77,12 +92,23 @@ def _place(floats: Any, ints: Any, slot: Any, is_tracked: bool, seen: Any, k: An
 
 
 @inlined
+def _correct(floats: Any, ints: Any, slot: Any, seen: Any, k: Any, relayed: int) -> None:
+    """Set a track to the position of its target, and correct its displacement by the error of the expected one."""
+    error_x = seen.offset[k, 0] - floats[slot, X]
+    error_y = seen.offset[k, 1] - floats[slot, Y]
+    if ints[slot, AGE] > 1:
+        error_x, error_y = _per_step(error_x, error_y, ints[slot, AGE])
+    floats[slot, STEP_X] += error_x
+    floats[slot, STEP_Y] += error_y
+    _place(floats, ints, slot, seen, k, relayed)
+
+
+@inlined
 def update_target_tracks(i: int, percept: Any, state: Any, farthest: float, oldest: float) -> tuple[Any, Any]:
     """Update the target tracks of robot `i`; return a word with a bit for each in use, and one for those it senses.
 
-    A target that the robot senses takes its slot, and one that is relayed takes it unless a sensed one has it. Tracks
-    of others are moved to their expected position, and dropped once they are older than `oldest` [steps], farther than
-    `farthest` [length], or expected within the sensing range.
+    Tracks of targets that are neither sensed nor relayed are moved to their expected position, and dropped once they
+    are older than `oldest` [steps], farther than `farthest` [length], or expected within the sensing range.
     """
     floats = state.floats[i]
     ints = state.ints[i]
@@ -92,29 +118,37 @@ def update_target_tracks(i: int, percept: Any, state: Any, farthest: float, olde
     reach = percept.sensing_range[i] * percept.sensing_range[i]
     used = np.uint64(ints[0, USED])
     sensed = _NONE
+    new = 0
     for k in range(np.uint64(targets.start[i]), np.uint64(targets.start[i + 1])):
-        slot, bit = _slot_of(targets.identity[k], ints)
-        if sensed & bit == _NONE:
-            is_tracked = (used & bit != _NONE) & (ints[slot, IDENTITY] == targets.identity[k])
-            if is_tracked:
-                _expect(floats, ints, slot, moved)
-            _place(floats, ints, slot, is_tracked, targets, k, 0)
-            sensed |= bit
+        slot = _tracked(targets.identity[k], ints, used)
+        if slot < np.uint64(64):
+            _expect(floats, ints, slot, moved)
+            _correct(floats, ints, slot, targets, k, 0)
+            sensed |= _ONE << slot
+        else:
+            new += 1
     lost = used & ~sensed
-    used |= sensed
     while lost != _NONE:
         slot, lost = first_slot(lost)
         _expect(floats, ints, slot, moved)
         square = floats[slot, X] * floats[slot, X] + floats[slot, Y] * floats[slot, Y]
         if square <= reach or square >= farthest * farthest or ints[slot, AGE] > oldest:
             used &= ~(_ONE << slot)
+    if new > 0:
+        for k in range(np.uint64(targets.start[i]), np.uint64(targets.start[i + 1])):
+            if _tracked(targets.identity[k], ints, used) == np.uint64(64):
+                begun = _begin(floats, ints, used, targets, k, 0)
+                sensed |= begun
+                used |= begun
     known = sensed
     for k in range(np.uint64(relayed.start[i]), np.uint64(relayed.start[i + 1])):
-        slot, bit = _slot_of(relayed.identity[k], ints)
-        if known & bit == _NONE:
-            is_tracked = (used & bit != _NONE) & (ints[slot, IDENTITY] == relayed.identity[k])
-            _place(floats, ints, slot, is_tracked, relayed, k, 1)
-            known |= bit
-    used |= known
+        slot = _tracked(relayed.identity[k], ints, used)
+        if slot == np.uint64(64):
+            begun = _begin(floats, ints, used, relayed, k, 1)
+            known |= begun
+            used |= begun
+        elif known >> slot & _ONE == _NONE:
+            _correct(floats, ints, slot, relayed, k, 1)
+            known |= _ONE << slot
     ints[0, USED] = np.int64(used)
     return used, sensed

@@ -201,10 +201,8 @@ class ACmommtRobot:
             if track[0] == identity:
                 track[1:] = [place, self.tick, (place - track[1]) / (self.tick - track[2]), relayed]
                 return
-        # It takes the slot of another, unless that was sensed now.
-        rest = [track for track in self.target_tracks if (track[0] - identity) % self.policy.target_tracks]
-        if all(track in rest or track[2] < self.tick for track in self.target_tracks):
-            self.target_tracks = [*rest, [identity, place, self.tick, 0j, relayed]]
+        if len(self.target_tracks) < self.policy.target_tracks:
+            self.target_tracks.append([identity, place, self.tick, 0j, relayed])
 
     def _update(self, one: Any) -> None:
         policy, reach = self.policy, one.sensing_range
