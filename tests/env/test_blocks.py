@@ -13,10 +13,11 @@ from teamsight.env import TeamVectorEnv, parallel_env, vector_env
 from teamsight.world import search
 from tests.env.test_same_bits import assert_same_world, collected
 
+GAINS = {"gain": 1.0, "team-gain": 0.5, "alone-gain": 0.25}
 KINDS: list[dict[str, Any]] = [
     {"target_policy": "evasive"},
     {"cycle": 3, "uniform_target_speed": True, "observation": "shared"},
-    {"sensor": Sensor(range_noise=0.2, missed=0.1, false_positives=0.3), "observation": "pairwise", "reward": "gain"},
+    {"sensor": Sensor(range_noise=0.2, missed=0.1, false_positives=0.3), "observation": "pairwise", "reward": GAINS},
 ]
 
 
