@@ -64,15 +64,16 @@ def episode_seed(seed: int, episode: int) -> int:
 
 
 class Shown(NamedTuple):
-    """The arrays of one world, or of all, into which is written what is shown of it; see `SightArrays`."""
+    """The arrays of all worlds into which is written what is shown of one of them; see `SightArrays`."""
 
-    observation: npt.NDArray[np.float32]
+    observations: npt.NDArray[np.float32]
     of_robots: Floats
-    of_world: Floats
+    of_worlds: Floats
+    world: int = 0
 
     def of(self, world: int) -> Shown:
-        """Return the arrays of a world, if these are those of all."""
-        return Shown(*(array[world] for array in self))
+        """Return that of another world."""
+        return self._replace(world=world)
 
 
 class Place:
@@ -271,7 +272,7 @@ class Place:
 
     def _sight(self, before: SightArrays | None) -> SightArrays:
         """Return the record; it knows of the last step, if the bodies are those of the record before."""
-        engine, group = self._world._engine, self.group
+        engine, group, shown = self._world._engine, self.group, self._shown
         binding, relations = engine._binding, engine.relations
         records = dict(zip(map(id, relations), binding._relation_records, strict=True))
         targets, teammates = (group.relations.get(name) for name in (TARGETS, TEAMMATES))
@@ -283,7 +284,7 @@ class Place:
         observable = sum(len(group) for groups in counted_groups(relations) for group in groups)
         roles = [1 if one.counts else 2 * (one.name == TEAMMATES) for one in relations]
         sensing = group.perception.record
-        seen = type(sensing)(sensing.record, self._observation.seen(sensing.value, self._shown.observation))
+        seen = type(sensing)(sensing.record, self._observation.seen(sensing.value, shown.observations[shown.world]))
         bodies = sum(map(len, self._world.groups))
         kept = targets.true_lists if targets else (np.zeros(len(group) + 1, np.int64), np.zeros(0, np.int64))
         arrays = SightArrays(
@@ -291,7 +292,7 @@ class Place:
             records[id(targets)] if targets else None, records[id(teammates)] if teammates else None, team,
             np.array(roles, np.int64), observable, group.policy_state.floats,
             self._observation.perceive, sensing, group.perception.room, self._observation.show, seen,
-            self._shown.of_robots, self._shown.of_world,
+            np.zeros((len(group), len(OF_ROBOTS))), shown.of_robots, shown.world, shown.of_worlds[shown.world],
             np.zeros_like(kept[0]), np.zeros_like(kept[1]), np.zeros(bodies, np.int64), np.zeros(bodies, np.int64),
             np.ones(1, np.int64), group.bodies.last_rewards,
         )  # fmt: skip
@@ -326,7 +327,7 @@ class Batch:
         What the robots perceive now; the next step overwrites it.
     facts : Facts
         What has happened in the last step.
-    of_robots, of_worlds : ndarray, shape (worlds, robots, facts) and (worlds, facts), float64
+    of_robots, of_worlds : ndarray, shape (facts, worlds, robots) and (worlds, facts), float64
         The same numbers, in the order of `OF_ROBOTS` and `OF_WORLDS`.
     cycles : ndarray, shape (worlds,), int64
         The number of steps of each episode so far.
@@ -341,7 +342,7 @@ class Batch:
         self.observation, self.robots = first.begin(0), len(first.group)
         self.bodies = sum(group.first_size for group in first.groups)
         self.observations = np.zeros((worlds, self.robots, self.observation.width), np.float32)
-        self.of_robots = np.zeros((worlds, self.robots, len(OF_ROBOTS)))
+        self.of_robots = np.zeros((len(OF_ROBOTS), worlds, self.robots))
         self.of_worlds = np.zeros((worlds, len(OF_WORLDS)))
         self._shown = Shown(self.observations, self.of_robots, self.of_worlds)
         self._teammates = np.full((worlds, 1), float(self.observation.teammates))

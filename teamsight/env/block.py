@@ -225,13 +225,19 @@ class BuiltWorld:
         self._live = live = Live.of(place)
         block.make_room(live.words)
         seen, row = place.sight.value.seen, block.rows[0].nbytes
-        words: list[tuple[Packed[Any], str, Array]] = [
-            (seen, "situation", self._shown.observation), (place.sight, "of_robots", self._shown.of_robots),
-            (place.sight, "of_world", self._shown.of_world),
+        # The word of each, its value for the first world, and its change.
+        words: list[tuple[Packed[Any], str, int, int]] = [
+            (place.sight, "number", first, 1),
+            *(
+                (record, name, address_of(array[first:]), array[0].nbytes)
+                for record, name, array in (
+                    (seen, "situation", self._shown.observations), (place.sight, "of_world", self._shown.of_worlds)
+                )
+            ),
         ]  # fmt: skip
         shown = np.array([
-            (record.address + _WORD * record.record.leaves[name].slot, address_of(array[first:]), array[0].nbytes)
-            for record, name, array in words
+            (record.address + _WORD * record.record.leaves[name].slot, value, change)
+            for record, name, value, change in words
         ])
         return BlockArrays(
             place.sight, address_of(block.rows) + first * row, row, np.array(live.spans), shown, block.log[self._part]

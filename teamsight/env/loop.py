@@ -66,6 +66,10 @@ class SightArrays(NamedTuple):
         The kernel that writes the observations, and its record.
     of_robots : ndarray, shape (robots, facts), float64
         The facts of the robots; see `Facts`.
+    shown : ndarray, shape (facts, worlds, robots), float64
+        Those of all worlds, into which they are copied: whoever reads a fact of all robots reads it in one piece.
+    number : int
+        The number of the world there.
     of_world : ndarray, shape (facts,), float64
         The facts of the world.
     kept_start, kept_index : ndarray, shape (robots + 1,) and (kept,), int64
@@ -92,6 +96,8 @@ class SightArrays(NamedTuple):
     show: Entry
     seen: Packed[Sensing]
     of_robots: Annotated[Floats, "robots", "facts"]
+    shown: Annotated[Floats, "facts", "worlds", "robots"]
+    number: int
     of_world: Annotated[Floats, "world facts"]
     kept_start: Annotated[Integers, "robots + 1"]
     kept_index: Annotated[Integers, "kept"]
@@ -353,6 +359,9 @@ def _write_facts(sight: Any) -> None:
     if sight.targets != 0:
         _write_targets(sight)
     _write_bodies(sight)
+    for fact in range(sight.shown.shape[0]):
+        for i in range(sight.shown.shape[2]):
+            sight.shown[fact, sight.number, i] = sight.of_robots[i, fact]
     _write_world(sight)
     _keep_targets(sight)
 
