@@ -353,7 +353,7 @@ class Batch:
         self._given = np.zeros((worlds, self.robots, settings.form.none.size))
         self._steering = np.zeros((worlds, self.robots, 3))
         self._status, self._quiet_until = np.zeros(worlds, np.int64), np.zeros(worlds, np.int64)
-        self._sights = np.zeros(worlds, np.int64)
+        self._sights, self._next = np.zeros(worlds, np.int64), np.zeros(threads, np.int64)
         # The last seed that was given for each world, and the number of the episode since.
         self._seeds: list[tuple[int, int] | None] = [None] * worlds
         # The worlds whose last step was completed in Python.
@@ -379,9 +379,9 @@ class Batch:
             BATCH.pack(BatchArrays(
                 RUN, self._sights[part], one.record if one else None, settings.form.number, settings.form.table,
                 self._given[part], self._steering[part], self._quiet_until[part], self._status[part],
-                np.zeros(1, np.int64),
+                self._next[number : number + 1],
             ))
-            for part, one in zip(self._parts, built, strict=True)
+            for number, (part, one) in enumerate(zip(self._parts, built, strict=True))
         ]  # fmt: skip
         self._all = BATCH.pack(self._records[0].value._replace(
             sights=self._sights, given=self._given, steering=self._steering, quiet_until=self._quiet_until,
@@ -510,24 +510,16 @@ class Batch:
 
     def _step_all(self) -> None:
         """Let each thread step its part of the worlds, then complete what needs Python."""
-        for record in self._records:
-            record.value.next[0] = 0
+        self._next[:] = 0
         with deferred():
-            others = [self._threads.submit(STEP_ALL, record) for record in self._records[1:]]
-            try:
-                stopped = [STEP_ALL(self._records[0])]
-            finally:
-                # Nothing is touched before all threads are done.
-                wait(others)
-            stopped += [other.result() for other in others]
-            for number, world in enumerate(stopped):
-                while world:
-                    world += self._parts[number].start - 1
+            stopped = [STEP_ALL(self._records[0])] if len(self._records) == 1 else self._in_threads()
+            for number, result in enumerate(stopped):
+                while result > 0:
+                    world = result - 1 + self._parts[number].start
                     self._built_of(world).go_on(world, int(self._status[world]))
-                    world = STEP_ALL(self._records[number])
-        self._in_python = []
-        if self._own:
-            self._in_python = np.flatnonzero((self._status > WAITS) & (self._sights != 0)).tolist()
+                    self._status[world] = DONE
+                    result = stopped[number] = STEP_ALL(self._records[number])
+        self._in_python = np.flatnonzero(self._status > WAITS).tolist() if min(stopped) < 0 else []
         for world in self._in_python:
             try:
                 self._own[world].go_on(int(self._status[world]), self._shown.of(world), self._steering[world])
@@ -536,6 +528,16 @@ class Batch:
                     error.add_note(f"teamsight.env: in world {world}")
                 raise
             self._note(world)
+
+    def _in_threads(self) -> list[int]:
+        """Let each thread step its part, and return what `STEP_ALL` has returned in each."""
+        others = [self._threads.submit(STEP_ALL, record) for record in self._records[1:]]
+        try:
+            first = STEP_ALL(self._records[0])
+        finally:
+            # Nothing is touched before all threads are done.
+            wait(others)
+        return [first, *(other.result() for other in others)]
 
     @property
     def _threads(self) -> ThreadPoolExecutor:

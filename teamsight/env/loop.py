@@ -504,9 +504,9 @@ def _find_bad(address: int) -> int:
 
 
 def _step_all(address: int) -> int:
-    """Make a step of all worlds; return 1 + the number of a row of the block whose step Python has to complete, or 0.
+    """Make a step of all worlds; return 1 + the number of a row of the block whose step Python has to complete at once.
 
-    What worlds with arrays of their own need of Python is in `status`.
+    Else return −1 if a world with arrays of its own needs Python, as `status` says, or 0.
     """
     batch = batch_at(address)
     for w in range(batch.next[0], batch.status.shape[0]):
@@ -521,6 +521,9 @@ def _step_all(address: int) -> int:
             batch.status[w] = NEEDS_PYTHON
         else:
             batch.status[w] = _make_step(batch, w, batch.sights[w])
+    for w in range(batch.status.shape[0]):
+        if batch.status[w] > WAITS:
+            return -1
     return 0
 
 
