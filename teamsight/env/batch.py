@@ -435,7 +435,9 @@ class Batch:
         following = {world: self._next_seed(world, seed) for world, seed in zip(worlds, seeds, strict=True)}
         if self._block is not None:
             for world in self._own.keys() & following.keys():
-                self._own.pop(world).close()
+                place = self._own.pop(world)
+                place.close()
+                self._places.remove(place)
                 self._sights[world] = 0
             for one, part in zip(self._block.built, self._parts, strict=True):
                 here = {world: seed for world, seed in following.items() if part.start <= world < part.stop}
@@ -591,6 +593,9 @@ class Batch:
         """Release the worlds. Idempotent."""
         self.has_begun[:] = self._is_there[:] = False
         _close(self._places)
+        if self._pool is not None:
+            self._pool[1].shutdown()
+            self._pool = None
 
 
 def _close(places: list[Place]) -> None:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import gc
+import os
 import pickle
+import signal
+import warnings
+import weakref
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +16,9 @@ import pytest
 
 from teamsight import CMOMMT, Failures, Sensor
 from teamsight.env import TeamVectorEnv, parallel_env, vector_env
+from teamsight.core.kernel import kernel
+from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.interface import PolicyState
 from teamsight.world import search
 from tests.env.test_same_bits import assert_same_world, collected
 
@@ -19,6 +28,29 @@ KINDS: list[dict[str, Any]] = [
     {"cycle": 3, "uniform_target_speed": True, "observation": "shared"},
     {"sensor": Sensor(range_noise=0.2, missed=0.1, false_positives=0.3), "observation": "pairwise", "reward": GAINS},
 ]
+
+
+def still(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+@kernel
+def wait(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    for i in range(percept.heading.shape[0]):
+        action.heading[i, 0] = 0.0
+        action.heading[i, 1] = 0.0
+        action.distance[i] = 0.0 if arrays.state.ints[i, 0, 0] % 3 else percept.speed[i]
+        arrays.state.ints[i, 0, 0] += 1
+
+
+@dataclass(frozen=True)
+class Waits(CompiledPolicy):
+    """A component of the user's own: its targets move at every third step."""
+
+    kernel = wait
+
+    def start(self, size: int) -> PolicyState:
+        return PolicyState(np.zeros((size, 0, 0)), np.zeros((size, 1, 1), np.int64))
 
 
 class Alone:
@@ -61,12 +93,13 @@ def is_in_block(env: TeamVectorEnv, world: int) -> bool:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: ",".join(kind))
+@pytest.mark.parametrize("kind", [*KINDS, {"target_policy": Waits()}], ids=lambda kind: ",".join(kind))
 def test_episodes_that_end_at_different_steps(kind: dict[str, Any], threads: int) -> None:
     env = vector_env(5, robots=4, targets=6, max_cycles=12, stagger=True, threads=threads, **kind)
     alone = Alone(5, [12] * 5, robots=4, targets=6, **kind)
     assert np.array_equal(env.reset(seed=3)[0], alone.reset(3, [3, 5, 8, 10, 12]))
-    assert all(is_in_block(env, world) for world in range(5))
+    # The user's own components may do in a constructor what a reset does not repeat.
+    assert all(is_in_block(env, world) == (kind in KINDS) for world in range(5))
     assert_same_steps(env, alone, 30)
     assert np.array_equal(env.reset(seed=9)[0], alone.reset(9, [3, 5, 8, 10, 12]))
     assert_same_steps(env, alone, 15)
@@ -223,12 +256,48 @@ def test_after_close_it_takes_a_reset() -> None:
     assert env.world(0).running
 
 
+def test_worlds_of_earlier_episodes_are_released() -> None:
+    env = vector_env(2, robots=3, max_cycles=3)
+    env.reset(seed=1)
+    worlds = []
+    for _ in range(12):
+        worlds.append(weakref.ref(env.world(1)))
+        env.step(np.zeros((2, 3, 2)))
+    gc.collect()
+    assert sum(world() is not None for world in worlds) == 0, "the last episode has just ended"
+    assert env.world(1).tick == 0
+
+
+def test_an_environment_with_threads_goes_on_in_a_process_that_is_forked() -> None:
+    if not hasattr(os, "fork"):
+        pytest.skip("this system cannot fork")
+    env, actions = vector_env(2, robots=3, threads=2), np.full((2, 3, 2), 0.5)
+    env.reset(seed=1)
+    env.step(actions)
+    reading, writing = os.pipe()
+    with warnings.catch_warnings():
+        # Python 3.12 warns of what this is to test.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = os.fork()
+    if not child:
+        # Ends it, should it wait for ever.
+        signal.alarm(60)
+        os.write(writing, env.step(actions).observations.tobytes())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as file:
+        found = file.read()
+    assert os.waitpid(child, 0)[1] == 0
+    assert found == env.step(actions).observations.tobytes()
+
+
 def test_what_needs_python_has_worlds_of_its_own() -> None:
-    for kind in (
-        {"sensor": Sensor(delay=2)},
-        {"events": Failures(20, 10)}, {"target_policy": lambda percept, rng: (0.1, percept.speed)},
-    ):
-        assert vector_env(2, robots=3, **kind)._batch._block is None
+    kinds: list[dict[str, Any]] = [
+        {"sensor": Sensor(delay=2)}, {"events": Failures(20, 10)}, {"model": "pursuit"}, {"target_policy": still},
+        {"target_policy": Waits(), "robots": 3},
+    ]  # fmt: skip
+    for kind in kinds:
+        assert vector_env(2, **kind)._batch._block is None
     assert vector_env(1, robots=3)._batch._block is None
 
 

@@ -169,14 +169,15 @@ def rolled(env: TeamVectorEnv, steps: int, seed: int) -> Iterator[Observations]:
         yield env.step(actions).observations
 
 
-def test_environments_in_turn_and_in_threads_do_not_disturb_each_other() -> None:
+@pytest.mark.parametrize("kind", [{}, {"events": Failures(20, 10)}, {"threads": 2}], ids=str)
+def test_environments_in_turn_and_in_threads_do_not_disturb_each_other(kind: dict[str, Any]) -> None:
     def alone(seed: int) -> list[Observations]:
-        return list(rolled(vector_env(2, robots=3, max_cycles=20, events=Failures(20, 10)), 50, seed))
+        return list(rolled(vector_env(2, robots=3, max_cycles=20, **kind), 50, seed))
 
     expected = list(map(alone, range(3)))
     with ThreadPoolExecutor(3) as threads:
         assert np.array_equal(list(threads.map(alone, range(3))), expected)
-    several = [vector_env(2, robots=3, max_cycles=20, events=Failures(20, 10)) for _ in range(3)]
+    several = [vector_env(2, robots=3, max_cycles=20, **kind) for _ in range(3)]
     in_turn = zip(*(rolled(env, 50, seed) for seed, env in enumerate(several)), strict=True)
     assert np.array_equal(list(zip(*in_turn, strict=True)), expected)
 
