@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Failures, Sensor
-from teamsight.env import TeamVectorEnv, parallel_env, vector_env
 from teamsight.core.kernel import kernel
+from teamsight.env import TeamVectorEnv, parallel_env, vector_env
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
 from teamsight.world import search
