@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, Failures, Sensor
+from teamsight import CMOMMT, Cycle, Failures, Sensor
 from teamsight.core.kernel import kernel
 from teamsight.env import TeamVectorEnv, parallel_env, vector_env
 from teamsight.policies.compiled import CompiledPolicy
@@ -25,7 +25,7 @@ from tests.env.test_same_bits import assert_same_world, collected
 GAINS = {"gain": 1.0, "team-gain": 0.5, "alone-gain": 0.25}
 KINDS: list[dict[str, Any]] = [
     {"target_policy": "evasive"},
-    {"cycle": 3, "uniform_target_speed": True, "observation": "shared"},
+    {"cycle": Cycle(4, jitter=1.5, delay=3), "uniform_target_speed": True, "observation": "shared"},
     {"sensor": Sensor(range_noise=0.2, missed=0.1, false_positives=0.3), "observation": "pairwise", "reward": GAINS},
 ]
 
