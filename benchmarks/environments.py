@@ -19,7 +19,8 @@ import json
 import subprocess
 import time
 import tracemalloc
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -113,11 +114,14 @@ def measure_environments(rounds: int) -> list[Row]:
     return [*rows, median("a step of parallel_env", "µs", taken["one"], most=MOST)]
 
 
-def _made(worlds: int, **settings: Any) -> tuple[TeamVectorEnv, Any]:
-    """Return an environment that has begun, and actions."""
+def _made(worlds: int, **settings: Any) -> tuple[TeamVectorEnv, Iterator[Any]]:
+    """Return an environment that has begun, and actions of several steps.
+
+    With the same actions at each step robots would circle, and late in an episode there would be less to compute.
+    """
     env = vector_env(worlds, robots=ROBOTS, targets=TARGETS, **({"max_cycles": CYCLES} | settings))
     env.reset(seed=0)
-    return env, np.random.default_rng(0).uniform(-1, 1, (worlds, ROBOTS, 2))
+    return env, cycle(np.random.default_rng(0).uniform(-1, 1, (16, worlds, ROBOTS, 2)))
 
 
 def _many(worlds: int) -> Callable[[], float]:
@@ -127,48 +131,46 @@ def _many(worlds: int) -> Callable[[], float]:
     steps = max(WORK // (worlds * ROBOTS), 1)
 
     def run() -> float:
-        return cpu_seconds(lambda: [env.step(actions) for _ in range(steps)]) / (worlds * steps)
+        return cpu_seconds(lambda: [env.step(next(actions)) for _ in range(steps)]) / (worlds * steps)
 
     run()
     return run
 
 
+def _in_turn(kinds: dict[str, dict[str, Any]], worlds: int, clock: Callable[[], float]) -> dict[str, list[float]]:
+    """Return the times of the steps of an episode of environments, step by step in turn: less disturbs one alone."""
+    made = {name: _made(worlds, **settings) for name, settings in kinds.items()}
+    taken: dict[str, list[float]] = {name: [] for name in kinds}
+    for _ in range(CYCLES):
+        for name, (env, actions) in made.items():
+            given = next(actions)
+            begin = clock()
+            env.step(given)
+            taken[name].append(clock() - begin)
+    return taken
+
+
 def _ends(rounds: int) -> list[Row]:
     """Measure what ends of episodes cost: one of each world in a measurement, beside none."""
     kinds: dict[str, dict[str, Any]] = {
-        "none": {"max_cycles": 1_000_000_000}, "together": {}, "staggered": {"stagger": True},
+        "none": {"copy": False, "max_cycles": 1_000_000_000}, "together": {"copy": False},
+        "staggered": {"copy": False, "stagger": True},
     }  # fmt: skip
-
-    def contender(settings: dict[str, Any]) -> Callable[[], float]:
-        env, actions = _made(256, **settings)
-        return lambda: cpu_seconds(lambda: [env.step(actions) for _ in range(CYCLES)])
-
-    taken = interleave({name: contender(settings) for name, settings in kinds.items()}, rounds)
+    found = [_in_turn(kinds, 1024, time.process_time) for _ in range(min(rounds, 3))]
+    sums = {name: [sum(one[name]) for one in found] for name in kinds}
     return [
-        ratio(f"steps with ends of episodes, {name}, beside none", taken[name], taken["none"], most=1.05)
+        ratio(f"steps with ends of episodes, {name}, beside none", sums[name], sums["none"], most=1.05)
         for name in ("together", "staggered")
     ]
 
 
 def _threads(rounds: int) -> list[Row]:
     """Measure how much sooner two threads are done, on the clock; for this the machine has to be idle."""
-
-    def contender(threads: int) -> Callable[[], float]:
-        env, actions = _made(1024, threads=threads, copy=False)
-
-        def run() -> float:
-            times = []
-            for _ in range(50):
-                begin = time.perf_counter()
-                env.step(actions)
-                times.append(time.perf_counter() - begin)
-            # The least is the step that others disturbed least.
-            return min(times)
-
-        return run
-
-    taken = interleave({"one": contender(1), "two": contender(2)}, rounds)
-    return [ratio("two threads, 1,024 worlds: times as fast", taken["one"], taken["two"], least=1.8)]
+    kinds: dict[str, dict[str, Any]] = {"one": {"copy": False}, "two": {"copy": False, "threads": 2}}
+    found = [_in_turn(kinds, 1024, time.perf_counter) for _ in range(rounds)]
+    # The least is the step that others disturbed least.
+    least = {name: [min(one[name]) for one in found] for name in kinds}
+    return [ratio("two threads, 1,024 worlds: times as fast", least["one"], least["two"], least=1.8)]
 
 
 def _first_reset(rounds: int) -> list[Row]:
@@ -186,7 +188,7 @@ def _memory() -> list[Row]:
     for worlds in (64, 1024):
         tracemalloc.start()
         env, actions = _made(worlds)
-        env.step(actions)
+        env.step(next(actions))
         taken.append(tracemalloc.get_traced_memory()[0] / 1024)
         tracemalloc.stop()
         block = env._batch._block

@@ -431,7 +431,9 @@ class Batch:
         TypeError, ValueError
             If a seed is not a whole number of at least 0, or the model refuses its parameters.
         """
-        self.has_begun[worlds] = False
+        # An array, which is used faster than a list as an index.
+        chosen = np.asarray(worlds, np.int64)
+        self.has_begun[chosen] = False
         following = {world: self._next_seed(world, seed) for world, seed in zip(worlds, seeds, strict=True)}
         if self._block is not None:
             for world in self._own.keys() & following.keys():
@@ -441,11 +443,12 @@ class Batch:
                 self._sights[world] = 0
             for one, part in zip(self._block.built, self._parts, strict=True):
                 here = {world: seed for world, seed in following.items() if part.start <= world < part.stop}
-                one.begin(here, self._coming(max(here, default=0), part))
+                if here:
+                    one.begin(here, self._coming(max(here), part))
         else:
             for world, seed in following.items():
                 self._begin(world, seed)
-        self.cycles[worlds], self.has_begun[worlds], self._is_there[worlds] = 0, True, True
+        self.cycles[chosen], self.has_begun[chosen], self._is_there[chosen] = 0, True, True
 
     def _begin(self, world: int, seed: int) -> None:
         """Begin an episode in a world with arrays of its own."""
