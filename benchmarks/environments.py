@@ -186,9 +186,11 @@ def _memory() -> list[Row]:
     """Measure what a world more takes, and what of it is its state."""
     taken = []
     for worlds in (64, 1024):
+        actions = np.zeros((worlds, ROBOTS, 2))
         tracemalloc.start()
-        env, actions = _made(worlds)
-        env.step(next(actions))
+        env = vector_env(worlds, robots=ROBOTS, targets=TARGETS, max_cycles=CYCLES)
+        env.reset(seed=0)
+        env.step(actions)
         taken.append(tracemalloc.get_traced_memory()[0] / 1024)
         tracemalloc.stop()
         block = env._batch._block

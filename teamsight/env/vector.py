@@ -235,7 +235,10 @@ class TeamVectorEnv:
         return np.stack([batch.begun(place, "state()").state(batch.bodies) for place in range(self.worlds)])
 
     def world(self, number: int) -> World:
-        """Return a world, up to date; until it is reset, its steps are then made in Python, with the same result."""
+        """Return a world, up to date; until it is reset, its steps are then made in Python, with the same result.
+
+        It is built for the rest of its episode, and closed after it, unless all worlds are built one by one.
+        """
         return self._batch.world(checks.count("number", number, least=0, most=self.worlds - 1))
 
     def render(self, number: int = 0) -> npt.NDArray[np.uint8]:
