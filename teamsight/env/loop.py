@@ -1,6 +1,8 @@
 """One compiled call that steps many worlds and shows what follows: observations and facts.
 
-Each world makes its step by the same entry as `World.run`, so results are equal to the last bit.
+Each world makes its step by the same entry as `World.run`, so results are equal to the last bit. A world has arrays of
+its own, or its state is a row of a block; then a built world makes its step, into which the row is copied and from
+which it is copied back.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from teamsight.agents.engine.records import (
     world_at,
 )
 from teamsight.agents.recording.transitions import count_sensing
-from teamsight.core.kernel import Entry, Packed, Record, call, kernel
+from teamsight.core.kernel import Entry, Packed, Record, array_at, call, inlined, kernel
 from teamsight.env.actions import GRID, HEADING
 from teamsight.world.motion import is_action, move_at
 
@@ -33,6 +35,8 @@ Integers = npt.NDArray[np.int64]
 #: What was done with a world: its step is made; nothing, since it waits; nothing, since its step needs Python; the loop
 #: stopped within the step; the step is made, but there was no room to show it.
 DONE, WAITS, NEEDS_PYTHON, UNFINISHED, UNSEEN = range(5)
+#: See `RowArrays`.
+LOAD, KEEP, END = range(3)
 
 
 class SightArrays(NamedTuple):
@@ -62,6 +66,10 @@ class SightArrays(NamedTuple):
         The kernel that writes the observations, and its record.
     of_robots : ndarray, shape (robots, facts), float64
         The facts of the robots; see `Facts`.
+    shown : ndarray, shape (facts, worlds, robots), float64
+        Those of all worlds, into which they are copied: whoever reads a fact of all robots reads it in one piece.
+    number : int
+        The number of the world there.
     of_world : ndarray, shape (facts,), float64
         The facts of the world.
     kept_start, kept_index : ndarray, shape (robots + 1,) and (kept,), int64
@@ -88,6 +96,8 @@ class SightArrays(NamedTuple):
     show: Entry
     seen: Packed[Sensing]
     of_robots: Annotated[Floats, "robots", "facts"]
+    shown: Annotated[Floats, "facts", "worlds", "robots"]
+    number: int
     of_world: Annotated[Floats, "world facts"]
     kept_start: Annotated[Integers, "robots + 1"]
     kept_index: Annotated[Integers, "kept"]
@@ -97,6 +107,90 @@ class SightArrays(NamedTuple):
     last_rewards: Annotated[Floats, "robots", 2]
 
 
+class BlockArrays(NamedTuple):
+    """The record of a built world that makes the steps of those whose states are the rows of a block.
+
+    Attributes
+    ----------
+    sight : Packed of SightArrays
+        The built world.
+    rows, stride : int
+        The address of the first row, and the bytes from one to the next.
+    spans : ndarray, shape (spans, 3), int64
+        The parts of a row, one after the other, each from a multiple of 8 bytes on: the address of an array of the
+        built world; the bytes of it, or of an element if only some are used; and the address of their number, or 0.
+        The spans of numbers come before those that they are of.
+    shown : ndarray, shape (words, 3), int64
+        The words of records that say where the built world is shown: the address of each, its value for the first
+        world, and its change from world to world.
+    log : ndarray, shape (worlds, steps, relations, columns, parts), uint16
+        For each step of an episode its row of the history, in parts of 16 bits.
+    """
+
+    sight: Packed[SightArrays]
+    rows: int
+    stride: int
+    spans: Annotated[Integers, "spans", 3]
+    shown: Annotated[Integers, "shown words", 3]
+    log: Annotated[npt.NDArray[np.uint16], "worlds", "steps", "relations", "columns", "log parts"]
+
+
+class StartArrays(NamedTuple):
+    """The record of the starts of episodes.
+
+    Attributes
+    ----------
+    block : Packed of BlockArrays
+        The worlds.
+    template : int
+        The address of the row with which each begins, but for what follows; 0 if the built world itself has begun.
+    see : ndarray, shape (phases, 2), int64
+        What searches for neighbours: the addresses of entries and of their records.
+    next, last : ndarray, shape (1,), int64
+        The first of the worlds that is to begin, and the one after the last; the former is counted up.
+    worlds, starts : ndarray, shape (worlds,), int64
+        The rows that begin, and the start of each.
+    key, position, heading : ndarray, shape (starts, 2) and (starts, bodies, 2)
+        The key of the noise of each, and where its bodies are.
+    here : ndarray, shape (2,), uint64
+        The key of the built world.
+    groups : list of Packed of GroupArrays
+        Its groups.
+    """
+
+    block: Packed[BlockArrays]
+    template: int
+    see: Annotated[Integers, "phases", 2]
+    next: Annotated[Integers, 1]
+    last: Annotated[Integers, 1]
+    worlds: Annotated[Integers, "worlds"]
+    starts: Annotated[Integers, "worlds"]
+    key: Annotated[npt.NDArray[np.uint64], "starts", 2]
+    position: Annotated[Floats, "starts", "bodies", 2]
+    heading: Annotated[Floats, "starts", "bodies", 2]
+    here: Annotated[npt.NDArray[np.uint64], 2]
+    groups: list[Packed[GroupArrays]]
+
+
+class RowArrays(NamedTuple):
+    """The record of one row of a block.
+
+    Attributes
+    ----------
+    block : Packed of BlockArrays
+        The block.
+    number : int
+        The row.
+    what : int
+        What is done: `LOAD` copies it into the built world, which is then shown where its world is; `KEEP` copies it
+        back; `END` does so after a step, which is logged.
+    """
+
+    block: Packed[BlockArrays]
+    number: int
+    what: int
+
+
 class BatchArrays(NamedTuple):
     """The record of many worlds.
 
@@ -104,8 +198,10 @@ class BatchArrays(NamedTuple):
     ----------
     run : Entry
         The compiled loop of a world.
-    sights : list of Packed of SightArrays
-        The worlds.
+    sights : ndarray, shape (worlds,), int64
+        The address of the record `SightArrays` of each world, or 0 for a row of the block.
+    block : Packed of BlockArrays or None
+        The block; None if all worlds have arrays of their own.
     form : int
         The form of the actions; see `ActionForm`.
     table : ndarray, shape (actions, 2), float64
@@ -118,24 +214,32 @@ class BatchArrays(NamedTuple):
         The tick from which a step of each world needs Python: an event is due, or the history is full.
     status : ndarray, shape (worlds,), int64
         Before the call, `WAITS` for worlds that are left out; after it, what was done.
+    next : ndarray, shape (1,), int64
+        The world from which the call goes on.
     """
 
     run: Entry
-    sights: list[Packed[SightArrays]]
+    sights: Annotated[Integers, "worlds"]
+    block: Packed[BlockArrays] | None
     form: int
     table: Annotated[Floats, "actions", 2]
     given: Annotated[Floats, "worlds", "robots", "parts"]
     steering: Annotated[Floats, "worlds", "robots", 3]
     quiet_until: Annotated[Integers, "worlds"]
     status: Annotated[Integers, "worlds"]
+    next: Annotated[Integers, 1]
 
 
 SIGHT = Record(SightArrays)
+BLOCK, START, ROW = Record(BlockArrays), Record(StartArrays), Record(RowArrays)
 BATCH = Record(BatchArrays)
 
 # For kernels: from the address of a record to its arrays.
 sight_at: Any = SIGHT.at
+block_at, start_at, row_at = BLOCK.at, START.at, ROW.at
 batch_at: Any = BATCH.at
+
+_WORD = 8
 
 # The columns of `rewards.OF_ROBOTS` and `rewards.OF_WORLDS`.
 _SENSED, _GAINED, _LOST, _ALONE, _ALONE_GAINED, _ALONE_LOST, _TEAM = range(7)
@@ -255,6 +359,9 @@ def _write_facts(sight: Any) -> None:
     if sight.targets != 0:
         _write_targets(sight)
     _write_bodies(sight)
+    for fact in range(sight.shown.shape[0]):
+        for i in range(sight.shown.shape[2]):
+            sight.shown[fact, sight.number, i] = sight.of_robots[i, fact]
     _write_world(sight)
     _keep_targets(sight)
 
@@ -307,39 +414,166 @@ def _find_bad_action(batch: Any) -> int:
     return 0
 
 
+@inlined
+def _copy(source: int, target: int, size: int) -> None:
+    words = size // _WORD
+    here = array_at(source, words, np.int64)
+    there = array_at(target, words, np.int64)
+    for word in range(words):
+        there[word] = here[word]
+    if size % _WORD != 0:
+        first = array_at(source, size, np.uint8)
+        second = array_at(target, size, np.uint8)
+        for byte in range(words * _WORD, size):
+            second[byte] = first[byte]
+
+
 @kernel
-def _step_one(batch: Any, w: int) -> int:
-    sight = sight_at(batch.sights[w])
+def _load(block: Any, row: int) -> None:
+    """Copy the row at an address into the built world."""
+    spans = block.spans
+    for s in range(spans.shape[0]):
+        size = spans[s, 1]
+        if spans[s, 2] != 0:
+            size *= array_at(spans[s, 2], 1, np.int64)[0]
+        _copy(row, spans[s, 0], size)
+        row += (size + _WORD - 1) // _WORD * _WORD
+
+
+@kernel
+def _keep(block: Any, row: int) -> None:
+    """Copy the state of the built world into the row at an address."""
+    spans = block.spans
+    for s in range(spans.shape[0]):
+        size = spans[s, 1]
+        if spans[s, 2] != 0:
+            size *= array_at(spans[s, 2], 1, np.int64)[0]
+        _copy(spans[s, 0], row, size)
+        row += (size + _WORD - 1) // _WORD * _WORD
+
+
+@kernel
+def _show_at(block: Any, w: int) -> None:
+    """Let the built world be shown in the arrays of world `w`."""
+    for word in range(block.shown.shape[0]):
+        array_at(block.shown[word, 0], 1, np.int64)[0] = block.shown[word, 1] + w * block.shown[word, 2]
+
+
+@kernel
+def _end_step(block: Any, w: int) -> None:
+    """Log the step that the built world has made for world `w`, and keep its state."""
+    world = world_at(sight_at(block.sight).world)
+    log = block.log[w, world.progress[0].tick - 1]
+    for r in range(log.shape[0]):
+        for column in range(log.shape[1]):
+            number = world.history[world.progress[0].row - 1, r, column]
+            for part in range(log.shape[2]):
+                log[r, column, part] = number >> (16 * part) & 0xFFFF
+    _keep(block, block.rows + w * block.stride)
+
+
+@kernel
+def _make_step(batch: Any, w: int, address: int) -> int:
+    """Make a step of world `w`, which is in the arrays of a record, and show it."""
+    sight = sight_at(address)
     progress = world_at(sight.world).progress[0]
-    if progress.tick >= batch.quiet_until[w]:
-        return NEEDS_PYTHON
     for i in range(sight.state.shape[0]):
         for part in range(3):
             sight.state[i, 0, part] = batch.steering[w, i, part]
     progress.steps = 1
     if call(batch.run, sight.world) != 0:
         return UNFINISHED
-    return int(_show(batch.sights[w]))
+    return int(_show(address))
+
+
+@kernel
+def _step_row(batch: Any, w: int) -> int:
+    block = block_at(batch.block)
+    _load(block, block.rows + w * block.stride)
+    _show_at(block, w)
+    # The built world has no history, but for the present step.
+    world_at(sight_at(block.sight).world).progress[0].row = 0
+    status = _make_step(batch, w, block.sight)
+    if status == DONE:
+        _end_step(block, w)
+    return int(status)
+
+
+def _find_bad(address: int) -> int:
+    return int(_find_bad_action(batch_at(address)))
 
 
 def _step_all(address: int) -> int:
-    """Make a step of all worlds; return 1 + the index of a bad action, or 0, or −1 if Python has to go on."""
+    """Make a step of all worlds; return 1 + the number of a row of the block whose step Python has to complete at once.
+
+    Else return −1 if a world with arrays of its own needs Python, as `status` says, or 0.
+    """
     batch = batch_at(address)
-    bad = _find_bad_action(batch)
-    if bad > 0:
-        return bad
-    result = 0
-    for w in range(batch.status.shape[0]):
-        if batch.status[w] != WAITS:
-            batch.status[w] = _step_one(batch, w)
+    for w in range(batch.next[0], batch.status.shape[0]):
+        if batch.status[w] == WAITS:
+            continue
+        if batch.sights[w] == 0:
+            batch.status[w] = _step_row(batch, w)
             if batch.status[w] != DONE:
-                result = -1
-    return result
+                batch.next[0] = w + 1
+                return int(w + 1)
+        elif world_at(sight_at(batch.sights[w]).world).progress[0].tick >= batch.quiet_until[w]:
+            batch.status[w] = NEEDS_PYTHON
+        else:
+            batch.status[w] = _make_step(batch, w, batch.sights[w])
+    for w in range(batch.status.shape[0]):
+        if batch.status[w] > WAITS:
+            return -1
+    return 0
 
 
 def _show_one(address: int) -> int:
     return int(_show(address))
 
 
-STEP_ALL = Entry(_step_all)
-SHOW = Entry(_show_one)
+def _begin_rows(address: int) -> int:
+    """Begin episodes in rows of a block; return 1 + the number of one that Python has to complete, or 0."""
+    start = start_at(address)
+    block = block_at(start.block)
+    while start.next[0] < start.last[0]:
+        w = start.worlds[start.next[0]]
+        k = start.starts[start.next[0]]
+        start.next[0] += 1
+        if start.template != 0:
+            _load(block, start.template)
+            start.here[0] = start.key[k, 0]
+            start.here[1] = start.key[k, 1]
+            at = 0
+            for g in range(start.groups.shape[0]):
+                move = move_at(group_at(start.groups[g]).move)
+                for i in range(move.position.shape[0]):
+                    for part in range(2):
+                        move.position[i, part] = start.position[k, at + i, part]
+                        move.heading[i, part] = start.heading[k, at + i, part]
+                at += move.position.shape[0]
+        _show_at(block, w)
+        for phase in range(start.see.shape[0]):
+            if call(start.see[phase, 0], start.see[phase, 1]) != 0:
+                return int(w + 1)
+        if _show(block.sight) != DONE:
+            return int(w + 1)
+        _keep(block, block.rows + w * block.stride)
+    return 0
+
+
+def _move_row(address: int) -> int:
+    row = row_at(address)
+    block = block_at(row.block)
+    if row.what == LOAD:
+        _load(block, block.rows + row.number * block.stride)
+        _show_at(block, row.number)
+    elif row.what == KEEP:
+        _keep(block, block.rows + row.number * block.stride)
+    else:
+        _end_step(block, row.number)
+    return 0
+
+
+FIND_BAD, STEP_ALL, SHOW, BEGIN_ROWS, MOVE_ROW = map(
+    Entry, (_find_bad, _step_all, _show_one, _begin_rows, _move_row)
+)

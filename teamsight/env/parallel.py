@@ -166,7 +166,7 @@ class TeamParallelEnv(ParallelEnv):  # type: ignore[type-arg,misc]
 
     def _infos(self) -> Infos:
         observed, targets, in_all, largest, active = self._batch.of_worlds[0].tolist()
-        facts = self._batch.of_robots[0].tolist()
+        facts = self._batch.of_robots[:, 0].T.tolist()
         share, mean = observed / (targets or 1.0), in_all / (active or 1.0)
         return {
             agent: {

@@ -83,13 +83,13 @@ class Facts:
     teammates: Floats
 
     def __init__(self, robots: Floats, worlds: Floats, teammates: Floats) -> None:
-        """Show arrays of shape (worlds, robots, `OF_ROBOTS`), (worlds, `OF_WORLDS`) and (worlds, 1)."""
-        others = teammates[..., np.newaxis]
-        for names, array in ((OF_ROBOTS, robots), (OF_WORLDS, worlds[:, np.newaxis]), (("teammates",), others)):
+        """Show arrays of shape (`OF_ROBOTS`, worlds, robots), (worlds, `OF_WORLDS`) and (worlds, 1)."""
+        ofs = ((OF_ROBOTS, robots), (OF_WORLDS, worlds.T[..., np.newaxis]), (("teammates",), teammates[np.newaxis]))
+        for names, array in ofs:
             shown = array.view()
             shown.flags.writeable = False
-            for column, name in enumerate(names):
-                setattr(self, name, shown[..., column])
+            for name, fact in zip(names, shown, strict=True):
+                setattr(self, name, fact)
 
     @property
     def observed_fraction(self) -> Floats:

@@ -69,6 +69,10 @@ class TeamVectorEnv:
         What happens after the end of an episode.
     copy : bool
         Whether `step` returns new arrays.
+    threads : int
+        How many threads make the steps.
+    stagger : bool
+        Whether the first episodes end at different steps.
 
     Attributes
     ----------
@@ -82,22 +86,29 @@ class TeamVectorEnv:
         The number of steps of an episode.
     """
 
-    def __init__(self, settings: Settings, worlds: int, autoreset: str = "same-step", copy: bool = True) -> None:
+    def __init__(
+        self, settings: Settings, worlds: int, autoreset: str = "same-step", copy: bool = True, threads: int = 1,
+        stagger: bool = False,
+    ) -> None:  # fmt: skip
         self.worlds = checks.count("worlds", worlds, most=_MOST_WORLDS)
         self.autoreset = checks.choice("autoreset", autoreset, AUTORESETS)
-        self._copies = checks.flag("copy", copy)
-        self._batch = batch = Batch(settings, self.worlds)
+        self._copies, self._staggers = checks.flag("copy", copy), checks.flag("stagger", stagger)
+        self._threads = checks.count("threads", threads, most=self.worlds, cure="each steps a part of the worlds")
+        self._batch = batch = Batch(settings, self.worlds, self._threads)
         self.robots, self.max_cycles = batch.robots, settings.max_cycles
         self.observation_space = batch.observation.space()
         self.action_space: gymnasium.spaces.Space[Any] = settings.form.space()
         # Of two dimensions, as the arrays have: worlds, then robots.
         self.batched_action_space = batch_space(batch_space(self.action_space, self.robots), self.worlds)
         self._has_ended = np.zeros(self.worlds, bool)
+        # The number of steps of the present episode of each.
+        self._lengths = np.full(self.worlds, self.max_cycles)
         self._views = Views("rgb_array")
 
-    def __reduce__(self) -> tuple[type[TeamVectorEnv], tuple[Settings, int, str, bool]]:
+    def __reduce__(self) -> tuple[type[TeamVectorEnv], tuple[Settings, int, str, bool, int, bool]]:
         # As PettingZoo's EzPickle: a copy is new worlds of these settings, which `reset` begins.
-        return type(self), (self._batch.settings, self.worlds, self.autoreset, self._copies)
+        given = self._batch.settings, self.worlds, self.autoreset, self._copies, self._threads, self._staggers
+        return type(self), given
 
     def reset(
         self, seed: int | Sequence[int] | None = None, *, worlds: npt.ArrayLike | None = None
@@ -125,9 +136,19 @@ class TeamVectorEnv:
             If seeds or worlds are no whole numbers, too many or too few, or outside their limits.
         """
         places = self._places(worlds)
-        self._batch.reset(places, self._seeds(seed, places))
-        self._has_ended[places] = False
+        self._begin(places, self._seeds(seed, places))
+        if worlds is None and self._staggers:
+            self._lengths[:] = -(-self.max_cycles * np.arange(1, self.worlds + 1) // self.worlds)
         return self._batch.observations.copy(), self._info()
+
+    def _begin_next(self, has_ended: Flags) -> None:
+        """Begin the next episode of worlds."""
+        places = np.flatnonzero(has_ended).tolist()
+        self._begin(places, [None] * len(places))
+
+    def _begin(self, places: list[int], seeds: Sequence[int | None]) -> None:
+        self._batch.reset(places, seeds)
+        self._has_ended[places], self._lengths[places] = False, self.max_cycles
 
     def _places(self, worlds: npt.ArrayLike | None) -> list[int]:
         if worlds is None:
@@ -175,7 +196,7 @@ class TeamVectorEnv:
         TypeError, ValueError
             If actions are not numbers, of another shape, NaN or outside their space. Nothing is changed then.
         """
-        waits = self._has_ended if self._has_ended.any() else None
+        waits = self._has_ended.copy() if self._has_ended.any() else None
         if waits is not None and self.autoreset == "disabled":
             raise RuntimeError(
                 f"step(): the episode of world {int(np.argmax(waits))} has ended; begin another, as by "
@@ -184,8 +205,8 @@ class TeamVectorEnv:
         batch = self._batch
         batch.step(actions, waits, lambda world, robot: "actions" if robot < 0 else f"actions[{world}, {robot}]")
         if waits is not None:
-            batch.reset(np.flatnonzero(waits).tolist(), [None] * int(waits.sum()))
-        terminated, truncated = batch.are_stopped, batch.cycles >= self.max_cycles
+            self._begin_next(waits)
+        terminated, truncated = batch.are_stopped, batch.cycles >= self._lengths
         # Before the rewards, whose function may fail.
         self._has_ended = terminated | truncated
         rewards, info = batch.rewards, self._info()
@@ -193,7 +214,7 @@ class TeamVectorEnv:
             rewards[waits] = 0.0
         if self.autoreset == "same-step" and self._has_ended.any():
             info["final_observations"] = batch.observations.copy()
-            self.reset(worlds=self._has_ended)
+            self._begin_next(self._has_ended)
         observations = batch.observations.copy() if self._copies else batch.observations
         return Step(observations, rewards, terminated, truncated, info)
 
@@ -214,7 +235,10 @@ class TeamVectorEnv:
         return np.stack([batch.begun(place, "state()").state(batch.bodies) for place in range(self.worlds)])
 
     def world(self, number: int) -> World:
-        """Return a world, up to date; until it is reset, its steps are then made in Python, with the same result."""
+        """Return a world, up to date; until it is reset, its steps are then made in Python, with the same result.
+
+        It is built for the rest of its episode, and closed after it, unless all worlds are built one by one.
+        """
         return self._batch.world(checks.count("number", number, least=0, most=self.worlds - 1))
 
     def render(self, number: int = 0) -> npt.NDArray[np.uint8]:
@@ -233,7 +257,15 @@ class TeamVectorEnv:
 
 
 @takes_settings
-def vector_env(worlds: int, *, autoreset: str = "same-step", copy: bool = True, **settings: Any) -> TeamVectorEnv:
+def vector_env(
+    worlds: int,
+    *,
+    autoreset: str = "same-step",
+    copy: bool = True,
+    threads: int = 1,
+    stagger: bool = False,
+    **settings: Any,
+) -> TeamVectorEnv:
     """Return many worlds that make their steps in one compiled call.
 
     Parameters
@@ -245,6 +277,11 @@ def vector_env(worlds: int, *, autoreset: str = "same-step", copy: bool = True, 
         first; in the next step; or only by `reset`.
     copy : bool
         Whether `step` returns new arrays; if not, the next step overwrites the observations.
+    threads : int
+        How many threads make the steps, each those of a part of the worlds; the results are the same.
+    stagger : bool
+        Whether the first episodes after a `reset` of all worlds are shorter, so that not all end at the same step: that
+        of world w has ``max_cycles * (w + 1) / worlds`` steps, rounded up. All that follow have `max_cycles`.
     **settings
         Those of `Environment`, and further parameters of `CMOMMT`, or those of the model.
 
@@ -256,9 +293,10 @@ def vector_env(worlds: int, *, autoreset: str = "same-step", copy: bool = True, 
     Notes
     -----
     Each world has the same bits as `parallel_env` of its seed. Worlds in which an event is due, and those whose
-    policies, arenas or recorders need Python, make that step in Python; all others are stepped in one call.
+    policies, arenas or recorders need Python, make that step in Python; all others are stepped in one call for each
+    thread.
     """
-    return TeamVectorEnv(settings_of(settings), worlds, autoreset, copy)
+    return TeamVectorEnv(settings_of(settings), worlds, autoreset, copy, threads, stagger)
 
 
 class SharedPolicyEnv(VectorEnv):  # type: ignore[type-arg,misc]

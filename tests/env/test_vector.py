@@ -47,7 +47,10 @@ def test_same_step_returns_the_first_observations_of_the_next_episode() -> None:
 
 
 def test_next_step_begins_an_episode_with_rewards_of_0() -> None:
-    one, other = (vector_env(2, robots=3, max_cycles=4, autoreset=mode) for mode in ("same-step", "next-step"))
+    one, other = (
+        vector_env(2, robots=3, max_cycles=4, autoreset=mode, reward=lambda facts: facts.active)
+        for mode in ("same-step", "next-step")
+    )
     for env in (one, other):
         env.reset(seed=1)
     ahead = [one.step(ZERO) for _ in range(8)]
@@ -55,6 +58,7 @@ def test_next_step_begins_an_episode_with_rewards_of_0() -> None:
     assert [made.truncated.all() for made in behind] == [False] * 3 + [True] + [False] * 4 + [True, False]
     assert np.array_equal(behind[3].observations, ahead[3].info["final_observations"])
     assert np.array_equal(behind[4].observations, ahead[3].observations)
+    assert [made.rewards.all() for made in behind] == [True] * 4 + [False] + [True] * 4 + [False]
     assert not behind[4].rewards.any()
     assert np.array_equal(behind[5].observations, ahead[4].observations)
 
@@ -165,14 +169,15 @@ def rolled(env: TeamVectorEnv, steps: int, seed: int) -> Iterator[Observations]:
         yield env.step(actions).observations
 
 
-def test_environments_in_turn_and_in_threads_do_not_disturb_each_other() -> None:
+@pytest.mark.parametrize("kind", [{}, {"events": Failures(20, 10)}, {"threads": 2}], ids=str)
+def test_environments_in_turn_and_in_threads_do_not_disturb_each_other(kind: dict[str, Any]) -> None:
     def alone(seed: int) -> list[Observations]:
-        return list(rolled(vector_env(2, robots=3, max_cycles=20, events=Failures(20, 10)), 50, seed))
+        return list(rolled(vector_env(2, robots=3, max_cycles=20, **kind), 50, seed))
 
     expected = list(map(alone, range(3)))
     with ThreadPoolExecutor(3) as threads:
         assert np.array_equal(list(threads.map(alone, range(3))), expected)
-    several = [vector_env(2, robots=3, max_cycles=20, events=Failures(20, 10)) for _ in range(3)]
+    several = [vector_env(2, robots=3, max_cycles=20, **kind) for _ in range(3)]
     in_turn = zip(*(rolled(env, 50, seed) for seed, env in enumerate(several)), strict=True)
     assert np.array_equal(list(zip(*in_turn, strict=True)), expected)
 
