@@ -81,7 +81,9 @@ CASES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("policy", "awareness"), CASES, ids=str)
+@pytest.mark.parametrize(
+    ("policy", "awareness"), CASES, ids=lambda one: one if isinstance(one, str) else getattr(one, "__name__", type(one).__name__)
+)
 def test_it_decides_as_a_world(policy: Any, awareness: Any) -> None:
     plan: dict[str, Any] = {"robots": 7, "targets": 30, "radius": 3.5, "sensing_range": 1.2, "rng": 11}
     world = CMOMMT(policy=policy, awareness=awareness, **plan)
