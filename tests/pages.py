@@ -9,6 +9,7 @@ import shlex
 import sys
 import types
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -118,6 +119,8 @@ def run_page(page: Path, folder: Path) -> Iterator[tuple[Block, str, Block]]:
         if block.language == "text":
             if block.follows and by:
                 yield block, printed, by
+        elif block.content.startswith("import torch") and not find_spec("torch"):
+            continue  # no extra of this package
         elif block.language in ("python", "sh", "toml"):
             try:
                 printed, by = session.run(block), block

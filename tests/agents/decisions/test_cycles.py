@@ -15,6 +15,7 @@ from teamsight import CMOMMT, Box, Cycle, Robot, Target, Torus, World
 from teamsight.agents.decisions import EVERY_STEP, give_timetable
 from teamsight.policies import ACmommt, Policy, RandomWalk
 from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.handmade.target_tracks import USED
 from teamsight.policies.interface import Action, Percept
 from teamsight.policies.percept_of_one import PerceptOfOne
 from tests.agents.engine.test_leaking_arenas import Room
@@ -214,8 +215,9 @@ def test_a_lost_target_is_expected_where_it_is() -> None:
         offset = target.position[0] - robots.position[0]
         world.run(1)
         assert len(world.groups[0].neighbours("targets").distance) == 0
-        known = robots.policy_state.ints[0, :, 0] >= 0
-        assert robots.policy_state.floats[0, known, :2] == pytest.approx(offset[np.newaxis], abs=1e-9)
+        slot = target[0].unique_id % 16
+        assert robots.policy_state.ints[0, 0, USED] == 1 << slot
+        assert robots.policy_state.floats[0, slot, :2] == pytest.approx(offset, abs=1e-9)
 
 
 def test_noise_does_not_depend_on_who_is_due() -> None:
