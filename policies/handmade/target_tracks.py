@@ -116,7 +116,8 @@ def update_target_tracks(i: int, percept: Any, state: Any, farthest: float, olde
     targets = percept.targets
     relayed = percept.relayed
     reach = percept.sensing_range[i] * percept.sensing_range[i]
-    used = np.uint64(ints[0, USED])
+    # No other slots than there are, whatever a saved state says.
+    used = np.uint64(ints[0, USED]) & (np.uint64(2**64 - 1) >> np.uint64(64 - ints.shape[0]))
     sensed = _NONE
     new = 0
     for k in range(np.uint64(targets.start[i]), np.uint64(targets.start[i + 1])):

@@ -312,6 +312,8 @@ class BuiltWorld:
 
     def go_on(self, world: int, status: int) -> None:
         """Complete the step of a world that compiled code could not make alone, since a buffer was full."""
+        # What completes it in Python needs the tick, which the noise of sensors depends on.
+        self._world._engine._read_back()
         self.place.go_on(status, self._shown.of(world))
         self.bind()
         self._move(world - self._part.start, END)

@@ -11,6 +11,8 @@ import pytest
 
 from teamsight import CMOMMT, Disc, Robot, World
 from teamsight.agents.resolve import columns_of_state
+from teamsight.policies import ACmommt
+from teamsight.policies.handmade.target_tracks import USED
 
 PARTS: list[dict[str, Any]] = [
     {}, {"awareness": "shared", "target_policy": "evasive"}, {"policy": "centroid", "policy_options": {"idle": "wander"}},
@@ -137,7 +139,6 @@ def test_a_reset_world_shuffles_like_a_new_one() -> None:
 
 
 def test_a_state_of_a_policy_with_other_constants_is_refused() -> None:
-    from teamsight.policies import ACmommt
 
     few, many = (CMOMMT(policy=ACmommt(target_tracks=size), rng=1) for size in (4, 64))
     few.run(5)
@@ -160,6 +161,17 @@ def test_a_memory_that_a_kernel_would_read_beyond_its_end_is_refused() -> None:
     forged = pickle.loads(pickle.dumps(saved))
     with pytest.raises(ValueError, match=r"restore\(…\): the policy of robots has the state .*\[10, 2, 4\].*\[10, 16, 4\]"):
         CMOMMT(rng=1).restore(forged)
+
+
+def test_a_forged_word_of_slots_is_read_as_far_as_there_are_slots() -> None:
+    world = CMOMMT(rng=1, policy=ACmommt(target_tracks=4), awareness="shared")
+    world.run(30)
+    saved = world.state()
+    name = columns_of_state(0)[1]
+    saved.groups[0].bodies[name][:, 0, USED] = -1
+    world.restore(saved)
+    world.run(30)
+    assert (world.robots.policy_state.ints[:, 0, USED] < 16).all()
 
 
 class Drawing(CMOMMT):

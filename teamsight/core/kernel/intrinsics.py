@@ -57,8 +57,8 @@ def ones(word: Any) -> Any:
 
 @intrinsic
 def trailing_zeros(word: Any) -> Any:
-    """Return the number of zeros below the lowest bit of a word that is set."""
-    return (int(word) & -int(word)).bit_length() - 1
+    """Return the number of zeros below the lowest bit of a word of 64 bits that is set; 64 if none is."""
+    return (int(word) & -int(word)).bit_length() - 1 if word else 64
 
 
 @intrinsic
