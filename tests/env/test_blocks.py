@@ -188,13 +188,21 @@ def test_a_wrong_action_changes_nothing_for_any_thread() -> None:
     assert_same_steps(env, alone, 5)
 
 
+def test_where_percepts_grow_sensors_have_the_noise_of_their_tick() -> None:
+    kind: dict[str, Any] = {
+        "observation": "shared", "layout": "nearest", "targets": 60, "radius": 2.0, "reward": "sensed",
+        "sensor": Sensor(range_noise=0.2, missed=0.2),
+    }  # fmt: skip
+    for seed in range(12):
+        env, alone = vector_env(2, max_cycles=4, **kind), Alone(2, [4] * 2, **kind)
+        env.reset(seed=seed)
+        alone.reset(seed, [4] * 2)
+        assert_same_steps(env, alone, 6)
+
+
 @pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("noisy", [False, True])
-def test_buffers_grow_in_the_middle(threads: int, noisy: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_buffers_grow_in_the_middle(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
     kind: dict[str, Any] = {"robots": 12, "targets": 15, "observation": "shared", "target_policy": "evasive"}
-    if noisy:
-        # What is completed in Python has the noise of its tick, and not that of a built world that has not begun.
-        kind |= {"layout": "nearest", "reward": "sensed", "sensor": Sensor(range_noise=0.2, missed=0.2)}
     alone = Alone(4, [20] * 4, **kind)
     alone.reset(1, [5, 10, 15, 20])
     # With room for one neighbour at first, so that starts and steps of most worlds stop for more.
