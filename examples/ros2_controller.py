@@ -9,15 +9,16 @@ import cmath
 import math
 from typing import Any
 
-import rclpy
-from geometry_msgs.msg import PoseArray, Twist
-from nav_msgs.msg import Odometry
-from rclpy.node import Node
+import rclpy  # type: ignore[import-not-found]
+from geometry_msgs.msg import PoseArray, Twist  # type: ignore[import-not-found]
+from nav_msgs.msg import Odometry  # type: ignore[import-not-found]
+from rclpy.node import Node  # type: ignore[import-not-found]
 
 from teamsight import Controller, Detections
 
 PERIOD = 0.1  # s, from one decision to the next
-LIMITS = {"sensing_range": 2.5, "awareness_range": 4.0, "speed": 0.3 * PERIOD, "turn_limit": 2.0 * PERIOD}
+SIGHT: dict[str, Any] = {"sensing_range": 2.5, "awareness_range": 4.0}
+LIMITS: dict[str, Any] = {"speed": 0.3 * PERIOD, "turn_limit": 2.0 * PERIOD}
 
 
 class Steering(Node):  # type: ignore[misc]
@@ -25,10 +26,11 @@ class Steering(Node):  # type: ignore[misc]
 
     def __init__(self) -> None:
         super().__init__("teamsight")
-        names = {name: self.declare_parameter(name, it).value for name, it in (("team", [1, 2, 3]), ("identity", 1))}
+        team: Any = self.declare_parameter("team", [1, 2, 3]).value
+        identity: Any = self.declare_parameter("identity", 1).value
         # A degree that needs no identities of teammates: a camera does not say which they are.
-        self.controller = Controller("a-cmommt", "nearest", **names, **LIMITS)
-        self.seen: dict[str, Detections] = {}
+        self.controller = Controller("a-cmommt", "nearest", identity=identity, team=team, **SIGHT, **LIMITS)
+        self.seen: dict[str, Any] = {}
         self.places: list[complex] = []  # at the last decision, and now
         self.heading, self.began = 0.0, self.now()
         for name in ("targets", "teammates"):
@@ -66,7 +68,7 @@ class Steering(Node):  # type: ignore[misc]
         if tick <= self.controller.tick or not self.places:
             return
         gone = self.places[-1] - self.places[0]
-        pose = {"tick": tick, "heading": self.heading, "moved": (gone.real, gone.imag)}
+        pose: dict[str, Any] = {"tick": tick, "heading": self.heading, "moved": (gone.real, gone.imag)}
         self.places, (seen, self.seen) = self.places[-1:], (self.seen, {})
         try:
             command = self.controller.decide(**seen, **pose)
