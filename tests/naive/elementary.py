@@ -22,7 +22,8 @@ def power(base: float, exponent: float) -> Decimal:
 def atan2(y: float, x: float) -> Decimal:
     """The angle of (x, y), which is not (0, 0)."""
     with localcontext(PRECISION):
-        ahead, left = Decimal(x), abs(Decimal(y))
+        # Both rounded to this precision, so that equal numbers stay equal.
+        ahead, left = +Decimal(x), abs(Decimal(y))
         if ahead >= left:
             angle = _atan(left / ahead)
         elif left > abs(ahead):

@@ -126,6 +126,8 @@ def test_power(base: float, exponent: float) -> None:
 @example(y=5e-324, x=-5e-324)
 @example(y=1e308, x=1.7e308)
 @example(y=5e-324, x=1e308)
+@example(y=1.7976931348623157e308, x=1.7976931348623157e308)
+@example(y=1.7976931348623157e308, x=-1.7976931348623157e308)
 @example(y=1.5e-308, x=0.75)
 @example(y=2.0**-60, x=1.0)
 @example(y=math.nextafter(2.0**-60, 0), x=-1.0)
