@@ -500,3 +500,8 @@ def readonly(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     view = array.view()
     view.flags.writeable = False
     return view
+
+
+def protected(value: Any) -> Any:
+    """Return a percept, or a part of one, with read-only arrays."""
+    return type(value)(*map(protected, value)) if isinstance(value, tuple) else readonly(value)

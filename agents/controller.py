@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.attributes import readonly
+from teamsight.agents.attributes import protected
 from teamsight.agents.awareness.interface import (
     SENSING,
     TEAM_GROUP,
@@ -520,7 +520,7 @@ class Controller:
                 targets=filled(bound.targets), teammates=filled(bound.teammates), relayed=filled(bound.relayed),
                 channels=channels_of(lists._fields, map(filled, lists)),
             )  # fmt: skip
-            percept = _protected(percept)
+            percept = protected(percept)
             if isinstance(policy, Policy):
                 action, after = policy.decide(percept, self._state, self._noise[tick % TICKS_A_BLOCK])
                 check_action(label(policy), action, 1)
@@ -562,11 +562,6 @@ class _Reported(NamedTuple):
     left: float
     reach: float
     targets: list[_Body]
-
-
-def _protected(value: Any) -> Any:
-    """Return a percept, or a part of one, with read-only arrays, as a world shows it."""
-    return type(value)(*map(_protected, value)) if isinstance(value, tuple) else readonly(value)
 
 
 def _tick_of(name: str, given: Any, now: int) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.attributes import readonly
+from teamsight.agents.attributes import protected
 from teamsight.agents.awareness.interface import perceive_entry, situate_entry
 from teamsight.agents.channel import TEAMMATES, leave
 from teamsight.agents.decisions import give_timetables, is_every_step
@@ -101,7 +101,7 @@ class Deliberation:
     def percept(self) -> Percept:
         """What the whole group perceives, as arrays that cannot be written to."""
         if self._percept is None:
-            self._percept = _protected(self.group.perceived)
+            self._percept = protected(self.group.perceived)
         return self._percept
 
     @property
@@ -203,7 +203,7 @@ class Deliberation:
             percept, state, policy = self.percept, group.states[index], group.policies[index]
             noise = self.noise[: policy.draws]
             if len(rows) < size:
-                percept, state = _protected(percept_of_rows(percept, rows)), take_rows(state, rows, size)
+                percept, state = protected(percept_of_rows(percept, rows)), take_rows(state, rows, size)
                 noise = np.ascontiguousarray(noise[:, rows])
             action, after = _ask(policy, percept, state, noise)
             self._whole[index] = {row: place for place, row in enumerate(rows.tolist())}, action, after
@@ -280,11 +280,6 @@ def _turn(heading: npt.NDArray[np.float64], aim: npt.NDArray[np.float64]) -> flo
     x, y = aim
     ahead, left = heading
     return plain(atan2)(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
-
-
-def _protected(value: Any) -> Any:
-    """Return a percept, or a part of one, with read-only arrays."""
-    return type(value)(*map(_protected, value)) if isinstance(value, tuple) else readonly(value)
 
 
 def kernels_needed(data: WorldData, recorded: Sequence[Entry] = ()) -> Callable[[], list[Entry]]:
