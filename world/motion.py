@@ -135,10 +135,38 @@ def _nowhere(box: Any, x: float, y: float) -> bool:
     return False
 
 
+@inlined
+def _intended(move: Any, i: int) -> tuple[float, float, float, float]:
+    """Return the displacement that a body makes if nothing is in its way, and its heading after the turn."""
+    aim_x = move.aim[i, 0]
+    aim_y = move.aim[i, 1]
+    heading_x = move.heading[i, 0]
+    heading_y = move.heading[i, 1]
+    if aim_x * aim_x + aim_y * aim_y > 0.0:
+        heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, move.turn_cosine[i], move.turn_sine[i])
+    distance = min(max(move.distance[i], 0.0), move.speed[i])
+    return distance * heading_x, distance * heading_y, heading_x, heading_y
+
+
+def _intend(address: int) -> int:
+    """Write the heading of each body, and to `moved` the displacement that it makes if nothing is in its way."""
+    move = move_at(address)
+    are_all_active = move.active.shape[0] == 0
+    for i in range(move.position.shape[0]):
+        way_x, way_y = 0.0, 0.0
+        if are_all_active or move.active[i]:
+            way_x, way_y, move.heading[i, 0], move.heading[i, 1] = _intended(move, i)
+        move.moved[i, 0] = way_x
+        move.moved[i, 1] = way_y
+    return 0
+
+
+INTEND = Entry(_intend)
+
+
 def _advance(address: int) -> int:
     move = move_at(address)
-    position, heading, moved, speed = move.position, move.heading, move.moved, move.speed
-    aim, turn_cosine, turn_sine = move.aim, move.turn_cosine, move.turn_sine
+    position, heading, moved = move.position, move.heading, move.moved
     # Read once: for the compiler, the loop's writes could change the period.
     period_x = move.period[0]
     period_y = move.period[1]
@@ -149,18 +177,11 @@ def _advance(address: int) -> int:
             moved[i, 0] = 0.0
             moved[i, 1] = 0.0
             continue
-        aim_x = aim[i, 0]
-        aim_y = aim[i, 1]
-        distance = move.distance[i]
         x = position[i, 0]
         y = position[i, 1]
-        heading_x = heading[i, 0]
-        heading_y = heading[i, 1]
-        if aim_x * aim_x + aim_y * aim_y > 0.0:
-            heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, turn_cosine[i], turn_sine[i])
-        distance = min(max(distance, 0.0), speed[i])
+        way_x, way_y, heading_x, heading_y = way_of(move, i)  # type: ignore[name-defined]  # noqa: F821
         new_x, new_y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821
-            x, y, distance * heading_x, distance * heading_y, heading_x, heading_y, move.arena_size
+            x, y, way_x, way_y, heading_x, heading_y, move.arena_size
         )
         outside += is_outside(move.box, new_x, new_y)  # type: ignore[name-defined]  # noqa: F821
         step_x = new_x - x
@@ -177,6 +198,11 @@ def _advance(address: int) -> int:
     return -outside
 
 
+@inlined
+def _as_written(move: Any, i: int) -> tuple[float, float, float, float]:
+    return move.moved[i, 0], move.moved[i, 1], move.heading[i, 0], move.heading[i, 1]
+
+
 _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
 
 
@@ -191,17 +217,19 @@ def _is_shipped(part: object) -> bool:
     return type(part).__module__.startswith("teamsight.world.")
 
 
-def advance_entry(arena: Arena) -> Entry:
+def advance_entry(arena: Arena, *, is_intended: bool = False) -> Entry:
     """Return the compiled step of bodies in arenas of this class.
 
-    In a user-defined arena it returns minus the number of bodies that have left the box around the arena; else 0.
+    `is_intended` says that `moved` and `heading` already hold what each body would do in free space, as `INTEND` or a
+    drive writes them. In a user-defined arena the entry returns minus the number of bodies that have left the box
+    around the arena; else 0.
     """
-    rule = type(arena).confine
+    rule, way = type(arena).confine, _as_written if is_intended else _intended
     watch = _beyond_box if is_watched(arena) else _nowhere
-    if (rule, watch) not in _ENTRIES:
-        name = type(arena).__name__.lower()
-        _ENTRIES[rule, watch] = specialise(_advance, name, confine=rule, is_outside=watch)
-    return _ENTRIES[rule, watch]
+    if (rule, watch, way) not in _ENTRIES:
+        name = type(arena).__name__.lower() + "_intended" * is_intended
+        _ENTRIES[rule, watch, way] = specialise(_advance, name, confine=rule, is_outside=watch, way_of=way)
+    return _ENTRIES[rule, watch, way]
 
 
 def pack_move(
