@@ -223,6 +223,17 @@ class Body(Agent):
     turn_limit = _ability("The largest angle that it can turn in a step [rad].")
     sensing_range = _ability("Distance within which it senses targets [length].")
     awareness_range = _ability("Distance within which it senses teammates [length].")
+
+    @property
+    def radius(self) -> float:
+        """The radius of its body [length]; it cannot be changed."""
+        return float(self.group.bodies.radius[self.row])
+
+    @property
+    def bumps(self) -> int:
+        """How often another body has come into its way, so that it could not go on; see `World`."""
+        return int(self.group.bodies.bumps[self.row])
+
     active: Setting[bool, bool] = Setting(
         lambda agent, _: bool(agent.group.bodies.active[agent.row]),
         lambda agent, _, active: agent.group.host.set_active(agent, active),

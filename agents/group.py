@@ -130,6 +130,8 @@ def _has_kernel(policy: Any) -> bool:
     team="give the team when a group is added, as in world.add(…, team='rivals')",
     range_shape="give the shape when a group is added, as in world.add(…, range_shape='square')",
     sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
+    radius="give the radius when a group is added, as in world.add(…, radius=0.1)",
+    bumps="it is counted",
     position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
     heading="to turn an agent, set its own heading, as in robots[0].heading = (0, 1)",
     active="set that of one agent, as in robots[0].active = False",
@@ -368,6 +370,7 @@ class Group(Generic[A]):
         speed: Numbers | None = None,
         turn_limit: Numbers | None = None,
         cycle: CycleLike | None = None,
+        radius: Numbers | None = None,
         **arguments: Any,
     ) -> list[A]:
         """Add agents, before a run or in the middle: between steps, in events and in processes.
@@ -380,7 +383,7 @@ class Group(Generic[A]):
             The number of new agents, at least 1.
         placement, position, heading
             As for `World.add`.
-        sensing_range, awareness_range, speed, turn_limit : float or array_like, shape (count,), optional
+        sensing_range, awareness_range, speed, turn_limit, radius : float or array_like, shape (count,), optional
             By default the group's, if all its agents have the same.
         cycle : Cycle or float, optional
             Their cycle, which begins now; by default the group's, if all its agents have the same.
@@ -402,7 +405,7 @@ class Group(Generic[A]):
         """
         given = {
             "placement": placement, "position": position, "heading": heading, "speed": speed, "turn_limit": turn_limit,
-            "sensing_range": sensing_range, "awareness_range": awareness_range, "cycle": cycle,
+            "sensing_range": sensing_range, "awareness_range": awareness_range, "cycle": cycle, "radius": radius,
         }  # fmt: skip
         return self.host.extend(self, count, given, arguments)
 
@@ -463,6 +466,16 @@ class Group(Generic[A]):
     def identity(self) -> npt.NDArray[np.int64]:
         """The `unique_id` of each agent, shape (n,)."""
         return readonly(self.bodies.identity)
+
+    @property
+    def radius(self) -> Floats:
+        """The radius of each body, shape (n,) [length]. It cannot be changed."""
+        return readonly(self.bodies.radius)
+
+    @property
+    def bumps(self) -> Integers:
+        """How often the way of each has become blocked by another body, shape (n,); see `World`."""
+        return readonly(self.bodies.bumps)
 
     @property
     def active(self) -> npt.NDArray[np.bool_]:

@@ -42,10 +42,11 @@ from teamsight.agents.world_data import LATER
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.registry import label
+from teamsight.world.contact import Pass
 from teamsight.world.limits import shape_given
 from teamsight.world.motion import is_watched, limit_of_turn
 from teamsight.world.motion import turn_limit as turn_limit_of
-from teamsight.world.placement import PLACEMENTS, Founders, starts
+from teamsight.world.placement import PLACEMENTS, Founders, Solid, starts
 
 if TYPE_CHECKING:
     from teamsight.agents.channel import Channel
@@ -55,7 +56,6 @@ if TYPE_CHECKING:
     from teamsight.agents.sensing.sensor import Sensor
     from teamsight.agents.world_data import WorldData
     from teamsight.policies.percept_of_one import PerceptOfOne
-    from teamsight.world.arena import Arena
     from teamsight.world.limits import Limits
 
 Floats = npt.NDArray[np.float64]
@@ -83,8 +83,8 @@ def make_group(
         )
     number, range_shape = len(data.groups), shape_given(given["range_shape"])
     abilities = abilities_of(data.limits, size, given)
-    founders = founders_of(data.arena, number, 0, size, given, abilities)
-    start = starts(data.arena, [founders], data.key[np.newaxis])
+    founders = founders_of(data, number, 0, size, given, abilities)
+    start = starts(data.arena, [founders], data.key[np.newaxis], taken_in(data))
     name = given["name"] or _free_name(data, plural(agent_class.__name__.lower()))
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
@@ -117,7 +117,8 @@ def abilities_of(limits: Limits, size: int, given: Mapping[str, Any]) -> dict[st
     """Return the columns of the abilities that are given to so many agents."""
     found: dict[str, Any] = {}
     for name, limit in (
-        ("sensing_range", limits.range), ("awareness_range", limits.range), ("speed", limits.speed)
+        ("sensing_range", limits.range), ("awareness_range", limits.range), ("speed", limits.speed),
+        ("radius", limits.radius),
     ):  # fmt: skip
         if name in given:
             found[name] = column(name, given[name], size, limit)
@@ -127,10 +128,10 @@ def abilities_of(limits: Limits, size: int, given: Mapping[str, Any]) -> dict[st
 
 
 def founders_of(
-    arena: Arena, number: int, first: int, size: int, given: Mapping[str, Any], abilities: Mapping[str, Any]
+    data: WorldData, number: int, first: int, size: int, given: Mapping[str, Any], abilities: Mapping[str, Any]
 ) -> Founders:
     """Return the rule for the places of new agents, whose members are numbered from `first`."""
-    placement, position, heading = given["placement"], given["position"], given["heading"]
+    placement, position, heading, arena = given["placement"], given["position"], given["heading"], data.arena
     if position is not None:
         if not isinstance(placement, str) or placement != "uniform":
             raise ValueError(f"placement={checks.shown(placement)}: applies without position; give one of them")
@@ -140,7 +141,31 @@ def founders_of(
     else:
         placement = checked_positions(arena, placement, (size, 2))
     heading = None if heading is None else checked_headings(heading, (size, 2))
-    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first)
+    radius = None if isinstance(data.contact, Pass) else np.broadcast_to(abilities["radius"], size).astype(float)
+    if radius is not None and radius.any():
+        check_steps(data, radius, abilities["speed"])
+    else:
+        radius = None
+    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first, radius)
+
+
+def check_steps(data: WorldData, radius: Any, speed: Any) -> None:
+    """Refuse bodies that in one step could meet another on both sides of an arena that repeats."""
+    reach = float(np.max((np.asarray(radius) > 0) * (np.asarray(radius) + speed), initial=0.0))
+    limit = min((side / 4 for side in data.arena.period if side > 0), default=math.inf)
+    if reach > limit:
+        raise ValueError(
+            f"speed: {reach:g} with the radius; of bodies that meet it must be at most {limit:g} in {data.arena}, a "
+            "quarter of the shorter side; take a lower speed or a larger torus"
+        )
+
+
+def taken_in(data: WorldData) -> Solid | None:
+    """Return the bodies of a world that new ones must not overlap."""
+    solid = [(group.bodies, group.bodies.active & (group.bodies.radius > 0)) for group in data.solid]
+    if not solid:
+        return None
+    return Solid(*(np.concatenate([bodies[name][rows] for bodies, rows in solid]) for name in Solid._fields))
 
 
 def plural(name: str) -> str:
@@ -326,7 +351,7 @@ def newcomers(
     each, columns = divided(group.agent_class, count, arguments, given, group.columns)
     first, tick = len(group.members), data.timeline.tick
     abilities = _abilities(data, group, count, given)
-    founders = founders_of(data.arena, group.number, first, count, given, abilities)
+    founders = founders_of(data, group.number, first, count, given, abilities)
     position, heading = _start_of(data, group, founders)
     member = np.arange(first, first + count)
     own = group.columns.of_new(count, columns)
@@ -374,8 +399,8 @@ def _start_of(data: WorldData, group: Group, founders: Founders) -> tuple[Floats
     first, last = founders.first, founders.first + founders.size
     is_drawn = isinstance(founders.placement, str) and founders.placement == "uniform" and founders.heading is None
     # The user's own arena may refuse places of agents who never come.
-    if not is_drawn or is_watched(data.arena):
-        start = starts(data.arena, [founders], data.key[np.newaxis])
+    if not is_drawn or is_watched(data.arena) or founders.radius is not None:
+        start = starts(data.arena, [founders], data.key[np.newaxis], taken_in(data))
         return start.position[0], start.heading[0]
     drawn = data.arena, data.key.tobytes()
     ahead = group.drawn_ahead
@@ -441,7 +466,7 @@ def _abilities(data: WorldData, group: Group, count: int, given: Mapping[str, An
     if given["speed"] is None:
         _check_speed(data, group)
     own = abilities_of(data.limits, count, {name: one for name, one in given.items() if one is not None})
-    for name in ("sensing_range", "awareness_range", "speed"):
+    for name in ("sensing_range", "awareness_range", "speed", "radius"):
         if name not in own:
             own[name] = _usual(group, name)
     if "turn_cosine" in own:
@@ -453,6 +478,22 @@ def _abilities(data: WorldData, group: Group, count: int, given: Mapping[str, An
     # Not by way of the angle, which would round.
     own["turn_cosine"], own["turn_sine"] = (one[0] for one in turning)
     return own
+
+
+def _check_apart(data: WorldData, agent: Body, place: Floats) -> None:
+    """Refuse a place at which the body of an agent would overlap another or a wall."""
+    group, row = agent.group, agent.row
+    radius = group.bodies.radius[row : row + 1]
+    if group not in data.solid or not radius[0] > 0:
+        return
+    active = group.bodies.active[row]
+    group.bodies.active[row] = False
+    try:
+        taken = taken_in(data)
+    finally:
+        group.bodies.active[row] = active
+    here = Founders(group.number, 1, place[np.newaxis], 0.0, radius=radius)
+    starts(data.arena, [here], data.key[np.newaxis], taken)
 
 
 def _check_range(data: WorldData, sensor: Any) -> None:
@@ -706,6 +747,8 @@ class WorldHost:
         given = {name: value for name, value in changes.items() if value is not None}
         size = len(group)
         values = abilities_of(data.limits, size, given)
+        if "speed" in values and group in data.solid:
+            check_steps(data, group.bodies.radius, values["speed"])
         numbers, before = None, group.rules
         if "cycle" in given:
             cycle = cycle_of(given["cycle"])
@@ -749,6 +792,8 @@ class WorldHost:
     def adjust_one(self, agent: Body, name: str, value: float) -> None:
         """Change one ability of one agent: its speed, its turning limit, or one of its ranges."""
         row, found = agent.row, abilities_of(self._data.limits, 1, {name: value})
+        if "speed" in found and agent.group in self._data.solid:
+            check_steps(self._data, agent.radius, found["speed"])
         with deferred():
             for column, values in found.items():
                 agent.group.bodies[column][row] = values[0]
@@ -808,6 +853,7 @@ class WorldHost:
         """Move an agent to a position in the arena."""
         group, row = agent.group, agent.row
         place = checked_positions(self._data.arena, position, (2,))
+        _check_apart(self._data, agent, place)
         with deferred():
             group.bodies.position[row] = place
             self._engine.is_seen = False

@@ -32,6 +32,7 @@ from teamsight.core.table import Table
 from teamsight.core.version import __version__
 from teamsight.policies.interface import PolicyState
 from teamsight.world.clock import Planned, callbacks_of
+from teamsight.world.contact import Pass
 from teamsight.world.motion import ABILITIES
 from teamsight.world.noise import key_of
 from teamsight.world.placement import Founders
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
     from teamsight.agents.mesa.bases import Model
     from teamsight.agents.recording.recording import Recording
     from teamsight.agents.world_data import FirstStates, WorldData
-    from teamsight.world.arena import Arena
     from teamsight.world.placement import Starts
 
 
@@ -273,7 +273,7 @@ class StateKeeper:
         collector = self._recording.collector
         collected = collector if isinstance(collector, HistoryCollector) else None
         data = self._data
-        events, arena = save_events(self._model, data, pending), _identified_arena(data.arena)
+        events, arena = save_events(self._model, data, pending), _identified_space(data)
         generators = mesa_compat.generators(self._model)
         interactions = tuple(one.saved() for one in data.interactions)
         return copy.deepcopy(State(
@@ -355,10 +355,10 @@ def _check_fits(saved: State, data: WorldData) -> None:
         raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
     if saved.format != FORMAT:
         raise ValueError(checks.other_format("restore(…)", saved.format, FORMAT, saved.version))
-    if saved.arena != _identified_arena(data.arena):
+    if saved.arena != _identified_space(data):
         raise ValueError(
-            f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in {data.arena}; restore "
-            "it in a world built in the same way"
+            f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in "
+            f"{_named(_identified_space(data))}; restore it in a world built in the same way"
         )
     mine = [_identified(group) for group in data.groups]
     theirs = [old[:5] for old in saved.groups]
@@ -416,15 +416,18 @@ def _difference(theirs: list[Any], mine: list[Any]) -> str:
     return f"{one[0]} that have {first}, and {other[0]} have {second} here"
 
 
-def _identified_arena(arena: Arena) -> tuple[Any, ...]:
-    """Return the description of an arena: equal for equal arenas, also in other processes."""
+def _identified_space(data: WorldData) -> tuple[Any, ...]:
+    """Return the description of an arena, and of the contacts in it: equal for equal ones, also in other processes."""
+    arena = data.arena
     box = tuple(np.ravel(arena.bounds).tolist())
-    return (type(arena).__qualname__, tuple(arena.size), tuple(arena.period), box)
+    contact = () if isinstance(data.contact, Pass) else (repr(data.contact),)
+    return (type(arena).__qualname__, tuple(arena.size), tuple(arena.period), box, *contact)
 
 
 def _named(arena: tuple[Any, ...]) -> str:
-    name, size, *_ = arena
-    return f"{name} of size {', '.join(f'{side:g}' for side in size)}"
+    name, size, _, _, *contact = arena
+    where = f"{name} of size {', '.join(f'{side:g}' for side in size)}"
+    return f"{where} with contact={contact[0]}" if contact else where
 
 
 # Whose method a planned call is: ("world", 0, 0), ("source", number, 0) or ("agent", number of its group, member).

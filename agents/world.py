@@ -38,6 +38,7 @@ from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
+from teamsight.world.contact import Contact, ContactName, contact_of
 from teamsight.world.interaction import Interaction
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ class SettingOfGroups:
     sources="world.attach(…) and world.detach(…) change them",
     until="its methods return the events for which a process can wait, as in world.until.observed(target)",
     arena="all agents were placed in it; build another world",
+    contact="all agents were placed for it; build another world",
     seed_used="start again with reset(rng)",
     tick="run(n) makes steps, reset() starts again, and restore(state) goes back",
     groups="add() adds one",
@@ -105,6 +107,9 @@ class World(MesaModel):
     ----------
     arena : Arena
         The arena: `Disc`, `Box`, `Torus`, or a class of your own.
+    contact : Contact or {"pass", "stop", "slide"}
+        What happens when bodies that have a radius meet: they pass through each other; whoever drives into another
+        stops, or slides along it; or a class of your own.
     rng : int, array_like of int, SeedSequence, BitGenerator or Generator, optional
         The seed; see `seed_used`. By default a new one is drawn, and from anything but a whole number, as
         ``numpy.random.default_rng(rng).integers(2**53)``: a generator goes on by that, so the next world differs.
@@ -135,14 +140,21 @@ class World(MesaModel):
 
     # Without a default for the arena, Python's own error would come first, which names no cure. With this one the
     # signature says that it has none.
-    def __init__(self, arena: Arena = _NONE, *, rng: SeedLike = None, seed: SeedLike = None) -> None:
+    def __init__(
+        self,
+        arena: Arena = _NONE,
+        *,
+        contact: Contact | ContactName = "pass",
+        rng: SeedLike = None,
+        seed: SeedLike = None,
+    ) -> None:
         if arena is _NONE:
             made = "World" if type(self) is World else "super().__init__"
             raise TypeError(f"{type(self).__name__}: has no arena; give it one, as in {made}(Box(10, 10), rng=rng)")
         if not isinstance(arena, Arena):
             shown = checks.shown(arena)
             raise TypeError(f"arena={shown}: must be an arena, such as Disc(5.0), Box(10, 8) or Torus(10, 8)")
-        self._data = data = WorldData(arena, checks.seed(rng, seed))
+        self._data = data = WorldData(arena, checks.seed(rng, seed), contact_of(contact, arena))
         super().__init__(data.seed)
         self.clock = data.timeline.clock
         self._engine = Engine(data)
@@ -177,6 +189,7 @@ class World(MesaModel):
         position: Points | None = None,
         heading: Points | None = None,
         cycle: CycleLike = EVERY_STEP,
+        radius: Numbers = 0.0,
         name: str | None = None,
         **arguments: Any,
     ) -> Group[A]:
@@ -216,6 +229,9 @@ class World(MesaModel):
             The initial directions, or one for all; they are normalised. By default they are drawn.
         cycle : Cycle or float
             When they sense and decide; a number is a period [ticks]. By default at every step.
+        radius : float or array_like, shape (count,)
+            The radius of their bodies [length]; it cannot be changed. Bodies that have one start apart, and meet as the
+            `contact` of the world says; see `World`. By default they are points.
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
         **arguments
@@ -232,7 +248,7 @@ class World(MesaModel):
             "policy": policy, "policy_options": policy_options, "awareness": awareness, "team": team,
             "sensing_range": sensing_range, "awareness_range": awareness_range, "range_shape": range_shape,
             "speed": speed, "turn_limit": turn_limit, "placement": placement, "position": position, "heading": heading,
-            "cycle": cycle, "name": name,
+            "cycle": cycle, "radius": radius, "name": name,
         }  # fmt: skip
         return self._host.add(agent_class, count, given, arguments)
 
@@ -480,6 +496,11 @@ class World(MesaModel):
                 raise AttributeError(f"{what}; call super().__init__(arena, rng=rng), which makes it, first")
             # The error as it was: properties may have raised one of their own.
             return super().__getattribute__(name)
+
+    @property
+    def contact(self) -> Contact:
+        """What happens when bodies that have a radius meet."""
+        return self._data.contact
 
     @property
     def arena(self) -> Arena:

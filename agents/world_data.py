@@ -16,6 +16,7 @@ from teamsight.agents.resolve import columns_of_state, first_state_of_members
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.world.clock import Clock
+from teamsight.world.contact import BUMPS, Pass
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from teamsight.agents.engine.interactions import PlacedInteraction
     from teamsight.agents.engine.records import Watcher
     from teamsight.world.arena import Arena
+    from teamsight.world.contact import Contact
     from teamsight.world.placement import Starts
 
 
@@ -120,6 +122,8 @@ class WorldData:
         The same tick, for percepts.
     groups : list of Group
         The groups, in the order in which they were added.
+    contact : Contact
+        What happens when bodies that have a radius meet.
     timeline : Timeline
         The tick and the clock.
     sources : Sources
@@ -137,8 +141,8 @@ class WorldData:
         `Until.__call__`.
     """
 
-    def __init__(self, arena: Arena, seed: int) -> None:
-        self.arena, self.seed = arena, seed
+    def __init__(self, arena: Arena, seed: int, contact: Contact) -> None:
+        self.arena, self.seed, self.contact = arena, seed, contact
         self.limits = Limits(arena)
         self.arena_size = np.array(arena.size, float)
         self.key = key_of(seed)
@@ -185,8 +189,16 @@ class WorldData:
 
     @property
     def score_names(self) -> tuple[str, ...]:
-        """The columns of the history that interactions write."""
-        return tuple(name for one in self.interactions for name in one.interaction.scores)
+        """The columns of the history that interactions and contacts write."""
+        found = tuple(name for one in self.interactions for name in one.interaction.scores)
+        return (*found, BUMPS) if self.solid else found
+
+    @property
+    def solid(self) -> list[Group]:
+        """The groups with bodies that meet others: those that have a radius, unless bodies pass through each other."""
+        if isinstance(self.contact, Pass):
+            return []
+        return [group for group in self.groups if group.members.radius.any()]
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
         """Return the initial positions and headings of all groups for each noise key; see `starts`."""

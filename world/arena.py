@@ -28,6 +28,7 @@ from teamsight.world.walls import (
     confine_disc,
     confine_torus,
     confine_walls,
+    inset,
     joined,
     no_walls,
     open_sight,
@@ -363,15 +364,12 @@ def _rounded(arena: WalledArena, margin: float) -> float:
 
 def _limits(walls: Walls, margin: float) -> tuple[Points, Points]:
     """Return the lines and the circles (x, y, radius) at which the places that are `margin` from the walls end."""
-    segments = walls.segments
-    edge = segments[:, 2:] - segments[:, :2]
-    normal = np.stack([-edge[:, 1], edge[:, 0]], axis=1) / np.hypot(*edge.T)[:, None]
-    lines = segments + margin * np.tile(normal, 2)
-    ends = np.concatenate([segments[:, :2], np.full((len(segments), 1), margin)], axis=1)
-    discs = walls.discs + np.array([0.0, 0.0, margin])
-    # The places within a hollow disc end at a smaller circle.
-    discs[:, 2] = np.abs(discs[:, 2]) * (np.sign(discs[:, 2]) == np.sign(walls.discs[:, 2]))
-    return lines, np.concatenate([np.unique(ends, axis=0), discs])
+    lines, discs = inset(walls, margin)
+    # The places within a hollow disc end at a smaller circle; without room there, at its centre.
+    is_open = np.ones(len(discs), np.bool_)
+    if len(walls.discs):
+        is_open[-len(walls.discs) :] = np.sign(discs[-len(walls.discs) :, 2]) == np.sign(walls.discs[:, 2])
+    return lines, np.concatenate([discs[:, :2], (np.abs(discs[:, 2]) * is_open)[:, None]], axis=1)
 
 
 def _feet_on_circles(points: Points, circles: Points) -> Points:
@@ -558,15 +556,19 @@ class WalledArena(Arena):
         return float(sum(np.sum(weights[part] * _free_length(self, lines[part], circles)) for part in parts))
 
 
-def _check_obstacles(arena: Arena, obstacles: tuple[Obstacle, ...]) -> None:
-    """Refuse obstacles that `arena` cannot have; see `Arena.with_obstacles`."""
-    name = type(arena).__name__
+def states_walls(arena: Arena) -> bool:
+    """Whether an arena says at which walls its `confine` reflects."""
     # Walls that are inherited from a class with another `confine` may be wrong.
     walls, confine = (next(home for home in type(arena).__mro__ if key in vars(home)) for key in ("walls", "confine"))
-    if arena.walls is None or not issubclass(walls, confine):
+    return arena.walls is not None and issubclass(walls, confine)
+
+
+def _check_obstacles(arena: Arena, obstacles: tuple[Obstacle, ...]) -> None:
+    """Refuse obstacles that `arena` cannot have; see `Arena.with_obstacles`."""
+    if not states_walls(arena):
         raise TypeError(
-            f"{name}: cannot have obstacles, because its class does not say where its walls are; define `walls`, the "
-            "segments and discs at which its confine reflects, or use Polygon"
+            f"{type(arena).__name__}: cannot have obstacles, because its class does not say where its walls are; "
+            "define `walls`, the segments and discs at which its confine reflects, or use Polygon"
         )
     if not obstacles:
         raise ValueError(f"{arena}.with_obstacles(): give at least one obstacle, such as Circle((0, 0), 1)")

@@ -70,6 +70,15 @@ class Limits:
         self._arena.check_reach(result)
         return result
 
+    def radius(self, name: str, value: float) -> float:
+        """Return the radius of a body: 0, or a length that fits into the arena."""
+        result = checks.number(name, value, least=0)
+        if result and 2.0 * length(name, result) > self._extent:
+            raise ValueError(
+                f"{name}={result:g}: must be at most {0.5 * self._extent:g} in {self._arena}; take a smaller radius"
+            )
+        return result
+
     def speed(self, name: str, value: float) -> float:
         """Return a speed, at least 0, of at most `FARTHEST` extents of the arena a step."""
         result = checks.number(name, value, least=0)

@@ -23,6 +23,7 @@ ABILITIES = (
     Field("turn_sine", reset="first"),
     Field("sensing_range", unit="length", reset="first"),
     Field("awareness_range", unit="length", reset="first"),
+    Field("radius", unit="length", reset="first"),
 )
 
 #: The columns of all agents.
@@ -44,6 +45,9 @@ BODIES = (
     Field("ended", np.bool_, fill=False, reset="fill"),
     # The same of the last step alone: the sum, and 1 if one has ended a trial.
     Field("last_rewards", shape=(2,), reset="fill"),
+    # Whether another body was in its way in the last step, and how often that has begun.
+    Field("blocked", np.bool_, fill=False, reset="fill"),
+    Field("bumps", np.int64, reset="fill"),
     # The last action; see `Action`.
     Field("aim", shape=(2,), reset="fill"),
     Field("distance", reset="fill", unit="length"),

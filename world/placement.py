@@ -10,11 +10,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core.kernel import Entry, Record
-from teamsight.world.arena import Arena
+from teamsight.core.kernel import Entry, Record, kernel
+from teamsight.world.arena import Arena, kernel_period
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import Stream, philox, stream_number
 from teamsight.world.search import Search, proximity_graph
+from teamsight.world.walls import ROUNDING, clearance, repeated
 
 Points = npt.NDArray[np.float64]
 
@@ -162,9 +163,10 @@ _CHANNELS = 3
 
 
 class Request(NamedTuple):
-    """The record of a call of `_fill`; k runs, n agents."""
+    """The record of a call of `_fill`; k runs or attempts, n agents."""
 
     keys: Annotated[npt.NDArray[np.uint64], "k", 2]
+    attempt: Annotated[npt.NDArray[np.int64], "k"]
     stream: Annotated[npt.NDArray[np.int64], "n"]
     member: Annotated[npt.NDArray[np.int64], "n"]
     numbers: Annotated[Points, _CHANNELS, "k", "n"]
@@ -191,6 +193,8 @@ class Founders(NamedTuple):
         Unit vectors; by default they are drawn.
     first : int
         The number of the first within the group; it selects the noise.
+    radius : ndarray, shape (n,), float64, optional
+        The radii of bodies that must not overlap [length]; by default they may.
     """
 
     number: int
@@ -199,13 +203,15 @@ class Founders(NamedTuple):
     spacing: float
     heading: Points | None = None
     first: int = 0
+    radius: Points | None = None
 
     def cut(self, members: int) -> Founders:
         """Return those whose number within the group is less than `members`."""
         size = max(min(self.size, members - self.first), 0)
         placement = self.placement if isinstance(self.placement, str) else self.placement[:size]
         heading = None if self.heading is None else self.heading[:size]
-        return self._replace(size=size, placement=placement, heading=heading)
+        radius = None if self.radius is None else self.radius[:size]
+        return self._replace(size=size, placement=placement, heading=heading, radius=radius)
 
     def followed_by(self, other: Founders) -> list[Founders]:
         """Return these and the next ones of the same group, as one if the same rule can place them together."""
@@ -222,8 +228,13 @@ class Founders(NamedTuple):
             heading = np.concatenate([self.heading, other.heading])
         elif self.heading is not None or other.heading is not None:
             return [self, other]
+        radius = None
+        if self.radius is not None and other.radius is not None:
+            radius = np.concatenate([self.radius, other.radius])
+        elif self.radius is not None or other.radius is not None:
+            return [self, other]
         size, spacing = self.size + other.size, max(self.spacing, other.spacing)
-        return [self._replace(size=size, placement=placement, spacing=spacing, heading=heading)]
+        return [self._replace(size=size, placement=placement, spacing=spacing, heading=heading, radius=radius)]
 
 
 class Starts(NamedTuple):
@@ -241,7 +252,16 @@ class Starts(NamedTuple):
     heading: Points
 
 
-def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64]) -> Starts:
+class Solid(NamedTuple):
+    """Bodies that others must not overlap: where they are, shape (n, 2), and their radii, shape (n,) [length]."""
+
+    position: Points
+    radius: Points
+
+
+def starts(
+    arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64], taken: Solid | None = None
+) -> Starts:
     """Place the agents of all groups for several runs at once.
 
     Parameters
@@ -252,6 +272,8 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
         All groups of the world; those of one group follow one another.
     keys : ndarray, shape (k, 2), uint64
         The noise key of each run, from `noise.key_of`.
+    taken : Solid, optional
+        Bodies that are there already.
 
     Returns
     -------
@@ -261,7 +283,11 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     Raises
     ------
     ValueError
-        If the arena's ``place`` returns positions outside the arena.
+        If the arena's ``place`` returns positions outside the arena, or bodies that must not overlap do not fit.
+
+    Notes
+    -----
+    Bodies that must not overlap are placed one after the other; one whose place is taken is drawn again.
     """
     numbers = _numbers(groups, keys)
     angle = 2 * math.pi * numbers[2]
@@ -271,13 +297,17 @@ def starts(arena: Arena, groups: Sequence[Founders], keys: npt.NDArray[np.uint64
     for one, end in zip(groups, last, strict=True):
         if one.heading is not None:
             heading[:, end - one.size : end] = one.heading
-    if not is_watched(arena) and all(isinstance(one.placement, str) and one.placement == "uniform" for one in groups):
+    is_drawn = all(isinstance(one.placement, str) and one.placement == "uniform" for one in groups)
+    if is_drawn and not is_watched(arena) and all(one.radius is None for one in groups):
         return Starts(np.ascontiguousarray(arena.place(*numbers[:2])), heading)
     position = np.empty_like(heading)
     for run in range(len(keys)):
+        apart = Apart(arena, taken)
         for one, end in zip(groups, last, strict=True):
             here = slice(end - one.size, end)
-            position[run, here] = _places(arena, one, np.ascontiguousarray(numbers[:2, run, here]))
+            drawn = np.ascontiguousarray(numbers[:2, run, here])
+            solid = one.radius is not None
+            position[run, here] = apart.place(one, drawn, keys[run]) if solid else _places(arena, one, drawn)
     return Starts(position, heading)
 
 
@@ -294,20 +324,26 @@ def _numbers(groups: Sequence[Founders], keys: npt.NDArray[np.uint64]) -> Points
     return _filled(keys, stream, member)
 
 
-def _filled(keys: npt.NDArray[np.uint64], stream: npt.NDArray[np.int64], member: npt.NDArray[np.int64]) -> Points:
+def _filled(
+    keys: npt.NDArray[np.uint64],
+    stream: npt.NDArray[np.int64],
+    member: npt.NDArray[np.int64],
+    attempt: npt.NDArray[np.int64] | None = None,
+) -> Points:
     keys = np.ascontiguousarray(keys, np.uint64)
     numbers = np.empty((_CHANNELS, len(keys), len(member)))
-    _FILL(REQUEST.pack(Request(keys, stream, member, numbers)))
+    attempt = np.zeros(len(keys), np.int64) if attempt is None else attempt
+    _FILL(REQUEST.pack(Request(keys, attempt, stream, member, numbers)))
     return numbers
 
 
 def _fill(address: int) -> int:
-    keys, stream, member, numbers = request_at(address)
+    keys, attempt, stream, member, numbers = request_at(address)
     for channel in range(_CHANNELS):
         for run in range(keys.shape[0]):
             for i in range(member.shape[0]):
                 word, _, _, _ = philox(
-                    np.uint64(0), np.uint64(member[i]), np.uint64(channel), np.uint64(stream[i]),
+                    np.uint64(attempt[run]), np.uint64(member[i]), np.uint64(channel), np.uint64(stream[i]),
                     keys[run, 0], keys[run, 1],
                 )  # fmt: skip
                 numbers[channel, run, i] = (np.float64(np.int64(word)) + 0.5) * 2.0**-32
@@ -331,3 +367,229 @@ def _places(arena: Arena, group: Founders, numbers: Points) -> Points:
             "check_arena()"
         )
     return places
+
+
+class Placing(NamedTuple):
+    """The record of a call of `_place`: bodies that are placed one after the other so that none overlaps another.
+
+    Attributes
+    ----------
+    position, radius : ndarray, shape (n, 2) and (n,), float64
+        Where all are, and their radii [length].
+    is_placed : ndarray, shape (n,), bool
+        Whether each has its place.
+    rows : ndarray, shape (w,), int64
+        The bodies to place, in this order.
+    candidates : ndarray, shape (k, w, 2), float64
+        Places to try for each, in this order [length]; NaN is none.
+    keeps : bool
+        Whether all take their first candidate, whatever is there.
+    period : ndarray, shape (2,), float64
+        That of the arena, from `kernel_period`.
+    low, width : ndarray, shape (2,), float64
+        The lowest corner of the arena, and the sides of a cell, at least the largest sum of two radii [length].
+    cells : ndarray, shape (rows, columns), int64
+        The last body that was placed in each cell; −1 for none.
+    next_one : ndarray, shape (n,), int64
+        The body that was placed in the same cell before; −1 for none.
+    """
+
+    position: Annotated[Points, "n", 2]
+    radius: Annotated[Points, "n"]
+    is_placed: Annotated[npt.NDArray[np.bool_], "n"]
+    rows: Annotated[npt.NDArray[np.int64], "w"]
+    candidates: Annotated[Points, "attempts", "w", 2]
+    keeps: bool
+    period: Annotated[Points, 2]
+    low: Annotated[Points, 2]
+    width: Annotated[Points, 2]
+    cells: Annotated[npt.NDArray[np.int64], "rows", "columns"]
+    next_one: Annotated[npt.NDArray[np.int64], "n"]
+
+
+PLACING = Record(Placing)
+placing_at = PLACING.at
+
+
+@kernel
+def _overlaps(address: int, i: int, x: float, y: float, row: int, column: int) -> bool:
+    """Whether a body at (x, y), in this cell, would overlap one that is placed."""
+    here = placing_at(address)
+    rows, columns = here.cells.shape
+    # Of few cells each is looked at once; where the arena repeats, they are neighbours across the seam.
+    for up in range(min(rows, 3)):
+        for across in range(min(columns, 3)):
+            near_row = up if rows < 3 else row + up - 1
+            near_column = across if columns < 3 else column + across - 1
+            if here.period[0] > 0.0:
+                near_row = (near_row + rows) % rows
+                near_column = (near_column + columns) % columns
+            elif near_row < 0 or near_column < 0 or near_row >= rows or near_column >= columns:
+                continue
+            j = here.cells[near_row, near_column]
+            while j >= 0:
+                off_x = here.position[j, 0] - x
+                off_y = here.position[j, 1] - y
+                if here.period[0] > 0.0:
+                    off_x -= here.period[0] * np.rint(off_x / here.period[0])
+                    off_y -= here.period[1] * np.rint(off_y / here.period[1])
+                apart = here.radius[i] + here.radius[j]
+                if off_x * off_x + off_y * off_y < apart * apart:
+                    return True
+                j = here.next_one[j]
+    return False
+
+
+def _place(address: int) -> int:
+    """Give each body the first candidate at which it overlaps none that is placed."""
+    here = placing_at(address)
+    for w in range(here.rows.shape[0]):
+        i = here.rows[w]
+        for k in range(here.candidates.shape[0]):
+            x = here.candidates[k, w, 0]
+            y = here.candidates[k, w, 1]
+            if not abs(x + y) < math.inf:
+                continue
+            row = min(max(math.floor((y - here.low[1]) / here.width[1]), 0), here.cells.shape[0] - 1)
+            column = min(max(math.floor((x - here.low[0]) / here.width[0]), 0), here.cells.shape[1] - 1)
+            if here.keeps or not _overlaps(address, i, x, y, row, column):
+                here.position[i, 0] = x
+                here.position[i, 1] = y
+                here.is_placed[i] = True
+                here.next_one[i] = here.cells[row, column]
+                here.cells[row, column] = i
+                break
+    return 0
+
+
+_PLACE = Entry(_place)
+# Attempts at once: first few, since most bodies need no more; then many. Where none of so many in a row has found a
+# place for any body, there is none left.
+_ATTEMPTS, _MORE, _MOST = 4, 64, 1024
+# No arrangement of equal discs covers more of the plane.
+_DENSEST = math.pi / math.sqrt(12.0)
+
+
+class Apart:
+    """Places bodies so that none overlaps another or a wall.
+
+    Parameters
+    ----------
+    arena : Arena
+        The arena.
+    taken : Solid, optional
+        Bodies that are there already.
+    """
+
+    def __init__(self, arena: Arena, taken: Solid | None) -> None:
+        self._arena, self._there = arena, taken or Solid(np.zeros((0, 2)), np.zeros(0))
+        assert arena.walls is not None
+        self._walls = repeated(arena.walls, arena.period, arena.bounds)
+
+    def place(self, group: Founders, numbers: Points, key: npt.NDArray[np.uint64]) -> Points:
+        """Return the positions of a group, shape (n, 2); the next group must not overlap it.
+
+        Parameters
+        ----------
+        group : Founders
+            The group.
+        numbers : ndarray, shape (2, n), float64
+            The uniform numbers of the first attempt.
+        key : ndarray, shape (2,), uint64
+            The noise key of the run, for further attempts.
+
+        Raises
+        ------
+        ValueError
+            If positions overlap that were given, or there is too little room.
+        """
+        radius, there = np.asarray(group.radius), self._there
+        self._check_area(radius)
+        first = len(there.radius)
+        solid = Solid(np.concatenate([there.position, np.zeros((group.size, 2))]), np.append(there.radius, radius))
+        low, high = map(np.asarray, self._arena.bounds)
+        # At most about one cell for each body.
+        side = max(2.0 * float(solid.radius.max()), math.sqrt(float(np.prod(high - low)) / len(solid.radius)))
+        columns, rows = (max(int(extent // side), 1) for extent in high - low)
+        placing = Placing(
+            *solid, np.zeros(len(solid.radius), np.bool_), np.arange(first), there.position[np.newaxis], True,
+            kernel_period(self._arena.period), low, (high - low) / (columns, rows), np.full((rows, columns), -1),
+            np.zeros(len(solid.radius), np.int64),
+        )  # fmt: skip
+        _PLACE(PLACING.pack(placing))
+        waiting, attempts, in_vain = np.arange(group.size), 0, 0
+        while len(waiting) and in_vain < _MOST:
+            count = 1 if not attempts else _ATTEMPTS if attempts == 1 else _MORE
+            drawn = numbers[:, np.newaxis] if not attempts else self._drawn(group, waiting, key, attempts, count)
+            candidates = self._candidates(group, waiting, drawn)
+            _PLACE(PLACING.pack(placing._replace(rows=waiting + first, candidates=candidates, keeps=False)))
+            left = waiting[~placing.is_placed[waiting + first]]
+            if not isinstance(group.placement, str) and len(left):
+                raise self._overlapping(group, solid, first, int(left[0]))
+            attempts, in_vain = attempts + count, in_vain + count if len(left) == len(waiting) else 0
+            waiting = left
+        if len(waiting):
+            raise self._too_many(f"{group.size - len(waiting)} fit when they are placed at random", radius)
+        self._there = solid
+        return solid.position[first:]
+
+    def _drawn(
+        self, group: Founders, waiting: npt.NDArray[np.int64], key: npt.NDArray[np.uint64], attempts: int, count: int
+    ) -> Points:
+        """Return the uniform numbers of the next attempts, shape (2, count, w)."""
+        stream = np.full(len(waiting), stream_number(Stream.PLACEMENT, group.number), np.int64)
+        attempt = np.arange(attempts, attempts + count)
+        return _filled(np.tile(key, (count, 1)), stream, group.first + waiting, attempt)[:2]
+
+    def _candidates(self, group: Founders, waiting: npt.NDArray[np.int64], numbers: Points) -> Points:
+        """Return places by the rule of a group for these uniform numbers, shape (k, w, 2); NaN if beside a wall."""
+        radius = np.asarray(group.radius)[waiting]
+        places = np.zeros((*numbers.shape[1:], 2))
+        for attempt, drawn in enumerate(np.moveaxis(numbers, 1, 0)):
+            rule = group.placement if isinstance(group.placement, str) else "given"
+            # What cannot be spread is drawn.
+            if rule == "uniform" or (rule == "spread" and len(waiting) < group.size):
+                for one in np.unique(radius):
+                    alike = radius == one
+                    places[attempt, alike] = self._arena.place(drawn[0, alike], drawn[1, alike], one)
+            else:
+                places[attempt] = _places(self._arena, group, np.ascontiguousarray(drawn))
+        slack = ROUNDING * float(np.abs(self._arena.bounds).max())
+        is_free = self._arena.contains(places) & (clearance(self._walls, places) >= radius - slack)
+        return np.where((radius == 0)[:, np.newaxis] | is_free[..., np.newaxis], places, np.nan)
+
+    def _check_area(self, radius: Points) -> None:
+        """Refuse discs that have no room, or a larger area than there is."""
+        widest, arena = float(radius.max()), self._arena
+        if widest and not arena.fits(widest):
+            raise ValueError(f"radius={widest:g}: no place in {arena} is so far from its walls; take a smaller radius")
+        area = math.pi * float(np.sum(radius**2))
+        if area > arena.area:
+            most = int(_DENSEST * arena.area / (area / len(radius)))
+            raise self._too_many(f"at most {most} fit", radius)
+
+    def _too_many(self, how: str, radius: Points) -> ValueError:
+        sizes = f"radius {radius[0]:g}" if (radius == radius[0]).all() else f"radii up to {radius.max():g}"
+        others = f" beside the {len(self._there.radius)} that are there" if len(self._there.radius) else ""
+        return ValueError(
+            f"{len(radius)} bodies of {sizes}: too many for {self._arena}{others}; {how}. Take fewer or smaller ones, or "
+            "a larger arena; or give positions that do not overlap"
+        )
+
+    def _overlapping(self, group: Founders, solid: Solid, first: int, row: int) -> ValueError:
+        """Return the exception for a given position that is taken, or too near to a wall."""
+        place, radius = np.asarray(group.placement)[row], float(np.asarray(group.radius)[row])
+        at = f"position: that of agent {row}, ({place[0]:g}, {place[1]:g}),"
+        slack = ROUNDING * float(np.abs(self._arena.bounds).max())
+        off = float(clearance(self._walls, place))
+        if off < radius - slack:
+            return ValueError(f"{at} is {off:g} from a wall, and its radius is {radius:g}; place it farther inside")
+        ways = self._arena.displacement(solid.position[: first + row], place)
+        distance = np.hypot(ways[:, 0], ways[:, 1])
+        other = int(np.argmin(distance - solid.radius[: first + row]))
+        whom = f"agent {other - first}" if other >= first else "one of another group, placed before"
+        cure = "give another" if other >= first else "give another, or add the groups whose positions are given first"
+        return ValueError(
+            f"{at} is {distance[other]:g} from {whom}, and the sum of their radii is {radius + solid.radius[other]:g}; "
+            f"{cure}"
+        )

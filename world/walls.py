@@ -169,6 +169,18 @@ def clearance(walls: Walls, position: Points) -> Points:
     return distance
 
 
+def inset(walls: Walls, margin: float) -> Walls:
+    """Return the walls at which the centre of a body of this radius reflects: moved inwards, and round its corners."""
+    segments = walls.segments
+    edge = segments[:, 2:] - segments[:, :2]
+    normal = np.stack([-edge[:, 1], edge[:, 0]], axis=1) / np.hypot(*edge.T)[:, None]
+    corners = np.concatenate([segments[:, :2], np.full((len(segments), 1), margin)], axis=1)
+    return Walls(
+        segments + margin * np.tile(normal, 2),
+        np.concatenate([np.unique(corners, axis=0), walls.discs + np.array([0.0, 0.0, margin])]),
+    )
+
+
 def walls_size(walls: Walls, period: tuple[float, float], slack: float) -> tuple[float, ...]:
     """Return what `confine_walls` reads as the arena's `size`: period, slack, number of segments, segments, discs."""
     # Twice the slack: what is inside with the slack is not behind a wall by rounding.
@@ -229,13 +241,13 @@ def _disc_share(x: float, y: float, end_x: float, end_y: float, radius: float) -
 
 
 @inlined
-def _reflected(x: float, y: float, normal_x: float, normal_y: float) -> tuple[float, float]:
+def reflected(x: float, y: float, normal_x: float, normal_y: float) -> tuple[float, float]:
     into = 2.0 * (x * normal_x + y * normal_y)
     return x - into * normal_x, y - into * normal_y
 
 
 @kernel
-def _first_contact(
+def first_contact(
     x: float, y: float, step_x: float, step_y: float, size: Any
 ) -> tuple[float, float, float, float, float]:
     """Return where a step first meets a wall: share of the step, place, normal; the share is 2 if it does not."""
@@ -289,6 +301,31 @@ def _first_contact(
 
 
 @kernel
+def room_beside(x: float, y: float, size: Any) -> float:
+    """Return how far a body can surely move in any direction without meeting a wall; `size` as in `confine_walls`."""
+    if size[0] > 0.0 or size[1] > 0.0:
+        # The walls have images; only `first_contact` looks for the nearest.
+        return 0.0 if size.shape[0] > _HEAD else math.inf
+    room = math.inf
+    discs = _HEAD + 4 * int(size[3])
+    for k in range(_HEAD, discs, 4):
+        edge_x = size[k + 2] - size[k]
+        edge_y = size[k + 3] - size[k + 1]
+        off_x = x - size[k]
+        off_y = y - size[k + 1]
+        share = min(max((off_x * edge_x + off_y * edge_y) / (edge_x * edge_x + edge_y * edge_y), 0.0), 1.0)
+        off_x -= share * edge_x
+        off_y -= share * edge_y
+        room = min(room, math.sqrt(off_x * off_x + off_y * off_y))
+    for k in range(discs, size.shape[0], 3):
+        off_x = x - size[k]
+        off_y = y - size[k + 1]
+        room = min(room, abs(math.sqrt(off_x * off_x + off_y * off_y) - abs(size[k + 2])))
+    # Twice the slack: who is this near is not sure to be before the wall.
+    return room - size[2]  # type: ignore[no-any-return]
+
+
+@kernel
 def confine_walls(
     x: float, y: float, step_x: float, step_y: float, heading_x: float, heading_y: float, size: Any
 ) -> tuple[float, float, float, float]:
@@ -299,7 +336,7 @@ def confine_walls(
             leg = 0.5 * size[0] / abs(step_x)
         if size[1] > 0.0 and abs(step_y) * leg > 0.5 * size[1]:
             leg = 0.5 * size[1] / abs(step_y)
-        share, at_x, at_y, normal_x, normal_y = _first_contact(x, y, leg * step_x, leg * step_y, size)
+        share, at_x, at_y, normal_x, normal_y = first_contact(x, y, leg * step_x, leg * step_y, size)
         is_free = share > 1.0
         share = leg * min(share, 1.0)
         x = x + share * step_x if is_free else at_x
@@ -314,8 +351,8 @@ def confine_walls(
         step_y *= 1.0 - share
         # A body that is only lifted from a wall keeps its heading.
         if step_x * normal_x + step_y * normal_y < 0.0:
-            step_x, step_y = _reflected(step_x, step_y, normal_x, normal_y)
-            heading_x, heading_y = _reflected(heading_x, heading_y, normal_x, normal_y)
+            step_x, step_y = reflected(step_x, step_y, normal_x, normal_y)
+            heading_x, heading_y = reflected(heading_x, heading_y, normal_x, normal_y)
     return x, y, heading_x, heading_y
 
 

@@ -26,6 +26,7 @@ from teamsight.agents.awareness.interface import (
 )
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine import loop
+from teamsight.agents.engine.contacts import RECORD_BUMPS, BoundContacts
 from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of, is_checked, relays_of
 from teamsight.agents.engine.due import bind_due, follow_due
 from teamsight.agents.engine.interactions import BEGIN, RECORD_SCORES, BoundInteractions
@@ -57,7 +58,7 @@ from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
 from teamsight.world.limits import farthest_of
-from teamsight.world.motion import advance_entry, is_watched, pack_move
+from teamsight.world.motion import INTEND, advance_entry, is_watched, pack_move
 from teamsight.world.noise import LANES, Stream, stream_number
 from teamsight.world.search import FAR_AWAY
 
@@ -290,11 +291,15 @@ class Binding:
         if data.interactions:
             scores = stretch.steps.whole("scores")
             self._interactions = BoundInteractions(data, self._group_records, self.progress, scores)
+        self._solid = None
+        if data.solid:
+            self._solid = BoundContacts(data, self.progress, stretch.steps.whole("scores"))
         written: list[Array] = []
         if can_fail(data):
             bodies_of = [group.bodies for group in groups]
             written = [array for one in bodies_of for array in (one.position, one.heading, one.moved)]
             written += self._interactions.written if self._interactions else []
+            written += [array for group in data.solid for array in (group.bodies.blocked, group.bodies.bumps)]
         # Interactions read positions before the step there, too.
         self._kept = self._interactions.before if self._interactions else []
         known = [id(array) for array, _ in self._kept]
@@ -320,7 +325,8 @@ class Binding:
 
     def _assemble(self) -> None:
         """List the phases of a step, each with its present record."""
-        interactions, begin, decide, move, search = self._interactions, [], [], [], []
+        interactions, solid = self._interactions, self._solid
+        begin, decide, move, search = [], [], [], []
         if self._columns:
             begin.append(Phase("show columns", SHOW_COLUMNS, self._columns))
         before = [Phase("record before", RECORD_BEFORE, log) for log in self._log_records]
@@ -336,8 +342,12 @@ class Binding:
             elif does.decide and does.decision:
                 decide.append(Phase("decide", does.decide, does.decision, group))
             move.append(Phase("move", does.advance, does.move, group))
+            if solid:
+                move += solid.phases(group)
             if interactions:
                 move += interactions.phases(group)
+        if solid:
+            move += solid.phases(None)
         if interactions:
             move += interactions.phases(None)
         for relation, found in zip(self._relations, self._relation_records, strict=True):
@@ -348,6 +358,8 @@ class Binding:
         end = [Phase("record after", RECORD_AFTER, log) for log in self._log_records]
         if interactions and RECORD_SCORES in interactions.entries:
             end.append(Phase("record scores", RECORD_SCORES, interactions.record))
+        if solid:
+            end.append(Phase("record bumps", RECORD_BUMPS, solid.record))
         end.append(Phase("record", loop.RECORD, self.world))
         if self._trail:
             end.append(Phase("leave trail", loop.LEAVE_TRAIL, self._trail))
@@ -408,7 +420,7 @@ class Binding:
             group.numbers, np.full(1, -1), group.lanes, stream_number(Stream.POLICY, group.number),
             perceive, situate, perception.record, perception.room,
             group.rules[0].entry() if decision else None, decision, due, group.is_sound,
-            advance_entry(self._data.arena),
+            INTEND if group in self._data.solid else advance_entry(self._data.arena),
             pack_move(
                 self._data.arena, group.bodies, group.bodies.aim, group.bodies.distance,
                 arena_size=self._data.arena_size, has_inactive=group.has_conditions,
@@ -473,7 +485,7 @@ class Binding:
     def _can_follow(self) -> bool:
         """Whether `follow` knows all that must change with the number of agents of a group."""
         data = self._data
-        if self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena):
+        if self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena) or data.solid:
             return False
         if self._trail or any(group.inputs or group.has_decided for group in data.groups):
             return False
@@ -584,6 +596,8 @@ class Binding:
             self.world.update(history=found)
         if self._interactions:
             self._interactions.record.update(scores=scores)
+        if self._solid:
+            self._solid.record.update(scores=scores)
         if self._trail and trail:
             self.progress["trail_row"] = len(trail.kept)
             self._trail.update(trail=trail.kept.whole("position"))

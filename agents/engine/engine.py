@@ -16,6 +16,7 @@ from teamsight.agents.channel import TEAMMATES, leave
 from teamsight.agents.decisions import give_timetables, is_every_step
 from teamsight.agents.engine import loop
 from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail
+from teamsight.agents.engine.contacts import RECORD_BUMPS
 from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of
 from teamsight.agents.engine.interactions import (
     BAD_HEADING,
@@ -42,7 +43,8 @@ from teamsight.core.kernel.report import REPORT
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one, percept_of_rows
-from teamsight.world.motion import advance_entry, is_watched
+from teamsight.world.contact import contact_entry
+from teamsight.world.motion import INTEND, advance_entry, is_watched
 from teamsight.world.noise import Stream, generator, stream_number, uniforms
 
 if TYPE_CHECKING:
@@ -295,7 +297,11 @@ def kernels_needed(data: WorldData, recorded: Sequence[Entry] = ()) -> Callable[
 
 def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
     groups = data.groups
-    found = [loop.RUN, loop.SEARCH, loop.RECORD, loop.RECORD_PRESENT, advance_entry(data.arena), *recorded]
+    found = [loop.RUN, loop.SEARCH, loop.RECORD, loop.RECORD_PRESENT, *recorded]
+    if len(data.solid) < len(groups):
+        found.append(advance_entry(data.arena))
+    if data.solid:
+        found += [INTEND, contact_entry(data.contact, data.arena), RECORD_BUMPS]
     for group in groups:
         found += _entries_of_group(group)
         found += [relation.search.entry for relation in group.relations.values()]
@@ -719,6 +725,8 @@ class Engine:
         if phase.name == "perceive":
             phase.of.perception.grow(need)
             self._binding.rebind()
+        elif phase.name == "contact":
+            phase.of.grow(need)
         else:
             phase.of.grow(need, detection=phase.name == "detect")
             self._binding.rebind(self.relations.index(phase.of))

@@ -40,6 +40,7 @@ from teamsight.core.interrupts import deferred
 from teamsight.core.kernel import Entry, call, inlined, kernel
 from teamsight.core.kernel.record import move as show
 from teamsight.core.references import stable_name
+from teamsight.world.contact import BUMPS
 from teamsight.world.interaction import (
     COMPLETED,
     Interacting,
@@ -595,7 +596,7 @@ def _check_new(data: WorldData, interaction: Interaction, groups: dict[str, Grou
                 "in each step. Leave one out, or give other groups"
             )
     for score in interaction.scores:
-        if score in COLUMNS or score in data.score_names:
+        if score in COLUMNS or score == BUMPS or score in data.score_names:
             raise ValueError(
                 f"{name}.scores: {score!r} is already a column of world.recording.history; take another name, in a "
                 "subclass if need be"
