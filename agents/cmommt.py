@@ -151,15 +151,16 @@ class CMOMMT(World):
         moving = target_policy_of(plan["target_policy"], plan["target_policy_options"])
         degree = degree_of(plan)
         numbers = _Numbers.of(plan)
-        super().__init__(numbers.arena, rng=settings.rng, seed=settings.seed)
+        super().__init__(numbers.arena, contact=settings.contact, rng=settings.rng, seed=settings.seed)
         self._robots = self.add(
             Robot, settings.robots, policy=policy, awareness=degree, sensing_range=numbers.sensing_range,
             awareness_range=numbers.awareness_range, range_shape=settings.range_shape, speed=numbers.robot_speed,
             placement="spread" if isinstance(policy, Stationary) else "uniform", cycle=settings.cycle,
+            radius=settings.robot_radius,
         )  # fmt: skip
         self._targets = self.add(
             Target, settings.targets, policy=moving, speed=self._target_speeds(np.arange(settings.targets)),
-            sensing_range=numbers.sensing_range, range_shape=settings.range_shape,
+            sensing_range=numbers.sensing_range, range_shape=settings.range_shape, radius=settings.target_radius,
         )  # fmt: skip
         self.senses(self.robots, self.targets, sensor=settings.sensor)
         self._let_targets_sense()
@@ -192,6 +193,8 @@ class CMOMMT(World):
     cycle: Setting[Cycle, CycleLike] = _live("robots", "cycle")
     radius: _Fixed = _fixed("build another model")
     range_shape: _Fixed = _fixed("build another model")
+    robot_radius: _Fixed = _fixed("build another model")
+    target_radius: _Fixed = _fixed("build another model")
     preset: _Fixed = _fixed("build another model")
     seed: _Fixed = _fixed("start again with reset(rng)")
     delta: _Fixed = _fixed("give the robots another degree, as in model.awareness = RingAwareness(8)", _delta_of)
@@ -258,8 +261,8 @@ class CMOMMT(World):
             group.members.sensing_range[:] = numbers.sensing_range
             group.founders = [one._replace(spacing=numbers.sensing_range) for one in group.founders]
         self.robots.members.awareness_range[:] = numbers.awareness_range
-        # The width of cells is the range.
-        if any(relation.search.has_cells for relation in self._engine.relations):
+        # The width of cells is the range; and bodies meet the walls of the arena.
+        if any(relation.search.has_cells for relation in self._engine.relations) or self._data.solid:
             self._engine.is_bound = False
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:

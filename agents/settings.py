@@ -12,12 +12,14 @@ from teamsight.core import checks
 from teamsight.core.component import Allowed, Component, Flag, NonNegative, Panel
 from teamsight.policies.registry import POLICIES
 from teamsight.world.limits import Length
+from teamsight.world.registry import CONTACTS, ContactName
 
 if TYPE_CHECKING:
     from teamsight.agents.attributes import AwarenessLike, PolicyLike, SeedLike
     from teamsight.agents.decisions import CycleLike
     from teamsight.agents.events.sources import EventSource
     from teamsight.agents.sensing.sensor import Sensor
+    from teamsight.world.contact import Contact
 
 RangeShape: TypeAlias = Literal["disc", "square"]
 PresetName: TypeAlias = Literal["touzet2000"]
@@ -49,6 +51,7 @@ _SPEED = Annotated[
     NonNegative,
     Allowed(live=True, rewritten=True, unit="length a step", label="speed", panel=Panel(0.005, 0.5, 0.001, 10)),
 ]
+_BODY = Annotated[NonNegative, Allowed(unit="length", label="radius", panel=Panel(0, 1, 0.01, 10))]
 _OPTIONS = Annotated[Mapping[str, Any], Allowed(check=_options)]
 
 
@@ -77,6 +80,10 @@ class Settings(Component):
         Distance within which two robots are neighbours.
     range_shape : {"disc", "square"}
         Shape of all ranges; see `World.add`.
+    contact : Contact or {"pass", "stop", "slide"}
+        What happens when bodies that have a radius meet; see `World`.
+    robot_radius, target_radius : float
+        Radius of the body of a robot, and of a target; by default they are points.
     sensor : Sensor, optional
         The sensor with which robots sense targets; by default exact. That of teammates is
         ``robots.sensors["teammates"]``.
@@ -118,6 +125,9 @@ class Settings(Component):
     sensing_range: Annotated[_RANGE, _TEAM] = 1.0
     awareness_range: Annotated[_RANGE, _TEAM] = 1.0
     range_shape: Annotated[RangeShape, _WORLD] = "disc"
+    contact: Annotated[Contact | ContactName, _WORLD, Allowed(choices=CONTACTS)] = "pass"
+    robot_radius: Annotated[_BODY, _TEAM] = 0.0
+    target_radius: Annotated[_BODY, _TARGETS] = 0.0
     sensor: Sensor | None = None
     robot_speed: Annotated[_SPEED, _TEAM] = 0.1
     target_speed: Annotated[_SPEED, _TARGETS] = 0.075

@@ -38,8 +38,9 @@ from teamsight.core import checks
 from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
-from teamsight.world.contact import Contact, ContactName, contact_of
+from teamsight.world.contact import Contact, contact_of
 from teamsight.world.interaction import Interaction
+from teamsight.world.registry import ContactName
 
 if TYPE_CHECKING:
     from teamsight.agents.events.contact_log import ContactLog

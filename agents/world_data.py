@@ -16,7 +16,7 @@ from teamsight.agents.resolve import columns_of_state, first_state_of_members
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.world.clock import Clock
-from teamsight.world.contact import BUMPS, Pass
+from teamsight.world.contact import BUMPS, Pass, is_own
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
@@ -220,7 +220,7 @@ class WorldData:
 
         The parameters of user-defined policies, degrees and arenas may have changed: a world with any is bound again.
         """
-        if is_watched(self.arena) or not all(map(_is_shipped, self.groups)):
+        if is_watched(self.arena) or is_own(self.contact) or not all(map(_is_shipped, self.groups)):
             return False
         return all(type(one.interaction).__module__.startswith("teamsight.") for one in self.interactions)
 

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.components.arrivals import Arrivals, Departures
     from teamsight.agents.components.batteries import Batteries, ChargingPlaces
+    from teamsight.agents.components.bumps import Bumps
     from teamsight.agents.components.durations import Constant, Exponential, Times, Weibull
     from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
@@ -38,7 +39,8 @@ if TYPE_CHECKING:
     from teamsight.tasks.registry import TASKS
     from teamsight.tasks.task import Objective, Task
     from teamsight.world.arena import Box, Disc, Obstructed, Torus
-    from teamsight.world.check import check_arena, check_interaction
+    from teamsight.world.check import check_arena, check_contact, check_interaction
+    from teamsight.world.contact import Contact
     from teamsight.world.interaction import Interaction
     from teamsight.world.shapes import Circle, Polygon
 
@@ -49,6 +51,7 @@ _HOMES = {
     "CMOMMT": "teamsight.agents.cmommt",
     "Arrivals": "teamsight.agents.components.arrivals",
     "Batteries": "teamsight.agents.components.batteries",
+    "Bumps": "teamsight.agents.components.bumps",
     "ChargingPlaces": "teamsight.agents.components.batteries",
     "Constant": "teamsight.agents.components.durations",
     "Departures": "teamsight.agents.components.arrivals",
@@ -72,10 +75,12 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Circle": "teamsight.world.shapes",
     "Obstructed": "teamsight.world.arena",
+    "Contact": "teamsight.world.contact",
     "Interaction": "teamsight.world.interaction",
     "Polygon": "teamsight.world.shapes",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
+    "check_contact": "teamsight.world.check",
     "check_interaction": "teamsight.world.check",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
@@ -89,11 +94,12 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "ChargingPlaces", "Circle", "Component",
-    "Constant", "Controller", "Cycle", "Departures", "Detections", "Disc", "EventSource", "Exponential", "Failures",
-    "Interaction", "Objective", "Obstructed", "Polygon", "Relayed", "Robot", "Sensor", "SensorDropouts", "Study",
-    "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull", "World", "__version__", "check_arena",
-    "check_awareness", "check_interaction", "check_policy", "check_sensor", "check_task", "open_study", "run_many",
+    "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "Bumps", "ChargingPlaces", "Circle",
+    "Component", "Constant", "Contact", "Controller", "Cycle", "Departures", "Detections", "Disc", "EventSource",
+    "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon", "Relayed", "Robot", "Sensor",
+    "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull", "World",
+    "__version__", "check_arena", "check_awareness", "check_contact", "check_interaction", "check_policy",
+    "check_sensor", "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout without symbolic links, as under Windows, the four packages are at the top of the repository only.

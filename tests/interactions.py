@@ -63,11 +63,12 @@ class CaptureInTurn(Capture):
 
 def hunt(interaction: Any = None, seed: int = 1, *, hunters: int = 6, prey: int = 5, **options: Any) -> World:
     """Return a world of hunters and prey on a torus, with `Capture` unless another interaction is given."""
-    world = World(options.pop("arena", Torus(6.0, 6.0)), rng=seed)
+    world = World(options.pop("arena", Torus(6.0, 6.0)), contact=options.pop("contact", "pass"), rng=seed)
+    prey_radius = options.pop("prey_radius", 0.0)
     group = world.add(
         Robot, hunters, policy=options.pop("policy", "centroid"), sensing_range=2.0, speed=0.2, name="hunters", **options
     )
-    flock = world.add(Target, prey, policy="random-walk", speed=0.1, name="prey")
+    flock = world.add(Target, prey, policy="random-walk", speed=0.1, radius=prey_radius, name="prey")
     world.senses(group, flock)
     world.interact(interaction or Capture(), hunters=group, prey=flock)
     return world

@@ -1,4 +1,4 @@
-"""The checks of an arena, its area, starts, distances and `confine`; and of the kernel of an interaction."""
+"""The checks of an arena, its area, starts, distances and `confine`; of contacts; and of interactions."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from teamsight.core.contracts import class_name, numbers, random_headings
 from teamsight.core.kernel import Record, specialise
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.world.arena import Arena, Points, Torus, farthest_inside
+from teamsight.world.contact import Contact, Stop, contact_of
 from teamsight.world.interaction import (
     Interacting,
     InteractingBodies,
@@ -180,6 +181,90 @@ def _inside_around(arena: Arena, places: Points, radius: float) -> npt.NDArray[n
     # Along an axis that repeats, the arena continues.
     around = (arena.displacement(np.zeros(2), places + radius * way) for way in _HERE_AND_AROUND)
     return np.array([arena.contains(each) for each in around])
+
+
+class Meetings(NamedTuple):
+    """The record of some meetings of two bodies.
+
+    Attributes
+    ----------
+    given : ndarray, shape (k, 6), float64
+        The rest of the way, heading and normal of each.
+    after : ndarray, shape (k, 4), float64
+        Written: the way and the heading after it.
+    parameters : ndarray, shape (parameters,), float64
+        The constants of the contact.
+    """
+
+    given: Annotated[Points, "k", 6]
+    after: Annotated[Points, "k", 4]
+    parameters: Annotated[Points, "parameters"]
+
+
+MEETINGS = Record(Meetings)
+meetings_at = MEETINGS.at
+
+_MEETINGS = Guard(
+    MEETINGS,
+    ("given", "after"),
+    {"k": _STEP, "6": _PART, "4": _PART, "parameters": Axis("elements", "return as many numbers from `parameters`")},
+)
+
+
+def _meet_all(address: int) -> int:
+    meetings = meetings_at(address)
+    given, after = meetings.given, meetings.after
+    for k in range(given.shape[0]):
+        after[k, 0], after[k, 1], after[k, 2], after[k, 3] = meet(  # type: ignore[name-defined]  # noqa: F821
+            given[k, 0], given[k, 1], given[k, 2], given[k, 3], given[k, 4], given[k, 5], meetings.parameters
+        )
+    return 0
+
+
+def check_contact(contact: Contact, *, seed: int = 1) -> None:
+    """Check whether a contact keeps the contract of `Contact`, with many ways, headings and normals.
+
+    Parameters
+    ----------
+    contact : Contact
+        The contact to check.
+    seed : int, default 1
+        Seed of the samples.
+
+    Raises
+    ------
+    TypeError
+        If it is not a `Contact`, or `meet` cannot be compiled.
+    ValueError
+        If `meet` returns what is not finite, a heading that is no unit vector, or a way that is longer than what was
+        left. The message has the call, its result and the cure.
+    """
+    name = class_name(contact, Contact, "Bounce()")
+    contact_of(contact, Torus(1.0, 1.0))
+    begin_check()
+    parameters = np.array(numbers(f"{name}.parameters", contact.parameters), float)
+    rng = np.random.default_rng(seed)
+    way, heading, normal = (random_headings(_WALK, rng) for _ in range(3))
+    # No way is left, a short one, a long one; straight into the other, and along it.
+    way *= rng.choice(_LENGTHS, _WALK)[:, None]
+    way[:8], heading[:8] = -normal[:8], -normal[:8]
+    way[8:16] = np.stack([-normal[8:16, 1], normal[8:16, 0]], axis=-1)
+    given = np.ascontiguousarray(np.concatenate([way, heading, normal], axis=1))
+    entry = specialise(_meet_all, name.lower(), meet=getattr(type(contact), "meet", Stop.meet))
+    meetings = Meetings(given, np.full((_WALK, 4), np.nan), parameters)
+    few = slice(None, None, _WALK // _INTERPRETED)
+    _MEETINGS.interpret(name, "meet", entry, meetings._replace(given=given[few], after=meetings.after[few]))
+    after = _MEETINGS.execute(name, "meet", entry, meetings)[1].after
+    length = np.hypot(way[:, 0], way[:, 1])
+    for kept, what in (
+        (np.isfinite(after).all(axis=1), "which is not finite; return four finite numbers"),
+        (np.abs(after[:, 2] ** 2 + after[:, 3] ** 2 - 1.0) <= 1e-6, "whose heading is no unit vector; keep its length"),
+        (np.hypot(after[:, 0], after[:, 1]) <= length * (1 + 1e-9), "a longer way than is left; it would be cut"),
+    ):
+        if not kept.all():
+            k = int(np.argmin(kept))
+            before, then = (", ".join(map(str, row[k].tolist())) for row in (given, after))
+            raise ValueError(f"{name}: meet({before}, parameters) returns ({then}), {what}")
 
 
 _SAMPLES = 100_000

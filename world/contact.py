@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,9 @@ from teamsight.core import checks
 from teamsight.core.component import Component
 from teamsight.core.contracts import parameters_of
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
-from teamsight.core.registry import Registry
 from teamsight.core.table import Table
 from teamsight.world.arena import Arena, kernel_period, states_walls
+from teamsight.world.registry import CONTACTS
 from teamsight.world.walls import ROUNDING, first_contact, inset, reflected, room_beside, walls_size, wrap
 
 Floats = npt.NDArray[np.float64]
@@ -65,8 +65,8 @@ class Contact(Component):
     meet : kernel
         ``meet(way_x, way_y, heading_x, heading_y, normal_x, normal_y, parameters)`` returns the rest of the way
         [length] and the heading, a unit vector: four numbers. The way is what is left of the step, and the normal the
-        unit vector from the other body to this one. A way that leads into a body ends there again, so no kernel can let
-        bodies overlap.
+        unit vector from the other body to this one. A way that leads into a body ends there again, and one that is
+        longer than what was left is cut, so no kernel can let bodies overlap.
 
     Examples
     --------
@@ -109,15 +109,6 @@ class Slide(Contact):
     meet = _slide
 
 
-ContactName = Literal["pass", "stop", "slide"]
-#: The kinds of contact by name.
-CONTACTS: Registry[type[Contact]] = Registry({
-    "pass": "teamsight.world.contact:Pass",
-    "stop": "teamsight.world.contact:Stop",
-    "slide": "teamsight.world.contact:Slide",
-})
-
-
 def contact_of(value: Any, arena: Arena) -> Contact:
     """Return the contact that a user gives for a world in this arena, as an object or by name.
 
@@ -134,6 +125,11 @@ def contact_of(value: Any, arena: Arena) -> Contact:
             "define `walls`, the segments and discs at which its confine reflects, or use Polygon"
         )
     return contact  # type: ignore[no-any-return]
+
+
+def is_own(contact: Contact) -> bool:
+    """Whether a contact is the user's own."""
+    return not type(contact).__module__.startswith("teamsight.")
 
 
 def _check(value: Any) -> None:
@@ -166,10 +162,10 @@ class Rows(NamedTuple):
     ----------
     place, begin, way, heading : ndarray, shape (n, 2), float64
         Where each is now and was at the begin of the step, not wrapped; the rest of its way; its heading.
-    radius : ndarray, shape (n,), float64
-        Its radius; −1 if it meets nobody.
-    reach : ndarray, shape (n,), float64
-        The radius and the length of the way.
+    radius, length : ndarray, shape (n,), float64
+        Its radius, −1 if it meets nobody; and the length of the whole way.
+    x, y, reach : ndarray, shape (n,), float64
+        Where those that meet others begin, and the sum of radius and length; those that do not are endlessly far away.
     anchor : ndarray, shape (n, 3), float64
         A place, and how far a body may be from it without touching a wall.
     wall : ndarray, shape (n, 5), float64
@@ -192,6 +188,9 @@ class Rows(NamedTuple):
     way: Annotated[Floats, "bodies", 2]
     heading: Annotated[Floats, "bodies", 2]
     radius: Annotated[Floats, "bodies"]
+    length: Annotated[Floats, "bodies"]
+    x: Annotated[Floats, "bodies"]
+    y: Annotated[Floats, "bodies"]
     reach: Annotated[Floats, "bodies"]
     anchor: Annotated[Floats, "bodies", 3]
     wall: Annotated[Floats, "bodies", 5]
@@ -307,8 +306,12 @@ def _gather(address: int) -> None:
                 rows.place[at, axis] = group.position[i, axis]
                 rows.begin[at, axis] = group.position[i, axis]
                 rows.heading[at, axis] = group.heading[i, axis]
-            rows.radius[at] = group.radius[i] if is_active and group.radius[i] > 0.0 else -1.0
-            rows.reach[at] = max(rows.radius[at], 0.0) + math.sqrt(x * x + y * y)
+            is_solid = is_active and group.radius[i] > 0.0
+            rows.radius[at] = group.radius[i] if is_solid else -1.0
+            rows.length[at] = math.sqrt(x * x + y * y)
+            rows.reach[at] = rows.radius[at] + rows.length[at] if is_solid else 0.0
+            rows.x[at] = group.position[i, 0] if is_solid else math.inf
+            rows.y[at] = group.position[i, 1]
             rows.is_blocked[at] = False
             at += 1
 
@@ -326,11 +329,30 @@ def _apart(rows: Any, i: int, j: int, period: Any) -> tuple[float, float]:
 
 @inlined
 def _are_near(rows: Any, i: int, j: int, period: Any, skin: float) -> bool:
-    x, y = _apart(rows, i, j, period)
+    x = rows.x[j] - rows.x[i]
+    y = rows.y[j] - rows.y[i]
+    if period[0] > 0.0:
+        x -= period[0] * np.rint(x / period[0])
+        y -= period[1] * np.rint(y / period[1])
     reach = rows.reach[i] + rows.reach[j] + skin
     # Two that stand stay apart.
-    moves = rows.reach[i] > rows.radius[i] or rows.reach[j] > rows.radius[j]
-    return bool(moves and rows.radius[j] > 0.0 and x * x + y * y < reach * reach)
+    return bool(x * x + y * y < reach * reach and (rows.length[i] > 0.0 or rows.length[j] > 0.0))
+
+
+@inlined
+def _count_near(rows: Any, i: int, period: Any, skin: float) -> int:
+    """Return how many bodies after this one may be near: a loop for SIMD lanes, where most have none."""
+    x, y, reach = rows.x[i], rows.y[i], rows.reach[i] + skin
+    xs, ys, reaches = rows.x, rows.y, rows.reach
+    near = 0
+    if period[0] > 0.0:
+        return xs.shape[0]  # type: ignore[no-any-return]
+    for j in range(i + 1, xs.shape[0]):
+        off_x = xs[j] - x
+        off_y = ys[j] - y
+        apart = reach + reaches[j]
+        near += 1 if off_x * off_x + off_y * off_y < apart * apart else 0
+    return near
 
 
 @inlined
@@ -346,8 +368,7 @@ def _find_pairs(address: int) -> int:
     size, room, found = rows.radius.shape[0], pairs.shape[0], 0
     widest = 0.0
     for i in range(size):
-        if rows.radius[i] > 0.0:
-            widest = max(widest, rows.reach[i])
+        widest = max(widest, rows.reach[i])
     width = 2.0 * widest + skin
     # At most one cell for each body on average.
     width = max(width, math.sqrt(here.extent[0] * here.extent[1] / here.cells.shape[0]))
@@ -356,7 +377,7 @@ def _find_pairs(address: int) -> int:
     # On an axis that repeats, two cells would be neighbours on both sides.
     if size <= _FEW or across * up > here.cells.shape[0] or (period[0] > 0.0 and (across < 3 or up < 3)):
         for i in range(size):
-            if rows.radius[i] > 0.0:
+            if rows.radius[i] > 0.0 and _count_near(rows, i, period, skin) > 0:
                 for j in range(i + 1, size):
                     if _are_near(rows, i, j, period, skin):
                         if found < room:
@@ -422,7 +443,7 @@ def touch(x: float, y: float, way_x: float, way_y: float, apart: float, skin: fl
     return min(c / (math.sqrt(max(b * b - a * c, 0.0)) - b), at)
 
 
-@inlined
+@kernel
 def _share(rows: Any, i: int, j: int, period: Any, skin: float) -> float:
     """Return the share of its way at which a body drives into another, whose way ends at `end`; 2 if it does not."""
     x, y = _apart(rows, i, j, period)
@@ -446,11 +467,10 @@ def _share(rows: Any, i: int, j: int, period: Any, skin: float) -> float:
 
 
 @kernel
-def _meet_walls(address: int) -> bool:
-    """Begin a leg: find where each way first meets a wall. Return whether anybody moves."""
+def _meet_walls(address: int) -> None:
+    """Begin a leg: find where each way first meets a wall."""
     here: Any = contact_at(address)
     rows = here.rows
-    moves: bool = False
     for i in range(rows.radius.shape[0]):
         way_x = rows.way[i, 0]
         way_y = rows.way[i, 1]
@@ -459,14 +479,14 @@ def _meet_walls(address: int) -> bool:
         rows.end[i] = 0.0
         if not rows.moves[i]:
             continue
-        moves = True
         rows.end[i] = 1.0
         x = rows.place[i, 0]
         y = rows.place[i, 1]
         off_x = x - rows.anchor[i, 0]
         off_y = y - rows.anchor[i, 1]
-        length = math.sqrt(way_x * way_x + way_y * way_y)
-        if math.sqrt(off_x * off_x + off_y * off_y) + length < rows.anchor[i, 2]:
+        length = rows.length[i]
+        room = rows.anchor[i, 2] - length
+        if room > 0.0 and off_x * off_x + off_y * off_y < room * room:
             continue
         size = here.walls[rows.kind[i]]
         rows.anchor[i, 0] = x
@@ -481,7 +501,6 @@ def _meet_walls(address: int) -> bool:
         rows.wall[i, 3] = normal_x
         rows.wall[i, 4] = normal_y
         rows.end[i] = min(share, 1.0)
-    return moves
 
 
 @kernel
@@ -495,7 +514,7 @@ def _end_ways(address: int, found: int) -> None:
     here: Any = contact_at(address)
     rows, pairs = here.rows, here.pairs
     size = rows.radius.shape[0]
-    turn, has_more = 0, True
+    turn, has_more = 0, found > 0
     while has_more:
         for i in range(size):
             rows.first[i] = rows.wall[i, 0]
@@ -556,16 +575,21 @@ def _note(rows: Any, i: int, j: int, period: Any) -> None:
 
 
 @kernel
-def _make_leg(address: int) -> None:
-    """Move all to where their ways end; those that meet a body keep the rest of their way, for `Contact.meet`."""
+def _make_leg(address: int) -> bool:
+    """Move all to where their ways end; those that meet a body keep the rest of their way, for `Contact.meet`.
+
+    Return whether anybody has met anything.
+    """
     here: Any = contact_at(address)
     rows = here.rows
+    has_met: bool = False
     for i in range(rows.radius.shape[0]):
         if not rows.moves[i]:
             continue
         way_x = rows.way[i, 0]
         way_y = rows.way[i, 1]
         share = rows.end[i]
+        has_met = has_met or rows.is_new[i] or rows.wall[i, 0] <= share
         if rows.is_new[i]:
             rows.is_blocked[i] = True
         elif rows.wall[i, 0] <= share:
@@ -590,6 +614,7 @@ def _make_leg(address: int) -> None:
         rest = 1.0 - share if rows.is_new[i] else 0.0
         rows.way[i, 0] = rest * way_x
         rows.way[i, 1] = rest * way_y
+    return has_met
 
 
 @kernel
@@ -629,7 +654,7 @@ def _scatter(address: int) -> None:
 
 
 def _collide(address: int) -> int:
-    """Move all bodies; return the number of pairs if there is no room for them, and nobody has moved then."""
+    """Move all bodies; see `contact_entry`."""
     here: Any = contact_at(address)
     rows = here.rows
     _gather(address)
@@ -637,16 +662,25 @@ def _collide(address: int) -> int:
     if found > here.pairs.rows.shape[0]:
         return found  # type: ignore[no-any-return]
     for _ in range(_MOST_LEGS):
-        if not _meet_walls(address):
-            break
+        _meet_walls(address)
         _end_ways(address, found)
-        _make_leg(address)
+        if not _make_leg(address):
+            break
         for i in range(rows.radius.shape[0]):
             if rows.is_new[i]:
-                rows.way[i, 0], rows.way[i, 1], rows.heading[i, 0], rows.heading[i, 1] = meet(  # type: ignore[name-defined]  # noqa: F821
+                x, y, heading_x, heading_y = meet(  # type: ignore[name-defined]  # noqa: F821
                     rows.way[i, 0], rows.way[i, 1], rows.heading[i, 0], rows.heading[i, 1], rows.normal[i, 1],
                     rows.normal[i, 2], here.parameters,
                 )  # fmt: skip
+                left = rows.way[i, 0] * rows.way[i, 0] + rows.way[i, 1] * rows.way[i, 1]
+                taken = x * x + y * y
+                if not taken < math.inf or not abs(heading_x * heading_x + heading_y * heading_y - 1.0) < 1e-6:
+                    return -1
+                cut = math.sqrt(left / taken) if taken > left else 1.0
+                rows.way[i, 0] = cut * x
+                rows.way[i, 1] = cut * y
+                rows.heading[i, 0] = heading_x
+                rows.heading[i, 1] = heading_y
     for i in range(rows.radius.shape[0]):
         if rows.radius[i] < 0.0 and (rows.way[i, 0] != 0.0 or rows.way[i, 1] != 0.0):
             rows.place[i, 0], rows.place[i, 1], rows.heading[i, 0], rows.heading[i, 1] = confine(  # type: ignore[name-defined]  # noqa: F821
@@ -663,7 +697,8 @@ _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
 def contact_entry(contact: Contact, arena: Arena) -> Entry:
     """Return the compiled motion of bodies that have a radius, for this kind of contact in arenas of this class.
 
-    Its argument is the address of `ContactArrays`. It returns 0, or a number of pairs for which to make room.
+    Its argument is the address of `ContactArrays`. It returns 0, or a number of pairs for which to make room; or −1 if
+    `Contact.meet` has returned what is no way or no heading, and nobody has moved then.
     """
     meet, rule = type(contact).meet, type(arena).confine
     if (meet, rule) not in _ENTRIES:

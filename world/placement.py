@@ -572,8 +572,8 @@ class Apart:
         sizes = f"radius {radius[0]:g}" if (radius == radius[0]).all() else f"radii up to {radius.max():g}"
         others = f" beside the {len(self._there.radius)} that are there" if len(self._there.radius) else ""
         return ValueError(
-            f"{len(radius)} bodies of {sizes}: too many for {self._arena}{others}; {how}. Take fewer or smaller ones, or "
-            "a larger arena; or give positions that do not overlap"
+            f"{len(radius)} bodies of {sizes}: too many for {self._arena}{others}; {how}. Take fewer or smaller ones, "
+            "or a larger arena; or give positions that do not overlap"
         )
 
     def _overlapping(self, group: Founders, solid: Solid, first: int, row: int) -> ValueError:
@@ -581,7 +581,7 @@ class Apart:
         place, radius = np.asarray(group.placement)[row], float(np.asarray(group.radius)[row])
         at = f"position: that of agent {row}, ({place[0]:g}, {place[1]:g}),"
         slack = ROUNDING * float(np.abs(self._arena.bounds).max())
-        off = float(clearance(self._walls, place))
+        off = float(clearance(self._walls, place[np.newaxis])[0])
         if off < radius - slack:
             return ValueError(f"{at} is {off:g} from a wall, and its radius is {radius:g}; place it farther inside")
         ways = self._arena.displacement(solid.position[: first + row], place)

@@ -1,4 +1,4 @@
-"""Components that plan events: failures, dropouts of sensors, batteries and charging, arrivals, late awareness."""
+"""Components that plan events: failures, dropouts of sensors, batteries and charging, arrivals, late reports, bumps."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from teamsight.core.lazy_names import lazy_names
 if TYPE_CHECKING:
     from teamsight.agents.components.arrivals import Arrivals, Departures
     from teamsight.agents.components.batteries import Batteries, ChargingPlaces
+    from teamsight.agents.components.bumps import Bumps
     from teamsight.agents.components.durations import Constant, Duration, Exponential, Times, Weibull
     from teamsight.agents.components.failures import Failures, SensorDropouts
     from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Arrivals": "teamsight.agents.components.arrivals",
     "Batteries": "teamsight.agents.components.batteries",
+    "Bumps": "teamsight.agents.components.bumps",
     "ChargingPlaces": "teamsight.agents.components.batteries",
     "Constant": "teamsight.agents.components.durations",
     "Departures": "teamsight.agents.components.arrivals",
@@ -29,8 +31,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "Arrivals", "Batteries", "ChargingPlaces", "Constant", "Departures", "Duration", "Exponential", "Failures",
-    "SensorDropouts", "Times", "UnreliableAwareness", "Weibull",
+    "Arrivals", "Batteries", "Bumps", "ChargingPlaces", "Constant", "Departures", "Duration", "Exponential",
+    "Failures", "SensorDropouts", "Times", "UnreliableAwareness", "Weibull",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -57,6 +57,7 @@ from teamsight.core.kernel.record import address_of
 from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
+from teamsight.world.contact import is_own
 from teamsight.world.limits import farthest_of
 from teamsight.world.motion import INTEND, advance_entry, is_watched, pack_move
 from teamsight.world.noise import LANES, Stream, stream_number
@@ -610,9 +611,10 @@ class Binding:
 
 
 def can_fail(data: WorldData) -> bool:
-    """Whether a step of a world can fail after bodies have moved: by an arena, interaction or sensor of the user."""
+    """Whether a step can fail after bodies have moved: by an arena, contact, interaction or sensor of the user."""
     sensors = (channel.sensor for group in data.groups for channel in group.channels.values())
     own = any(sensor is not None and is_checked(sensor) for sensor in sensors)
+    own = own or (bool(data.solid) and is_own(data.contact))
     return own or is_watched(data.arena) or bool(data.interactions)
 
 

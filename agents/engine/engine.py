@@ -752,6 +752,12 @@ class Engine:
             group.has_decided = has_decided and group.is_compiled
         if phase.name == "interact":
             return bad_interaction(data, phase)
+        if phase.name == "contact":
+            return ValueError(
+                f"contact={type(data.contact).__name__}: meet returned a way that is not finite, or a heading that is "
+                f"no unit vector, at tick {tick}; check it with check_contact(). To continue, restore() a state or "
+                "reset()"
+            )
         if phase.name == "detect":
             observed = len(phase.of.everyone)
             return ValueError(

@@ -59,7 +59,7 @@ def stands_for_others(place: Place) -> bool:
     world = place._world
     data = world._data
     return data.is_rewritable and not (
-        world._stepper.needs_python() or data.watchers or data.interactions or data.conditions
+        world._stepper.needs_python() or data.watchers or data.interactions or data.solid or data.conditions
         or data.sources.attached or data.timeline.clock.pending or mesa_compat.has_events(world)
         or any(group.readings for group in data.groups)
         or any(relation.detection for relation in world._engine.relations if relation.observers is not place.group)

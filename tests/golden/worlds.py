@@ -174,6 +174,7 @@ _CMOMMT: dict[str, dict[str, Any]] = {
     "tracks no targets": {"policy": ACmommt(target_tracks=0), "awareness": "shared"},
     "stays when nothing is sensed": {"policy": ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness")},
     "square ranges": {"policy": "a-cmommt", "awareness": "shared", "range_shape": "square"},
+    "bodies that slide": {"robots": 12, "radius": 2.0, "robot_radius": 0.15, "target_radius": 0.1, "contact": "slide"},
 }  # fmt: skip
 _MIXED: dict[str, dict[str, Any]] = {
     "torus": {"arena": Torus(4.0, 5.0)}, "obstacles": {"arena": _BLOCKED}, "small disc": {"arena": Disc(0.05)},
@@ -228,7 +229,20 @@ WORLDS: dict[str, Callable[..., World]] = {
     "several classes, some in Python": several,
     "interaction": lambda rng: hunt(Capture(), rng), "interaction in turn": lambda rng: hunt(CaptureInTurn(), rng),
     "interaction that fails": lambda rng: failing(rng=rng),
+    "bodies that stop, come and fail": lambda rng: crowd(rng=rng),
+    "bodies that move in turn": lambda rng: hunt(CaptureInTurn(), rng, contact="slide", radius=0.2, prey_radius=0.3),
 }  # fmt: skip
+
+
+def crowd(*, rng: Any) -> World:
+    """Return a world of bodies of several sizes between obstacles, of which some fail, and others come and leave."""
+    world = World(_BLOCKED, contact="stop", rng=rng)
+    robots = world.add(Robot, 8, policy="a-cmommt", awareness="shared", radius=0.1, speed=0.15)
+    targets = world.add(Target, 9, policy="random-walk", radius=[0.05, 0.1, 0.0] * 3)
+    world.senses(robots, targets)
+    world.attach(Failures(15, 5), robots)
+    world.attach(Arrivals(9.0, 40.0, most=12), robots)
+    return world
 
 
 def failing(*, rng: Any) -> World:

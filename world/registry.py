@@ -1,0 +1,18 @@
+"""The components of worlds that have a name; each is imported when it is first used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from teamsight.core.registry import Registry
+
+if TYPE_CHECKING:
+    from teamsight.world.contact import Contact
+
+ContactName = Literal["pass", "stop", "slide"]
+#: What happens when bodies that have a radius meet, by name.
+CONTACTS: Registry[type[Contact]] = Registry({
+    "pass": "teamsight.world.contact:Pass",
+    "stop": "teamsight.world.contact:Stop",
+    "slide": "teamsight.world.contact:Slide",
+})
