@@ -13,7 +13,8 @@ if __name__ != "teamsight.world":
 
 if TYPE_CHECKING:
     from teamsight.world.arena import Arena, Box, Disc, Obstacle, Obstructed, Outline, Torus
-    from teamsight.world.check import check_arena, check_interaction
+    from teamsight.world.check import check_arena, check_contact, check_interaction
+    from teamsight.world.contact import Contact, Pass, Slide, Stop
     from teamsight.world.interaction import InteractingBodies, Interaction, InteractionState
     from teamsight.world.shapes import Circle, Polygon
     from teamsight.world.walls import Sight, Walls
@@ -22,6 +23,7 @@ _HOMES = {
     "Arena": "teamsight.world.arena",
     "Box": "teamsight.world.arena",
     "Circle": "teamsight.world.shapes",
+    "Contact": "teamsight.world.contact",
     "Disc": "teamsight.world.arena",
     "InteractingBodies": "teamsight.world.interaction",
     "Interaction": "teamsight.world.interaction",
@@ -29,17 +31,22 @@ _HOMES = {
     "Obstacle": "teamsight.world.arena",
     "Obstructed": "teamsight.world.arena",
     "Outline": "teamsight.world.arena",
+    "Pass": "teamsight.world.contact",
     "Polygon": "teamsight.world.shapes",
     "Sight": "teamsight.world.walls",
+    "Slide": "teamsight.world.contact",
+    "Stop": "teamsight.world.contact",
     "Torus": "teamsight.world.arena",
     "Walls": "teamsight.world.walls",
     "check_arena": "teamsight.world.check",
+    "check_contact": "teamsight.world.check",
     "check_interaction": "teamsight.world.check",
 }
 
 __all__ = [
-    "Arena", "Box", "Circle", "Disc", "InteractingBodies", "Interaction", "InteractionState", "Obstacle", "Obstructed",
-    "Outline", "Polygon", "Sight", "Torus", "Walls", "check_arena", "check_interaction",
+    "Arena", "Box", "Circle", "Contact", "Disc", "InteractingBodies", "Interaction", "InteractionState", "Obstacle",
+    "Obstructed", "Outline", "Pass", "Polygon", "Sight", "Slide", "Stop", "Torus", "Walls", "check_arena",
+    "check_contact", "check_interaction",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -1,0 +1,68 @@
+"""What bodies cost: teams of 30 robots whose bodies meet, beside points; and crowds of 5,000.
+
+``python benchmarks/bodies.py`` prints a line for each kind of contact.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable
+from typing import Any
+
+from measure import cpu_seconds, interleave
+
+from teamsight import CMOMMT, Box, Robot, World
+
+ROUNDS, STEPS = 11, 1500
+CROWD, SIDE = 5000, 100.0
+
+
+def team(**bodies: Any) -> CMOMMT:
+    """Return a team of 30 robots."""
+    return CMOMMT(30, 15, policy="a-cmommt", rng=1, **bodies)
+
+
+def crowd(contact: Any, share: float) -> World:
+    """Return robots that wander, whose bodies cover this share of a box."""
+    world = World(Box(SIDE, SIDE), contact=contact, rng=1)
+    radius = math.sqrt(share * SIDE**2 / CROWD / math.pi)
+    world.add(Robot, CROWD, policy="random-walk", radius=radius, speed=0.1)
+    return world
+
+
+def compare(worlds: dict[str, World], steps: int, rounds: int) -> None:
+    """Print the time of a step of each, and its ratio to the first."""
+
+    def action(world: World) -> Callable[[], float]:
+        return lambda: cpu_seconds(lambda: world.run(steps)) / steps
+
+    for world in worlds.values():
+        world.run(20)
+    taken = interleave({name: action(world) for name, world in worlds.items()}, rounds)
+    least = {name: statistics.median(times) for name, times in taken.items()}
+    first = next(iter(least.values()))
+    for name, time in least.items():
+        print(f"{name}: {time * 1e6:.2f} µs a step, {time / first:.2f} times the first")
+
+
+def main() -> None:
+    """Compare all."""
+    compare({
+        "30 robots, points": team(),
+        "radius 0.1, pass": team(robot_radius=0.1),
+        "radius 0.1, stop": team(robot_radius=0.1, contact="stop"),
+        "radius 0.1, slide": team(robot_radius=0.1, contact="slide"),
+        "radius 0.2, slide": team(robot_radius=0.2, contact="slide"),
+        "robots and targets, radius 0.1, slide": team(robot_radius=0.1, target_radius=0.1, contact="slide"),
+    }, STEPS, ROUNDS)  # fmt: skip
+    compare({
+        "5,000 robots, points": crowd("pass", 0.4),
+        "40 % of the area, stop": crowd("stop", 0.4),
+        "40 % of the area, slide": crowd("slide", 0.4),
+        "5 % of the area, slide": crowd("slide", 0.05),
+    }, 20, 5)  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
