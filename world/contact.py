@@ -160,8 +160,8 @@ class Rows(NamedTuple):
 
     Attributes
     ----------
-    place, begin, way, heading : ndarray, shape (n, 2), float64
-        Where each is now and was at the begin of the step, not wrapped; the rest of its way; its heading.
+    place, way, heading : ndarray, shape (n, 2), float64
+        Where each is now, not wrapped; the rest of its way; its heading.
     radius, length : ndarray, shape (n,), float64
         Its radius, −1 if it meets nobody; and the length of the whole way.
     x, y, reach : ndarray, shape (n,), float64
@@ -184,7 +184,6 @@ class Rows(NamedTuple):
     """
 
     place: Annotated[Floats, "bodies", 2]
-    begin: Annotated[Floats, "bodies", 2]
     way: Annotated[Floats, "bodies", 2]
     heading: Annotated[Floats, "bodies", 2]
     radius: Annotated[Floats, "bodies"]
@@ -208,7 +207,7 @@ class Rows(NamedTuple):
         """Return room for so many bodies."""
         dtypes: dict[str, Any] = dict.fromkeys(("moves", "is_new", "is_blocked"), np.bool_)
         dtypes |= dict.fromkeys(("kind", "next_one"), np.int64)
-        widths = {"place": 2, "begin": 2, "way": 2, "heading": 2, "anchor": 3, "wall": 5, "normal": 3}
+        widths = {"place": 2, "way": 2, "heading": 2, "anchor": 3, "wall": 5, "normal": 3}
         return cls(*(
             np.zeros((size, widths[name]) if name in widths else size, dtypes.get(name, np.float64))
             for name in cls._fields
@@ -287,10 +286,9 @@ CONTACT = Record(ContactArrays)
 solid_at, contact_at = SOLID.at, CONTACT.at
 
 
-@kernel
-def _gather(address: int) -> None:
+@inlined
+def _gather(here: Any) -> None:
     """Write the rows of all bodies: where they are, and the way that they intend."""
-    here: Any = contact_at(address)
     rows = here.rows
     at = 0
     for g in range(here.groups.shape[0]):
@@ -304,7 +302,6 @@ def _gather(address: int) -> None:
             rows.way[at, 1] = y
             for axis in range(2):
                 rows.place[at, axis] = group.position[i, axis]
-                rows.begin[at, axis] = group.position[i, axis]
                 rows.heading[at, axis] = group.heading[i, axis]
             is_solid = is_active and group.radius[i] > 0.0
             rows.radius[at] = group.radius[i] if is_solid else -1.0
@@ -360,10 +357,9 @@ def _cell(place: float, low: float, width: float, count: int) -> Any:
     return min(max(math.floor((place - low) / width), 0), count - 1)
 
 
-@kernel
-def _find_pairs(address: int) -> int:
+@inlined
+def _find_pairs(here: Any) -> int:
     """List all pairs of bodies that may meet in this step; return their number, which may exceed the room."""
-    here: Any = contact_at(address)
     rows, pairs, period, skin = here.rows, here.pairs.rows, here.period, here.skin
     size, room, found = rows.radius.shape[0], pairs.shape[0], 0
     widest = 0.0
@@ -466,10 +462,9 @@ def _share(rows: Any, i: int, j: int, period: Any, skin: float) -> float:
     return end + touch(x, y, -way_x, -way_y, apart, skin)  # type: ignore[no-any-return]
 
 
-@kernel
-def _meet_walls(address: int) -> None:
+@inlined
+def _meet_walls(here: Any) -> None:
     """Begin a leg: find where each way first meets a wall."""
-    here: Any = contact_at(address)
     rows = here.rows
     for i in range(rows.radius.shape[0]):
         way_x = rows.way[i, 0]
@@ -503,15 +498,14 @@ def _meet_walls(address: int) -> None:
         rows.end[i] = min(share, 1.0)
 
 
-@kernel
-def _end_ways(address: int, found: int) -> None:
+@inlined
+def _end_ways(here: Any, found: int) -> None:
     """Find where each way of a leg ends.
 
     A way ends at the first contact, which depends on where the ways of others end. Ends are computed from those of the
     round before until none changes: after k rounds, the first k contacts in order of time are right. Within the skin
     two bodies may take turns to wait for each other; so after many rounds ends only get earlier, which is safe.
     """
-    here: Any = contact_at(address)
     rows, pairs = here.rows, here.pairs
     size = rows.radius.shape[0]
     turn, has_more = 0, found > 0
@@ -574,13 +568,12 @@ def _note(rows: Any, i: int, j: int, period: Any) -> None:
     rows.normal[i, 2] = normal_y
 
 
-@kernel
-def _make_leg(address: int) -> bool:
+@inlined
+def _make_leg(here: Any) -> bool:
     """Move all to where their ways end; those that meet a body keep the rest of their way, for `Contact.meet`.
 
     Return whether anybody has met anything.
     """
-    here: Any = contact_at(address)
     rows = here.rows
     has_met: bool = False
     for i in range(rows.radius.shape[0]):
@@ -617,10 +610,9 @@ def _make_leg(address: int) -> bool:
     return has_met
 
 
-@kernel
-def _scatter(address: int) -> None:
+@inlined
+def _scatter(here: Any) -> None:
     """Write where the bodies are into their groups, and count bumps."""
-    here: Any = contact_at(address)
     rows, period = here.rows, here.period
     at = 0
     if here.mover <= 0:
@@ -633,8 +625,8 @@ def _scatter(address: int) -> None:
         for i in range(group.position.shape[0]):
             x = rows.place[at, 0]
             y = rows.place[at, 1]
-            step_x = x - rows.begin[at, 0]
-            step_y = y - rows.begin[at, 1]
+            step_x = x - group.position[i, 0]
+            step_y = y - group.position[i, 1]
             if period[0] > 0.0:
                 step_x -= period[0] * np.rint(step_x / period[0])
                 step_y -= period[1] * np.rint(step_y / period[1])
@@ -657,14 +649,14 @@ def _collide(address: int) -> int:
     """Move all bodies; see `contact_entry`."""
     here: Any = contact_at(address)
     rows = here.rows
-    _gather(address)
-    found = _find_pairs(address)
+    _gather(here)
+    found = _find_pairs(here)
     if found > here.pairs.rows.shape[0]:
         return found  # type: ignore[no-any-return]
     for _ in range(_MOST_LEGS):
-        _meet_walls(address)
-        _end_ways(address, found)
-        if not _make_leg(address):
+        _meet_walls(here)
+        _end_ways(here, found)
+        if not _make_leg(here):
             break
         for i in range(rows.radius.shape[0]):
             if rows.is_new[i]:
@@ -687,7 +679,7 @@ def _collide(address: int) -> int:
                 rows.place[i, 0], rows.place[i, 1], rows.way[i, 0], rows.way[i, 1], rows.heading[i, 0],
                 rows.heading[i, 1], here.arena_size,
             )  # fmt: skip
-    _scatter(address)
+    _scatter(here)
     return 0
 
 
