@@ -454,8 +454,10 @@ def _share(rows: Any, i: int, j: int, period: Any, skin: float) -> float:
     if share <= end:
         x += share * (its_x - way_x)
         y += share * (its_y - way_y)
-        # If only the other one drives, its way ends there, and this one goes on.
-        return share if way_x * x + way_y * y > 0.0 or its_x * x + its_y * y >= 0.0 else 2.0
+        # If only the other one drives, its way ends there, and this one goes on. One that slides along it does not
+        # drive into it, whatever rounding says.
+        drives = way_x * x + way_y * y > skin * rows.length[i]
+        return share if drives or its_x * x + its_y * y > -skin * rows.length[j] else 2.0
     # From then on, the other stands.
     x += end * (its_x - way_x)
     y += end * (its_y - way_y)

@@ -47,7 +47,8 @@ def hit(
     share = touching(minus(places[j], places[i]), minus(ways[j], ways[i]), apart)
     if share is not None and share <= end:
         off = minus(along(places[j], ways[j], share), along(places[i], ways[i], share))
-        return share if dot(ways[i], off) > 0 else None
+        # One that slides along the other does not drive into it.
+        return share if dot(ways[i], off) > SKIN * math.hypot(*ways[i]) else None
     off = minus(along(places[j], ways[j], end), along(places[i], ways[i], end))
     later = touching(off, (-ways[i][0], -ways[i][1]), apart)
     return None if later is None or end + later > 1 else end + later
@@ -76,16 +77,22 @@ def leg(
     return [along(place, way, ends.get(i, 1.0)) for i, (place, way) in enumerate(zip(places, ways, strict=True))], met
 
 
-def step(places: Sequence[Point], ways: Sequence[Point], radii: Sequence[float], meet: Meet, legs: int) -> list[Point]:
-    """Return where bodies are after a step of at most so many legs."""
-    here = list(places)
-    for _ in range(legs):
+def step(
+    places: Sequence[Point], ways: Sequence[Point], radii: Sequence[float], meet: Meet, legs: int
+) -> tuple[list[Point], bool]:
+    """Return where bodies are after a step of at most so many legs; and whether one met two others at once.
+
+    Which of the two is then first depends on the last digits.
+    """
+    here, is_pocket = list(places), False
+    for number in range(legs):
         here, met = leg(here, ways, radii)
+        is_pocket = is_pocket or any(number > 0 and share < SKIN for share, _ in met.values())
         ways = [
             meet((way[0] * (1 - met[i][0]), way[1] * (1 - met[i][0])), met[i][1]) if i in met else (0.0, 0.0)
             for i, way in enumerate(ways)
         ]
-    return here
+    return here, is_pocket
 
 
 def stop(way: Point, normal: Point) -> Point:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from naive import contact as naive
 from numpy.random import default_rng
@@ -103,9 +103,9 @@ def test_contacts_are_found_in_their_order(contact: str, meet: Callable[..., Any
     crowd = Crowd(OPEN, place, radius, contact)
     crowd.go(way)
     pairs = [list(map(tuple, array.tolist())) for array in (place, way)]
-    expected = naive.step(*pairs, radius.tolist(), meet, _MOST_LEGS)
-    # A body that is grazed within the skin may be missed by one of the two.
-    np.testing.assert_allclose(crowd.bodies.position, expected, atol=1e-5)
+    expected, is_pocket = naive.step(*pairs, radius.tolist(), meet, _MOST_LEGS)
+    assume(not is_pocket)
+    np.testing.assert_allclose(crowd.bodies.position, expected, atol=1e-6)
 
 
 @pytest.mark.short
@@ -210,11 +210,8 @@ def test_one_that_is_run_into_from_behind_goes_on() -> None:
 
 
 @pytest.mark.short
-@pytest.mark.parametrize("arena", ARENAS, ids=str)
-def test_a_single_body_is_reflected_like_a_point_in_a_smaller_arena(arena: Arena) -> None:
-    if not isinstance(arena, Box | Disc):
-        pytest.skip("has no smaller one of its class")
-    smaller = Box(arena.width - 1, arena.height - 1) if isinstance(arena, Box) else Disc(arena.radius - 0.5)
+@pytest.mark.parametrize(("arena", "smaller"), [(Box(10.0, 8.0), Box(9.0, 7.0)), (Disc(5.0), Disc(4.5))], ids=str)
+def test_a_single_body_is_reflected_like_a_point_in_a_smaller_arena(arena: Arena, smaller: Arena) -> None:
     rng = default_rng(3)
     place = smaller.place(*rng.uniform(0, 1, (2, 200)))
     way = ways_of(rng, 200, 6.0)
