@@ -88,6 +88,8 @@ class _Numbers(NamedTuple):
         arena = Disc(plan["radius"])
         limits = Limits(arena)
         ranges = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
+        for name in ("robot_radius", "target_radius"):
+            limits.radius(name, plan[name])
         return cls(
             arena, limits, *ranges, *(limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
         )
