@@ -103,6 +103,9 @@ def checked_channel(name: object) -> str:
     return name
 
 
+#: What policies can read of all bodies like a column: the column of the table of bodies, and the part of its elements.
+OF_BODIES = {"heading_x": ("heading", 0), "heading_y": ("heading", 1), "speed": ("speed", 0), "radius": ("radius", 0)}
+
 #: One element for each identity in the world.
 ByIdentity = Annotated[npt.NDArray[np.float64], "identities"]
 

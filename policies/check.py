@@ -14,7 +14,7 @@ from teamsight.core.contracts import are_equal, numbers, random_headings
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList, no_neighbours
 from teamsight.policies.actions import check_action, check_answer
-from teamsight.policies.channels import channels_of, columns_of
+from teamsight.policies.channels import OF_BODIES, channels_of, columns_of
 from teamsight.policies.compiled import (
     CompiledPolicy,
     Decision,
@@ -24,7 +24,7 @@ from teamsight.policies.compiled import (
     dense,
     pack_decision,
 )
-from teamsight.policies.interface import Action, Floats, Percept, Policy, PolicyState
+from teamsight.policies.interface import IDENTITIES, Action, Floats, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule, percept_of_one
 
 _ROBOT = Axis("robots", "robots are 0 to n − 1, and n is percept.heading.shape[0]")
@@ -144,9 +144,9 @@ def sample_percept(
         ended=heading[:, 0] > 0.75,
         identity=1 + np.arange(size),
     )
-    # Some of the others do not have the column.
+    # Some of the others do not have the column, but all have a body.
     without = (rng.random(identities) < 0.2) & (np.arange(identities) > size)
-    values = [np.where(without, np.nan, rng.integers(0, 4, identities)) for _ in columns]
+    values = [np.where(without & (name not in OF_BODIES), np.nan, rng.integers(0, 4, identities)) for name in columns]
     return percept._replace(columns=columns_of(columns, values))
 
 
@@ -221,7 +221,7 @@ def _percepts(steps: int, size: int, rng: np.random.Generator, policy: Policy) -
     for step in range(steps):
         most = _MOST_SEEN[step] if step < len(_MOST_SEEN) else _MOST_SEEN[0]
         percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns)
-        if step % 2:
+        if step % 2 and IDENTITIES not in policy.needs:
             # Some degrees of awareness hide the identities of teammates.
             percept.teammates.identity[:] = -1
         yield percept

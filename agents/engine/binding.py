@@ -54,6 +54,7 @@ from teamsight.agents.group import team_of
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE
 from teamsight.core.kernel import Entry, Packed, Record, array_at
 from teamsight.core.kernel.record import address_of
+from teamsight.policies.channels import OF_BODIES
 from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
@@ -177,6 +178,12 @@ def bind_columns(groups: list[Group]) -> tuple[Packed[PerceivedArrays] | None, l
     have = list(dict.fromkeys(one.name for of_group in found.values() for one in of_group))
     read = {group.number: _read_by(group, have) for group in groups}
     names = list(dict.fromkeys(name for of_group in read.values() for name in of_group))
+    for group in groups:
+        own = {one.name for one in found[group.number]}
+        found[group.number] += [
+            Found(name, group.bodies[column], part, -1)
+            for name, (column, part) in OF_BODIES.items() if name in names and name not in own
+        ]  # fmt: skip
     if not names:
         for group in groups:
             group.perceived_columns = {}
@@ -194,18 +201,18 @@ def bind_columns(groups: list[Group]) -> tuple[Packed[PerceivedArrays] | None, l
 
 
 def _read_by(group: Group, have: Iterable[str]) -> list[str]:
-    """Return the columns that the policies of a group read; a function of one robot reads all."""
+    """Return the columns that the policies of a group read; a function of one robot reads all that users have added."""
     names: list[str] = []
     for policy in group.policies:
         if not isinstance(policy, Policy):
             names += have
             continue
         for name in policy.columns:
-            if name not in have:
+            if name not in have and name not in OF_BODIES:
                 raise ValueError(
                     f"policy={label(policy)}: reads the column {name!r}, which no group has as one number for each "
                     f"agent, and no policy shows; add it: group.add_column({name!r}), or world.interact(…) with an "
-                    "interaction that keeps it"
+                    f"interaction that keeps it. All agents have {', '.join(OF_BODIES)}"
                 )
             names.append(name)
     return list(dict.fromkeys(names))
