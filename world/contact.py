@@ -286,9 +286,10 @@ CONTACT = Record(ContactArrays)
 solid_at, contact_at = SOLID.at, CONTACT.at
 
 
-@inlined
-def _gather(here: Any) -> None:
+@kernel
+def _gather(address: int) -> None:
     """Write the rows of all bodies: where they are, and the way that they intend."""
+    here: Any = contact_at(address)
     rows = here.rows
     at = 0
     for g in range(here.groups.shape[0]):
@@ -357,9 +358,10 @@ def _cell(place: float, low: float, width: float, count: int) -> Any:
     return min(max(math.floor((place - low) / width), 0), count - 1)
 
 
-@inlined
-def _find_pairs(here: Any) -> int:
+@kernel
+def _find_pairs(address: int) -> int:
     """List all pairs of bodies that may meet in this step; return their number, which may exceed the room."""
+    here: Any = contact_at(address)
     rows, pairs, period, skin = here.rows, here.pairs.rows, here.period, here.skin
     size, room, found = rows.radius.shape[0], pairs.shape[0], 0
     widest = 0.0
@@ -464,9 +466,10 @@ def _share(rows: Any, i: int, j: int, period: Any, skin: float) -> float:
     return end + touch(x, y, -way_x, -way_y, apart, skin)  # type: ignore[no-any-return]
 
 
-@inlined
-def _meet_walls(here: Any) -> None:
+@kernel
+def _meet_walls(address: int) -> None:
     """Begin a leg: find where each way first meets a wall."""
+    here: Any = contact_at(address)
     rows = here.rows
     for i in range(rows.radius.shape[0]):
         way_x = rows.way[i, 0]
@@ -500,14 +503,15 @@ def _meet_walls(here: Any) -> None:
         rows.end[i] = min(share, 1.0)
 
 
-@inlined
-def _end_ways(here: Any, found: int) -> None:
+@kernel
+def _end_ways(address: int, found: int) -> None:
     """Find where each way of a leg ends.
 
     A way ends at the first contact, which depends on where the ways of others end. Ends are computed from those of the
     round before until none changes: after k rounds, the first k contacts in order of time are right. Within the skin
     two bodies may take turns to wait for each other; so after many rounds ends only get earlier, which is safe.
     """
+    here: Any = contact_at(address)
     rows, pairs = here.rows, here.pairs
     size = rows.radius.shape[0]
     turn, has_more = 0, found > 0
@@ -570,12 +574,13 @@ def _note(rows: Any, i: int, j: int, period: Any) -> None:
     rows.normal[i, 2] = normal_y
 
 
-@inlined
-def _make_leg(here: Any) -> bool:
+@kernel
+def _make_leg(address: int) -> bool:
     """Move all to where their ways end; those that meet a body keep the rest of their way, for `Contact.meet`.
 
     Return whether anybody has met anything.
     """
+    here: Any = contact_at(address)
     rows = here.rows
     has_met: bool = False
     for i in range(rows.radius.shape[0]):
@@ -612,9 +617,10 @@ def _make_leg(here: Any) -> bool:
     return has_met
 
 
-@inlined
-def _scatter(here: Any) -> None:
+@kernel
+def _scatter(address: int) -> None:
     """Write where the bodies are into their groups, and count bumps."""
+    here: Any = contact_at(address)
     rows, period = here.rows, here.period
     at = 0
     if here.mover <= 0:
@@ -651,14 +657,14 @@ def _collide(address: int) -> int:
     """Move all bodies; see `contact_entry`."""
     here: Any = contact_at(address)
     rows = here.rows
-    _gather(here)
-    found = _find_pairs(here)
+    _gather(address)
+    found = _find_pairs(address)
     if found > here.pairs.rows.shape[0]:
         return found  # type: ignore[no-any-return]
     for _ in range(_MOST_LEGS):
-        _meet_walls(here)
-        _end_ways(here, found)
-        if not _make_leg(here):
+        _meet_walls(address)
+        _end_ways(address, found)
+        if not _make_leg(address):
             break
         for i in range(rows.radius.shape[0]):
             if rows.is_new[i]:
@@ -681,7 +687,7 @@ def _collide(address: int) -> int:
                 rows.place[i, 0], rows.place[i, 1], rows.way[i, 0], rows.way[i, 1], rows.heading[i, 0],
                 rows.heading[i, 1], here.arena_size,
             )  # fmt: skip
-    _scatter(here)
+    _scatter(address)
     return 0
 
 
