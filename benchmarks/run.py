@@ -42,11 +42,12 @@ from studies import measure_engines
 from study_speed import measure_study_speed
 from tasks import measure_tasks
 from view import measure_view
+from workers import measure_workers
 
 PARTS = (
     "speed", "short", "scaling", "memory", "start", "controller", "learning", "regression", "sensors", "cycles",
     "conditions", "events", "interactions", "components", "processes", "foraging", "pursuit", "studies", "tasks",
-    "view",
+    "view", "workers",
 )  # fmt: skip
 CHECKS = ((15, 15, 5.0), (30, 15, 2.0), (5, 20, 1.5))
 
@@ -85,6 +86,7 @@ def main() -> int:
         ],
         "tasks": lambda: measure_tasks(min(rounds, 7)),
         "view": lambda: measure_view(rounds, options.quick),
+        "workers": lambda: measure_workers(min(rounds, 3)),
     }
     agrees = check(c, console)
     rows: list[Row] = []

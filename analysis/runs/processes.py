@@ -11,15 +11,16 @@ import pickle
 import signal
 import sys
 import threading
+import time
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterable, Iterator
-from multiprocessing import resource_tracker
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from multiprocessing import forkserver, resource_tracker
 from multiprocessing.connection import Connection, wait
-from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+import numpy as np
 
 from teamsight.analysis.runs.executor import (
     MOST_DEATHS,
@@ -39,16 +40,21 @@ from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.core.kernel import cache as cache_folder
 
+if TYPE_CHECKING:
+    from multiprocessing.context import ForkServerContext, SpawnContext
+
+    Context: TypeAlias = SpawnContext | ForkServerContext
+
 
 class WorkerProcess:
     """A worker process that makes one job after the other.
 
     Parameters
     ----------
-    context : SpawnContext
+    context : SpawnContext or ForkServerContext
         How the process is started.
-    folder : path or None
-        Folder of compiled kernels; None for that of the environment.
+    environment : mapping
+        Environment variables of the process; see `os.environ`.
 
     Attributes
     ----------
@@ -62,11 +68,11 @@ class WorkerProcess:
         Number of the job in its hands.
     """
 
-    def __init__(self, context: SpawnContext, folder: Path | None) -> None:
+    def __init__(self, context: Context, environment: Mapping[str, str]) -> None:
         self.is_ready = False
         self.job: int | None = None
         self.pipe, there = context.Pipe()
-        self.process: BaseProcess = context.Process(target=_serve, args=(there, folder), daemon=True)
+        self.process: BaseProcess = context.Process(target=_serve, args=(there, environment), daemon=True)
         try:
             self.process.start()
         except BaseException:
@@ -110,20 +116,25 @@ class WorkerProcess:
 
 
 # What a worker imports before its first job, so that the time of that job does not contain it.
-_IMPORTS = ("teamsight.agents.reused_worlds",)
+_IMPORTS = ("teamsight.agents.reused_worlds", "teamsight.analysis.runs.simulate")
+# Time until a worker is started again that could not be [s].
+_PAUSE = 0.1
 # The message after the last job; those of jobs begin as a pickle does.
 _END = b"end"
 
 
-def _serve(pipe: Connection, folder: Path | None) -> None:
+def _serve(pipe: Connection, environment: Mapping[str, str]) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    if folder:
-        os.environ[cache_folder.VARIABLE] = str(folder)
+    if environment != os.environ:
+        # A fork has that of the time when the first worker of its parent was started.
+        os.environ.clear()
+        os.environ.update(environment)
     for name in _IMPORTS:
         # A failing import fails again within a job, where the error is reported.
         with contextlib.suppress(Exception):
             importlib.import_module(name)
+    np.random.seed()  # noqa: NPY002 (forks would all draw the same numbers of the global generator)
     with (
         contextlib.suppress(EOFError, OSError),
         emitting(lambda text: pipe.send(("message", text))),
@@ -151,6 +162,19 @@ def _end_with_parent() -> None:
     if parent is not None:
         wait([parent.sentinel])
         os._exit(1)
+
+
+def _context() -> Context:
+    """Return how workers are started.
+
+    On Linux they are forks of one process that has made their imports, runs no code of users and lives as long as this
+    one. Elsewhere libraries of the system do not survive a fork, so that each worker begins anew.
+    """
+    if sys.platform != "linux":
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([*_IMPORTS])
+    return context
 
 
 @contextlib.contextmanager
@@ -261,14 +285,20 @@ class WorkerPool:
     def __init__(self, workers: int, on_message: Callable[[str], object] | None = None) -> None:
         self.size = check_workers(workers)
         self._on_message = messages.receive if on_message is None else on_message
-        self._context = multiprocessing.get_context("spawn")
+        self._context = _context()
         self._workers: list[WorkerProcess] = []
         # Workers in a row that a signal ended before they were ready.
         self._failed_starts = 0
+        self._environment = {**os.environ}
         # Chosen once, so that all workers use the same folder and a notice about it appears once.
-        self._folder = cache_folder.cache_folder() if workers > 1 else None
+        if workers > 1 and (folder := cache_folder.cache_folder()):
+            self._environment[cache_folder.VARIABLE] = str(folder)
 
     def __enter__(self) -> WorkerPool:
+        if self.size > 1 and self._context.get_start_method() == "forkserver":
+            # It makes its imports while this process plans the jobs.
+            with interrupts_held():
+                forkserver.ensure_running()
         return self
 
     def __exit__(
@@ -288,7 +318,14 @@ class WorkerPool:
             return
         with deferred(), interrupts_held():
             while len(self._workers) < count:
-                self._workers.append(WorkerProcess(self._context, self._folder))
+                try:
+                    self._workers.append(WorkerProcess(self._context, self._environment))
+                except (EOFError, ConnectionError) as error:  # the process whose fork it would be has ended
+                    self._failed_starts += 1
+                    if self._failed_starts >= MOST_DEATHS * self.size:
+                        text = f"workers cannot start: {error_text(error)}; if memory ran out, use fewer workers"
+                        raise ExecutorError(text) from error
+                    time.sleep(_PAUSE)  # until the system knows of its end
 
     def _kill(self, workers: Iterable[WorkerProcess]) -> None:
         with deferred():  # a second Ctrl-C must not leave a worker behind
@@ -377,9 +414,8 @@ class WorkerPool:
         return None if worker.job is None else queue.death(worker.job, code)
 
 
-# Work of one process that others would not shorten, since they import everything anew [s].
+# Work of one process that others would not shorten, since their imports take more than a second [s].
 _SHORT = 5.0
-
 
 
 def workers_for(seconds: float | None) -> int:

@@ -130,9 +130,10 @@ def _made(
 ) -> dict[Key, Any]:  # fmt: skip
     """Make the jobs without a result in `kept` and return theirs; raise an error if any fail. See `run_all`."""
     # The sort is stable: jobs that are alike keep their order.
-    missing = sorted((entry for entry in jobs.items() if entry[0] not in kept), key=_likeness)
-    total = sum(job.cost for job in jobs.values())
-    done = total - sum(job.cost for _, job in missing)
+    missing = sorted((entry for entry in jobs.items() if entry[0] not in kept), key=_likeness())
+    costs = {key: job.cost for key, job in jobs.items()}
+    total = sum(costs.values())
+    done = total - sum(costs[key] for key, _ in missing)
     progress(done, total)
     count = 0 if checkpoint is None else min(_FIRST, len(missing))
     first = [missing[len(missing) * number // count] for number in range(count)]
@@ -140,7 +141,8 @@ def _made(
     failed: set[Key] = set()
     left = len(missing)
     # A pool of one worker has no processes that would have to be ended.
-    with contextlib.closing(_outcomes(missing, first, pool if pool is not None else WorkerPool(1))) as outcomes:
+    workers = pool if pool is not None else WorkerPool(1)
+    with contextlib.closing(_outcomes(missing, first, costs, workers)) as outcomes:
         for new, errors in outcomes:
             if checkpoint is not None:
                 for key, why in checkpoint.add(new).items():
@@ -156,7 +158,7 @@ def _made(
             failed.update(errors)
             if not results and not kept and failed.issuperset(key for key, _ in first):
                 break
-            done += sum(jobs[key].cost for key in (*new, *errors))
+            done += sum(costs[key] for key in (*new, *errors))
             left -= len(new) + len(errors)
             progress(done if left else total, total)  # without what rounding adds
     if failed:
@@ -165,7 +167,7 @@ def _made(
 
 
 def _outcomes(
-    missing: Sequence[Entry], first: Sequence[Entry], workers: Executor
+    missing: Sequence[Entry], first: Sequence[Entry], costs: Mapping[Key, float], workers: Executor
 ) -> Generator[tuple[dict[Key, Any], dict[Key, JobError]], None, None]:
     """Make jobs, the first ones alone and others in chunks; yield the results and the errors of each chunk.
 
@@ -179,7 +181,7 @@ def _outcomes(
             list(compiled)
     make, alone = partial(_make, goes_on=bool(first)), dict(first)
     chunks = [[entry] for entry in first]
-    chunks += _chunks([entry for entry in missing if entry[0] not in alone], workers.size)
+    chunks += _chunks([entry for entry in missing if entry[0] not in alone], costs, workers.size)
     while chunks:
         again: list[list[Entry]] = []
         with contextlib.closing(workers.outcomes(make, [[job for _, job in chunk] for chunk in chunks])) as outcomes:
@@ -221,28 +223,48 @@ def _summary(first: JobError, failed: int, jobs: int, has_others: bool) -> str:
     return f"all {jobs:,} jobs failed, the first: {reason}" if jobs > 1 else str(first)
 
 
-def _likeness(entry: Entry) -> tuple[object, ...]:
-    """Sorting key that puts runs together which can share one built world; other jobs stay in their order."""
-    return entry[1].likeness if isinstance(entry[1], Run) else ()
+def _likeness() -> Callable[[Entry], tuple[object, ...]]:
+    """Return the sorting key that joins runs which can share one built world; other jobs keep their order."""
+    known: dict[tuple[int, ...], tuple[object, ...]] = {}
+
+    def likeness(entry: Entry) -> tuple[object, ...]:
+        job = entry[1]
+        if not isinstance(job, Run):
+            return ()
+        setting = _setting(job)
+        if setting not in known:
+            known[setting] = job.likeness
+        return known[setting]
+
+    return likeness
 
 
-def _chunks(jobs: Sequence[Entry], workers: int) -> list[list[Entry]]:
-    """Divide jobs into chunks of about equal cost."""
-    size = min(_CHUNK, sum(job.cost for _, job in jobs) / (_CHUNKS_PER_WORKER * workers)) if workers > 1 else _CHUNK
+def _setting(run: Run) -> tuple[int, ...]:
+    """Return what runs have in common that differ in their seeds only; it is found faster than any text."""
+    return id(run.parameters), id(run.model), id(run.measure)
+
+
+def _chunks(jobs: Sequence[Entry], costs: Mapping[Key, float], workers: int) -> list[list[Entry]]:
+    """Divide jobs into chunks of about equal cost; for several workers the last are small, so that all end together."""
+    left = sum(costs[key] for key, _ in jobs)
+    shares = _CHUNKS_PER_WORKER * workers
+    least = min(_CHUNK, left / shares) / _CHUNKS_PER_WORKER
     chunks: list[list[Entry]] = []
     room = 0.0
     for entry in jobs:
         if room <= 0:
             chunks.append([])
-            room = size
+            room = max(min(_CHUNK, left / shares), least) if workers > 1 else _CHUNK
         chunks[-1].append(entry)
-        room -= entry[1].cost
+        room -= costs[entry[0]]
+        left -= costs[entry[0]]
     return chunks
 
 
 def _one_of_each_kind(jobs: Iterable[Job]) -> list[Job]:
     """Return a short run for each combination of components; numbers do not change what is compiled."""
-    kinds = {job.kind: job for job in jobs if isinstance(job, Run)}
+    settings = {_setting(job): job for job in jobs if isinstance(job, Run)}
+    kinds = {run.kind: run for run in settings.values()}
     return [replace(run, steps=1) for run in kinds.values()]
 
 

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import threading
 import time
 from pathlib import Path
+
+import numpy as np
 
 from teamsight.analysis.runs.executor import advance, emit
 from teamsight.core.kernel.cache import cache_folder
@@ -31,6 +34,12 @@ def die(number: int) -> int:
 
 def die_of(array: object) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
+
+
+def environment_and_draws(number: int) -> tuple[dict[str, str], tuple[float, float]]:
+    """Return the environment, and a number of the global generator of NumPy and of Python each."""
+    sum(range(2_000_000))
+    return dict(os.environ), (np.random.random(), random.random())  # noqa: NPY002
 
 
 def cache_folder_of(number: int) -> str:

@@ -96,9 +96,21 @@ def test_like_follows_like_and_results_keep_the_order_of_the_runs(runs: list[Run
 def test_a_small_batch_is_shared_among_all_workers(runs: list[Run]) -> None:
     few = [Run({"robots": 2, "targets": 2}, seed, 10) for seed in range(20)]
     entries = [(run.key, run) for run in few]
-    assert len(simulate._chunks(entries, 1)) == 1
-    assert len(simulate._chunks(entries, 3)) >= 9
-    assert [entry for chunk in simulate._chunks(entries, 3) for entry in chunk] == entries
+    costs = {run.key: run.cost for run in few}
+    assert len(simulate._chunks(entries, costs, 1)) == 1
+    chunks = simulate._chunks(entries, costs, 3)
+    assert len(chunks) >= 9
+    assert [entry for chunk in chunks for entry in chunk] == entries
+
+
+@pytest.mark.parametrize("steps", [10, 10_000])
+def test_the_last_chunks_are_small_so_that_workers_end_together(steps: int) -> None:
+    entries = [((str(seed),), Run({"robots": 2, "targets": 2}, seed, steps)) for seed in range(1000)]
+    costs = {key: run.cost for key, run in entries}
+    sizes = [len(chunk) for chunk in simulate._chunks(entries, costs, 2)]
+    assert sizes == sorted(sizes, reverse=True)
+    # The last one is what is left.
+    assert sizes[0] / 5 < sizes[-2] < sizes[0] / 3
 
 
 def test_the_error_of_a_failing_run_contains_its_settings() -> None:

@@ -6,11 +6,14 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
+from multiprocessing import forkserver
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from teamsight.analysis.runs import processes as processes_module
 from teamsight.analysis.runs.executor import ExecutorError, JobError, Outcome, results_of
 from teamsight.analysis.runs.processes import WorkerPool
 
@@ -187,6 +190,36 @@ def test_workers_that_are_killed_while_they_start_are_replaced_a_few_times(monke
     with pytest.raises(ExecutorError, match=r"exit code -9 before its first job; if memory ran out") as caught:
         starting(monkeypatch)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("error", [EOFError, ConnectionRefusedError, BrokenPipeError])
+def test_the_end_of_the_process_that_starts_workers_is_no_end_of_the_work(
+    monkeypatch: pytest.MonkeyPatch, error: type[Exception]
+) -> None:
+    kind = processes_module._context().Process
+    start, failures = kind.start, [2]
+
+    def fail(process: BaseProcess) -> None:
+        if failures[0]:
+            failures[0] -= 1
+            raise error("unexpected EOF")
+        start(process)
+
+    monkeypatch.setattr(kind, "start", fail)
+    with WorkerPool(2) as pool:
+        assert results_of(pool, jobs.square, range(3)) == [0, 1, 4]
+    failures[0] = 1000
+    with pytest.raises(ExecutorError, match="^workers cannot start: .*; if memory ran out"), WorkerPool(2) as pool:
+        results_of(pool, jobs.square, range(3))
+    assert failures[0] == 1000 - 6
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere each worker begins anew")
+def test_a_killed_fork_server_is_started_again(pool: WorkerPool) -> None:
+    for _ in range(2):
+        with WorkerPool(2) as other:
+            os.kill(forkserver._forkserver._forkserver_pid, signal.SIGKILL)  # type: ignore[attr-defined]
+            assert results_of(other, jobs.square, range(3)) == [0, 1, 4]
 
 
 def starting(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -149,6 +149,19 @@ def test_workers_do_not_hear_ctrl_c_while_they_start(tmp_path: Path) -> None:
     assert after == "False"
 
 
+def test_workers_have_the_environment_of_their_pool_and_random_numbers_of_their_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    for value in ("a", "b"):
+        monkeypatch.setenv("TEAMSIGHT_TEST", value)
+        with WorkerPool(2) as pool:
+            found = results_of(pool, jobs.environment_and_draws, range(20))
+        for environment, _ in found:
+            assert environment == {**os.environ, "TEAMSIGHT_CACHE_DIR": str(cache_folder())}
+        for number in range(2):
+            assert len({draws[number] for _, draws in found}) == 20
+
+
 @linux
 @pytest.mark.parametrize("job", ["wait_for_ever", "spin"])
 def test_workers_end_when_their_parent_is_killed_in_the_middle_of_a_long_job(tmp_path: Path, job: str) -> None:
@@ -219,8 +232,8 @@ def test_workers_keep_kernels_in_the_folder_that_was_chosen_once(
 
 def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[BaseProcess] = []
-    spawn = workers_module.multiprocessing.get_context("spawn")
-    start_one = spawn.Process.start
+    kind = workers_module._context().Process
+    start_one = kind.start
 
     def start(process: BaseProcess) -> None:
         if len(started) == 2:
@@ -228,7 +241,7 @@ def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pyt
         started.append(process)
         start_one(process)
 
-    monkeypatch.setattr(spawn.Process, "start", start)
+    monkeypatch.setattr(kind, "start", start)
     with pytest.raises(OSError, match="temporarily unavailable"), WorkerPool(3) as pool:
         results_of(pool, str, range(3))
     assert [process.exitcode for process in started] == [-signal.SIGKILL, -signal.SIGKILL]
@@ -236,8 +249,8 @@ def test_workers_that_were_started_are_ended_when_one_cannot_be(monkeypatch: pyt
 
 def test_an_interrupt_while_workers_start_ends_them(monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[BaseProcess] = []
-    spawn = workers_module.multiprocessing.get_context("spawn")
-    start_one = spawn.Process.start
+    kind = workers_module._context().Process
+    start_one = kind.start
 
     def start(process: BaseProcess) -> None:
         started.append(process)
@@ -246,7 +259,7 @@ def test_an_interrupt_while_workers_start_ends_them(monkeypatch: pytest.MonkeyPa
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         signal.raise_signal(signal.SIGINT)
 
-    monkeypatch.setattr(spawn.Process, "start", start)
+    monkeypatch.setattr(kind, "start", start)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         with pytest.raises(KeyboardInterrupt), WorkerPool(2) as pool:
