@@ -34,7 +34,7 @@ from teamsight.core.kernel import Packed
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.channels import channels_of
-from teamsight.policies.compiled import CompiledPolicy, pack_decision
+from teamsight.policies.compiled import CompiledPolicy, decides_in_kernel, pack_decision
 from teamsight.policies.interface import IDENTITIES, Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import percept_of_one
 from teamsight.policies.registry import label
@@ -213,7 +213,7 @@ class Controller:
         self.reset()
         # Compiled now, rather than in the first decision.
         degree = perceive_entry(self.awareness), situate_entry(self.awareness) if self._inputs else None
-        for entry in (*degree, made.entry() if _is_compiled(made) else None):
+        for entry in (*degree, made.entry() if decides_in_kernel(made) else None):
             if entry is not None:
                 entry.address  # noqa: B018
 
@@ -494,7 +494,7 @@ class Controller:
             np.zeros(1), np.zeros(1, np.bool_), np.array([self.identity]),
         )  # fmt: skip
         self._decision: Packed[Any] | None = None
-        if _is_compiled(policy):
+        if decides_in_kernel(policy):
             self._decision = pack_decision(policy, self._percept, self._state, self._noise, self._now, self._action)
 
     def _ask(self) -> tuple[float, float, float]:
@@ -666,10 +666,6 @@ def _team(given: Sequence[int]) -> tuple[int, ...]:
 
 def _list(values: Any) -> str:
     return ", ".join(map(str, sorted(values))) or "none"
-
-
-def _is_compiled(policy: Any) -> bool:
-    return isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
 
 
 def _check(policy: Policy, awareness: Awareness, size: int) -> None:

@@ -36,7 +36,7 @@ from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.core.table import Field, Table
 from teamsight.policies.channels import OWN_FIELDS, channels_of, columns_of
-from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.compiled import decides_in_kernel
 from teamsight.policies.interface import Action, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule
 from teamsight.world.motion import BODIES, limit_of_turn
@@ -120,10 +120,6 @@ def _setting(doc: str, get: Callable[[Any, str], Any] = _ability) -> Any:
 
 def _lanes(size: int) -> int:
     return -(-max(size, 1) // LANES) * LANES
-
-
-def _has_kernel(policy: Any) -> bool:
-    return isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
 
 
 @refusing(
@@ -581,9 +577,9 @@ class Group(Generic[A]):
     @property
     def is_compiled(self) -> bool:
         """Whether the group decides in kernels, without Python."""
-        if self.decides_alone or not _has_kernel(self.rules[0]):
+        if self.decides_alone or not decides_in_kernel(self.rules[0]):
             return False
-        return all(map(_has_kernel, self.others))
+        return all(map(decides_in_kernel, self.others))
 
     @property
     def is_sound(self) -> bool:

@@ -185,6 +185,11 @@ def dense(value: Any) -> Any:
     return type(value)(*map(dense, value)) if isinstance(value, tuple) else np.ascontiguousarray(value)
 
 
+def decides_in_kernel(policy: Any) -> bool:
+    """Return whether a policy is compiled and has no `decide` of its own."""
+    return isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
+
+
 def check_declarations(name: str, policy: Policy) -> None:
     """Refuse a policy whose declarations have a wrong type; see `Policy`.
 
@@ -200,8 +205,7 @@ def check_declarations(name: str, policy: Policy) -> None:
     TypeError, ValueError
         Naming the attribute.
     """
-    decides_in_kernel = isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
-    if decides_in_kernel and not hasattr(type(policy), "kernel"):
+    if decides_in_kernel(policy) and not hasattr(type(policy), "kernel"):
         raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
     for attribute in ("draws", "inputs", "effort"):
         checks.count(f"{name}.{attribute}", getattr(policy, attribute), least=0)

@@ -134,6 +134,8 @@ def _serve(pipe: Connection, environment: Mapping[str, str]) -> None:
         # A failing import fails again within a job, where the error is reported.
         with contextlib.suppress(Exception):
             importlib.import_module(name)
+    # Else cycles are looked for among all that was imported, again and again, and when the interpreter ends.
+    gc.freeze()
     np.random.seed()  # noqa: NPY002 (forks would all draw the same numbers of the global generator)
     with (
         contextlib.suppress(EOFError, OSError),
@@ -149,8 +151,6 @@ def _serve(pipe: Connection, environment: Mapping[str, str]) -> None:
                 raise
             except Exception as error:
                 pipe.send(("unsent", error_text(error)))
-    # Else the end of the interpreter looks for cycles among all that was imported, which takes most of a second.
-    gc.freeze()
 
 
 def _end_with_parent() -> None:
