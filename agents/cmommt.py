@@ -88,8 +88,6 @@ class _Numbers(NamedTuple):
         arena = Disc(plan["radius"])
         limits = Limits(arena)
         ranges = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
-        for name in ("robot_radius", "target_radius"):
-            limits.radius(name, plan[name])
         return cls(
             arena, limits, *ranges, *(limits.speed(name, plan[name]) for name in ("robot_speed", "target_speed"))
         )
@@ -153,6 +151,8 @@ class CMOMMT(World):
         moving = target_policy_of(plan["target_policy"], plan["target_policy_options"])
         degree = degree_of(plan)
         numbers = _Numbers.of(plan)
+        for name in ("robot_radius", "target_radius"):
+            numbers.limits.radius(name, plan[name])
         super().__init__(numbers.arena, contact=settings.contact, rng=settings.rng, seed=settings.seed)
         self._robots = self.add(
             Robot, settings.robots, policy=policy, awareness=degree, sensing_range=numbers.sensing_range,
