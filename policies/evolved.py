@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from teamsight.core.angles import direction
 from teamsight.core.elementary import exp
-from teamsight.core.kernel import inlined, ones
+from teamsight.core.kernel import inlined, lowest_bit, ones
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.target_tracks import (
     AGE,
@@ -26,7 +26,6 @@ from teamsight.policies.handmade.target_tracks import (
     STEP_Y,
     X,
     Y,
-    first_slot,
     no_target_tracks,
     update_target_tracks,
 )
@@ -151,7 +150,7 @@ def write_targets(i: int, used: Any, sensed: Any, percept: Any, floats: Any, con
     mine = 0.0
     slots = used
     while slots != 0:
-        slot, slots = first_slot(slots)
+        slot, slots = lowest_bit(slots)
         x = floats[slot, X] * per_reach
         y = floats[slot, Y] * per_reach
         distance = math.sqrt(x * x + y * y)
@@ -165,7 +164,7 @@ def write_targets(i: int, used: Any, sensed: Any, percept: Any, floats: Any, con
             mine += own
     slots = used
     while slots != 0:
-        slot, slots = first_slot(slots)
+        slot, slots = lowest_bit(slots)
         floats[slot, COMPANY] = _company(slot, used, floats, per_reach)
     return mine
 
@@ -199,7 +198,7 @@ def load(teammate: int, percept: Any, floats: Any, sensed: Any, per_reach: float
     found = 0
     slots = sensed
     while slots != 0:
-        slot, slots = first_slot(slots)
+        slot, slots = lowest_bit(slots)
         way_x = (floats[slot, X] - x) * per_reach
         way_y = (floats[slot, Y] - y) * per_reach
         found += way_x * way_x + way_y * way_y < 1.0
@@ -212,7 +211,7 @@ def _company(slot: Any, used: Any, floats: Any, per_reach: float) -> float:
     company = 0.0
     others = used & ~(np.uint64(1) << slot)
     while others != 0:
-        other, others = first_slot(others)
+        other, others = lowest_bit(others)
         way_x = (floats[slot, X] - floats[other, X]) * per_reach
         way_y = (floats[slot, Y] - floats[other, Y]) * per_reach
         company += floats[other, OWN] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
@@ -340,7 +339,7 @@ def _pull(i: int, used: Any, percept: Any, arrays: Any) -> tuple[float, float]:
     force_x = 0.0
     force_y = 0.0
     while used != 0:
-        slot, used = first_slot(used)
+        slot, used = lowest_bit(used)
         put_target(slot, floats, ints, per_reach)
         pull = constants[TARGET_OUT]
         along = constants[TARGET_OUT + 1 + TARGET_NEURONS]

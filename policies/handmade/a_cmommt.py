@@ -10,7 +10,7 @@ import numpy as np
 
 from teamsight.core.component import Allowed, NonNegative, Positive, Probability
 from teamsight.core.elementary import exp
-from teamsight.core.kernel import inlined
+from teamsight.core.kernel import inlined, lowest_bit
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import (
     BEHAVIOURS,
@@ -30,7 +30,6 @@ from teamsight.policies.handmade.target_tracks import (
     Slots,
     X,
     Y,
-    first_slot,
     no_target_tracks,
     update_target_tracks,
 )
@@ -163,7 +162,7 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         lost = lost_tracks(i, percept, arrays)
         slots = lost
         while slots != 0:
-            slot, slots = first_slot(slots)
+            slot, slots = lowest_bit(slots)
             pull_x, pull_y = expectation(i, slot, per_reach, percept, arrays)
             lost_x += pull_x
             lost_y += pull_y

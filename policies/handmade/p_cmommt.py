@@ -9,9 +9,9 @@ import numpy as np
 
 from teamsight.core.component import Count, NonNegative
 from teamsight.core.elementary import log, power
-from teamsight.core.kernel import inlined
+from teamsight.core.kernel import inlined, lowest_bit
 from teamsight.policies.handmade.a_cmommt import ACmommt, act, expectation, lost_tracks, pull, push
-from teamsight.policies.handmade.target_tracks import IDENTITY, first_slot, no_target_tracks
+from teamsight.policies.handmade.target_tracks import IDENTITY, no_target_tracks
 from teamsight.policies.interface import PolicyState
 
 # Float fields of the state after the four of target tracks: the identity of a target, plus 1 (0 ends the list), the
@@ -88,7 +88,7 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         lost = lost_tracks(i, percept, arrays)
         slots = lost
         while slots != 0:
-            slot, slots = first_slot(slots)
+            slot, slots = lowest_bit(slots)
             pull_x, pull_y = expectation(i, slot, per_reach, percept, arrays)
             novelty = _novelty(arrays.state.ints[i, slot, IDENTITY], known, most, total, evenness)
             lost_x += novelty * pull_x

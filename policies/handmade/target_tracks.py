@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from teamsight.core.component import Allowed
-from teamsight.core.kernel import inlined, kernel, trailing_zeros
+from teamsight.core.kernel import inlined, kernel, lowest_bit, trailing_zeros
 from teamsight.policies.interface import PolicyState
 
 #: A number of slots; a word has a bit for each.
@@ -30,12 +30,6 @@ def no_target_tracks(size: int, slots: int) -> PolicyState:
 
 
 @inlined
-def first_slot(slots: Any) -> tuple[Any, Any]:
-    """Return the first slot of a word of slots, and the word without it."""
-    return np.uint64(trailing_zeros(slots)), slots & (slots - _ONE)
-
-
-@inlined
 def _own_slot(identity: int, ints: Any) -> Any:
     return np.uint64(np.uint32(identity) % np.uint32(ints.shape[0]))
 
@@ -47,7 +41,7 @@ def _tracked(identity: int, ints: Any, used: Any) -> Any:
     if used >> own & _ONE != _NONE and ints[own, IDENTITY] == identity:
         return own
     while used != _NONE:
-        slot, used = first_slot(used)
+        slot, used = lowest_bit(used)
         if ints[slot, IDENTITY] == identity:
             return slot
     return np.uint64(64)
@@ -130,7 +124,7 @@ def update_target_tracks(i: int, percept: Any, state: Any, farthest: float, olde
             new += 1
     lost = used & ~sensed
     while lost != _NONE:
-        slot, lost = first_slot(lost)
+        slot, lost = lowest_bit(lost)
         _expect(floats, ints, slot, moved)
         square = floats[slot, X] * floats[slot, X] + floats[slot, Y] * floats[slot, Y]
         if square <= reach or square >= farthest * farthest or ints[slot, AGE] > oldest:

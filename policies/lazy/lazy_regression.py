@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.component import NonNegative, Positive
-from teamsight.core.kernel import Entry, Record, inlined
+from teamsight.core.kernel import Entry, Record, inlined, lowest_bit
 from teamsight.policies.interface import Floats
 from teamsight.policies.lazy.readings import (
     FREE,
@@ -23,7 +23,6 @@ from teamsight.policies.lazy.readings import (
     TEAMMATE,
     WORD,
     is_taken,
-    lowest,
     place,
     readings_of,
     sensed,
@@ -267,17 +266,19 @@ def follow_forces(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         for first in range(0, own, WORD):
             word = sensed(situation, first, own)
             while word:
-                bit, word = lowest(word)
-                distance, x, y = place(situation, unit, layout, own, first + bit)
-                taken = is_taken(situation, unit, layout, own, first + bit, perceived, ranges)
+                bit, word = lowest_bit(word)
+                at: Any = first + np.int64(bit)
+                distance, x, y = place(situation, unit, layout, own, at)
+                taken = is_taken(situation, unit, layout, own, at, perceived, ranges)
                 force = _force(arrays.table, TAKEN if taken else FREE, distance)
                 ahead += force * x
                 left += force * y
         for first in range(own, inputs, WORD):
             word = teammates(situation, first, inputs, layout) if first > own else perceived
             while word:
-                bit, word = lowest(word)
-                distance, x, y = place(situation, unit, layout, own, first + bit)
+                bit, word = lowest_bit(word)
+                at = first + np.int64(bit)
+                distance, x, y = place(situation, unit, layout, own, at)
                 force = _force(arrays.table, TEAMMATE, distance)
                 ahead += force * x
                 left += force * y

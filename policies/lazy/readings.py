@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.angles import direction, direction_after
-from teamsight.core.kernel import Entry, Record, below_8, inlined, plain, trailing_zeros
+from teamsight.core.kernel import Entry, Record, below_8, inlined, lowest_bit, plain
 from teamsight.policies.interface import Floats
 from teamsight.policies.memory import LazyMemory
 
@@ -68,12 +68,6 @@ def teammates(situation: Any, first: int, stop: int, layout: int) -> Any:
 
 
 @inlined
-def lowest(word: Any) -> tuple[Any, Any]:
-    """Return the number of the lowest bit that is set, and the word without it."""
-    return np.int64(trailing_zeros(word)), word & (word - np.uint64(1))
-
-
-@inlined
 def place(situation: Any, unit: Any, layout: int, own: int, at: int) -> tuple[float, float, float]:
     """Return the distance that input `at` shows, at least 0, and the direction as a unit vector.
 
@@ -117,8 +111,9 @@ def is_taken(situation: Any, unit: Any, layout: int, own: int, sector: int, word
         if first > own:
             word = teammates(situation, first, inputs, layout)
         while word:
-            bit, word = lowest(word)
-            apart, to_x, to_y = place(situation, unit, layout, own, first + bit)
+            bit, word = lowest_bit(word)
+            at: Any = first + np.int64(bit)
+            apart, to_x, to_y = place(situation, unit, layout, own, at)
             apart *= ranges[1]
             # By the law of cosines; a teammate at the robot's own place is not nearer.
             if 0.0 < apart < 2.0 * distance * (to_x * x + to_y * y):

@@ -19,6 +19,7 @@ from teamsight.core.kernel.intrinsics import (
     call,
     equal_eight,
     float_of,
+    lowest_bit,
     near_eight,
     near_eight_in_square,
     ones,
@@ -32,6 +33,6 @@ from teamsight.core.kernel.record import Packed, Record
 
 __all__ = [
     "Entry", "Packed", "Record", "array_at", "below_8", "below_64", "bits_of", "call", "equal_eight", "float_of",
-    "inlined", "kernel", "near_eight", "near_eight_in_square", "ones", "plain", "put_eight_bytes", "put_eight_parts",
-    "scratch", "specialise", "trailing_zeros",
+    "inlined", "kernel", "lowest_bit", "near_eight", "near_eight_in_square", "ones", "plain", "put_eight_bytes",
+    "put_eight_parts", "scratch", "specialise", "trailing_zeros",
 ]  # fmt: skip

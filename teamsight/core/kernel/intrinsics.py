@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from teamsight.core.kernel.parts import intrinsic
+from teamsight.core.kernel.parts import inlined, intrinsic
 
 
 @intrinsic
@@ -59,6 +59,12 @@ def ones(word: Any) -> Any:
 def trailing_zeros(word: Any) -> Any:
     """Return the number of zeros below the lowest bit of a word of 64 bits that is set; 64 if none is."""
     return (int(word) & -int(word)).bit_length() - 1 if word else 64
+
+
+@inlined
+def lowest_bit(word: Any) -> tuple[Any, Any]:
+    """Return the number of the lowest bit of a word of 64 bits that is set, unsigned, and the word without it."""
+    return np.uint64(trailing_zeros(word)), word & (word - np.uint64(1))
 
 
 @intrinsic
