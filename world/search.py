@@ -472,9 +472,10 @@ def search_pairs(position: Any, reach: Any, observed: Observed, graph: Any) -> i
 
 __all__ = ["NeighbourList", "Search", "proximity_graph"]
 
-# For more pairs than this, cells are faster (benchmarks/crossover.py).
-MOST_PAIRS = 15_000
-MOST_PAIRS_ON_TORUS = 4_000
+# For more pairs than this, cells are faster (benchmarks/crossover.py): in whole worlds, whose rows are in the order of
+# cells, earlier than in a search alone.
+MOST_PAIRS = 9_000
+MOST_PAIRS_ON_TORUS = 1_500
 
 #: Bodies are filled up to a multiple of this many.
 BODY_LANES = 16
