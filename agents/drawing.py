@@ -169,9 +169,12 @@ def _group(
     colour, agents = COLOURS[group.number % len(COLOURS)], group.agents[::every]
     rows = slice(None, None, every)
     places, ways = on_page(group.position[rows]), group.heading[rows] * (1, -1)
+    radii = group.radius[rows] * scale
+    wide = _dots(places[radii > 0], radii[radii > 0], f'fill="{colour}" fill-opacity="0.35" stroke="none"')
     if group.team is None:
         filled = np.array([is_observed(agent) for agent in agents], bool)
         return [
+            wide,
             _dots(places[filled], np.full(len(agents), _DOT), f'fill="{colour}" stroke="{colour}"'),
             _dots(places[~filled], np.full(len(agents), _DOT), f'fill="none" stroke="{colour}"'),
         ]
@@ -179,6 +182,7 @@ def _group(
     places, ways = places[active], ways[active]
     noses = [np.stack([place, place + _NOSE * way]) for place, way in zip(places, ways, strict=True)]
     return [
+        wide,
         (_dots if group.range_shape == "disc" else _squares)(
             places, group.sensing_range[rows][active] * scale, f'fill="{colour}" fill-opacity="0.12" stroke="none"'
         ),

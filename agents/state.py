@@ -357,8 +357,8 @@ def _check_fits(saved: State, data: WorldData) -> None:
         raise ValueError(checks.other_format("restore(…)", saved.format, FORMAT, saved.version))
     if saved.arena != _identified_space(data):
         raise ValueError(
-            f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in "
-            f"{_named(_identified_space(data))}; restore it in a world built in the same way"
+            f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in {data.arena}"
+            f"{_contact_in(_identified_space(data))}; restore it in a world built in the same way"
         )
     mine = [_identified(group) for group in data.groups]
     theirs = [old[:5] for old in saved.groups]
@@ -425,9 +425,12 @@ def _identified_space(data: WorldData) -> tuple[Any, ...]:
 
 
 def _named(arena: tuple[Any, ...]) -> str:
-    name, size, _, _, *contact = arena
-    where = f"{name} of size {', '.join(f'{side:g}' for side in size)}"
-    return f"{where} with contact={contact[0]}" if contact else where
+    name, size, *_ = arena
+    return f"{name} of size {', '.join(f'{side:g}' for side in size)}{_contact_in(arena)}"
+
+
+def _contact_in(space: tuple[Any, ...]) -> str:
+    return f" with contact={space[4]}" if len(space) > 4 else ""
 
 
 # Whose method a planned call is: ("world", 0, 0), ("source", number, 0) or ("agent", number of its group, member).

@@ -301,13 +301,16 @@ def starts(
     if is_drawn and not is_watched(arena) and all(one.radius is None for one in groups):
         return Starts(np.ascontiguousarray(arena.place(*numbers[:2])), heading)
     position = np.empty_like(heading)
+    is_solid = any(one.radius is not None for one in groups)
     for run in range(len(keys)):
-        apart = Apart(arena, taken)
+        apart = Apart(arena, taken) if is_solid else None
         for one, end in zip(groups, last, strict=True):
             here = slice(end - one.size, end)
             drawn = np.ascontiguousarray(numbers[:2, run, here])
-            solid = one.radius is not None
-            position[run, here] = apart.place(one, drawn, keys[run]) if solid else _places(arena, one, drawn)
+            if apart is None or one.radius is None:
+                position[run, here] = _places(arena, one, drawn)
+            else:
+                position[run, here] = apart.place(one, drawn, keys[run])
     return Starts(position, heading)
 
 

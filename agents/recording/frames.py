@@ -636,9 +636,10 @@ def slots_of(group: Group) -> list[Slot]:
     """Return the agents of a group as slots, in the order of its rows."""
     channel = group.channels.get(TARGETS)
     angle = float(getattr(channel and channel.sensor, "field_of_view", _FULL_TURN))
-    sensing, awareness = (group.bodies[name].tolist() for name in ("sensing_range", "awareness_range"))
+    ranges = (group.bodies[name].tolist() for name in ("sensing_range", "awareness_range", "radius"))
+    sensing, awareness, radius = ranges
     return [
-        Slot(group.number, identity, sensing[row], awareness[row], angle)
+        Slot(group.number, identity, sensing[row], awareness[row], angle, radius[row])
         for row, identity in enumerate(group.bodies.identity.tolist())
     ]
 

@@ -129,10 +129,10 @@ class Drawing:
 
 
 # What a slot is: whether it is a robot or a target; its colour and outline; its range, the angle in which it senses,
-# and whether the range is square.
+# and whether the range is square; the radius of its body.
 _LOOK = np.dtype([
     ("robot", bool), ("target", bool), ("colour", object), ("outline", object), ("reach", float), ("angle", float),
-    ("square", bool),
+    ("square", bool), ("radius", float),
 ])  # fmt: skip
 
 
@@ -148,18 +148,19 @@ class _Arena:
         looks = [
             (
                 group.role == "robot", group.role == "target", group.colour, outlines[slot.group],
-                slot.sensing_range, slot.field_of_view, group.range_shape == "square",
+                slot.sensing_range, slot.field_of_view, group.range_shape == "square", slot.radius,
             )
             for slot in scene.slots for group in (scene.groups[slot.group],)
         ]  # fmt: skip
         self._looks = np.array(looks, _LOOK)
         self._ranges = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.08, zorder=1)
         self._sectors = PolyCollection([], alpha=0.08, zorder=1)
+        self._bodies = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.4, zorder=3)
         self._trails = LineCollection([], linewidths=0.8, alpha=0.35, zorder=2)
         self._links = LineCollection([], linewidths=0.6, colors=_GREY, alpha=0.6, zorder=2.5)
         self._noses = LineCollection([], linewidths=1.3, zorder=4)
         self.artists: list[Artist] = []
-        for collection in (self._ranges, self._sectors, self._trails, self._links, self._noses):
+        for collection in (self._ranges, self._sectors, self._bodies, self._trails, self._links, self._noses):
             self.artists.append(axes.add_collection(collection, autolim=False))
         size = 26.0 if len(scene.slots) <= 200 else 6.0
         self._dots = axes.scatter([], [], s=size, linewidths=1.0, zorder=5)
@@ -181,6 +182,8 @@ class _Arena:
         self._noses.set_segments(list(np.stack([place, ahead], axis=1)[facing]))
         self._noses.set_color(list(colours[facing]))
         self._show_ranges(looks[facing], place[facing], angle[facing])
+        wide = there & (looks["radius"] > 0)
+        _set_circles(self._bodies, place[wide], looks["radius"][wide], colours[wide])
         if len(scene.slots) <= _MOST_LINKED:
             self._links.set_segments(_lines_of_links(scene, frame, place))
         if len(scene.slots) <= _MOST_TRAILED:
@@ -193,10 +196,7 @@ class _Arena:
         """Draw circles, sectors where the field of view is narrower, and squares."""
         is_round, square = looks["angle"] >= _FULL_TURN - 1e-9, looks["square"]
         circles, sectors = is_round & ~square, ~is_round & ~square
-        self._ranges.set_offsets(place[circles])
-        self._ranges._widths = self._ranges._heights = looks["reach"][circles]  # type: ignore[attr-defined]
-        self._ranges._angles = np.zeros(circles.sum())  # type: ignore[attr-defined]
-        self._ranges.set_facecolor(list(looks["colour"][circles]))
+        _set_circles(self._ranges, place[circles], looks["reach"][circles], looks["colour"][circles])
         turns = angle[sectors, None] + looks["angle"][sectors, None] * np.linspace(-0.5, 0.5, _CORNERS)
         arc = looks["reach"][sectors, None, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
         centre = place[sectors, None, :]
@@ -216,6 +216,13 @@ class _Arena:
         was &= ~(np.abs(np.diff(places, axis=0)) > 0.4 * np.array([x1 - x0, y1 - y0])).any(axis=(0, 2))
         self._trails.set_segments(list(places[:, was].transpose(1, 0, 2)))
         self._trails.set_color(list(self._looks["colour"][: len(there)][was]))
+
+
+def _set_circles(circles: EllipseCollection, place: Floats, radius: Floats, colours: npt.NDArray[np.object_]) -> None:
+    circles.set_offsets(place)
+    circles._widths = circles._heights = radius  # type: ignore[attr-defined]
+    circles._angles = np.zeros(len(radius))  # type: ignore[attr-defined]
+    circles.set_facecolor(list(colours))
 
 
 def shapes_of(scene: Scene) -> list[str]:

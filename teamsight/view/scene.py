@@ -68,6 +68,8 @@ class Slot:
         Distances within which it senses targets and teammates [length].
     field_of_view : float
         The angle within which it senses targets [rad].
+    radius : float
+        The radius of the body [length]; 0 for a point.
     """
 
     group: int
@@ -75,6 +77,7 @@ class Slot:
     sensing_range: float
     awareness_range: float
     field_of_view: float = _FULL_TURN
+    radius: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -148,6 +151,10 @@ class Scene:
     def as_json(self) -> dict[str, Any]:
         """Return the scene as values of JSON."""
         value = asdict(self)
+        for slot in value["slots"]:
+            # Most bodies are points.
+            if not slot["radius"]:
+                del slot["radius"]
         # Python has no larger exact float, and neither has JavaScript.
         value["seed"] = self.seed if self.seed < 2**53 else str(self.seed)
         return {"format": FORMAT, **value}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from interactions import CaptureInTurn, hunt
 
 from teamsight import CMOMMT, Box, Bumps, Circle, Contact, Disc, Robot, Target, Torus, World, check_contact, run_many
 from teamsight.core.kernel import kernel
+from teamsight.view.scene import Scene
 from teamsight.world.contact import Pass, Slide, Stop
 
 
@@ -301,3 +303,19 @@ def test_a_contact_of_ones_own_is_checked_and_cannot_make_bodies_overlap() -> No
         World(Box(1, 1), contact=Slide)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="has no 'meet'"):
         World(Box(1, 1), contact=Contact())
+
+
+@pytest.mark.short
+def test_recordings_hold_radii_and_pictures_show_them(tmp_path: Path) -> None:
+    world, points = crowd(), CMOMMT(rng=1)
+    scene = world.record(tmp_path / "bodies.png", steps=3).scene
+    assert [slot.radius for slot in scene.slots] == [*world.groups[0].radius, *world.groups[1].radius]
+    written = scene.as_json()
+    assert Scene.from_json(written) == scene
+    # A point has none, so recordings of points are as before.
+    assert not any("radius" in slot for slot in points.record(steps=1).scene.as_json()["slots"])
+    assert (tmp_path / "bodies.png").stat().st_size > 0
+    picture = world._repr_html_()
+    assert picture is not None
+    assert "fill-opacity=\"0.35\"" in picture
+    assert "fill-opacity=\"0.35\"" not in str(points._repr_html_())

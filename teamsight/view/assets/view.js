@@ -623,6 +623,7 @@ class Arena {
     if (shown.trails) this.drawTrails(frame, shown, at);
     shown.links.forEach((isShown, l) => isShown && this.drawLinks(frame, l, at));
     if (shown.selected !== null) this.drawSelected(frame, shown.selected, at, shown);
+    if (this.layout.scene.slots.some((one) => one.radius)) this.drawRadii(frame, at);
     this.drawBodies();
     to.restore();
     for (const [slot, kind] of [[shown.marked, "marked"], [shown.hovered, "hovered"], [shown.selected, "selected"]]) {
@@ -731,6 +732,26 @@ class Arena {
         to.arc(x, y, reach, angle - half, angle + half);
         to.closePath();
       }
+    });
+  }
+
+  // The bodies that have a radius, in their true size.
+  drawRadii(frame, at) {
+    const { to, ratio, layout } = this, { slots } = layout.scene;
+    layout.scene.groups.forEach((group, g) => {
+      to.beginPath();
+      this.each(g, (s) => {
+        const reach = (slots[s].radius || 0) * at.scale;
+        if (reach > 0) this.copies(this.px[s], this.py[s], reach, at, (x, y) => {
+          to.moveTo(x + reach, y);
+          to.arc(x, y, reach, 0, 2 * Math.PI);
+        });
+      });
+      to.fillStyle = faded(this.colours[g], 0.25);
+      to.fill();
+      to.strokeStyle = this.colours[g];
+      to.lineWidth = ratio;
+      to.stroke();
     });
   }
 
@@ -1343,6 +1364,7 @@ class Inspector {
     if (group.policy) facts.push(["Policy", group.policy]);
     if (degreeOf(group)) facts.push(["Awareness", group.awareness ? degreeText(group.awareness) : "none"]);
     const shape = group.range_shape === "square" ? ", square" : "";
+    if (one.radius) facts.push(["Radius", length(one.radius)]);
     if (senses(group)) facts.push(["Sensing range", length(one.sensing_range) + shape]);
     if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range) + shape]);
     const angle = (one.field_of_view * 180) / Math.PI;
