@@ -1,4 +1,4 @@
-"""What bodies cost: teams of 30 robots whose bodies meet, beside points; and crowds of 5,000.
+"""What bodies cost: teams of 30 robots whose bodies meet, or block sight, beside points; and crowds of 5,000.
 
 ``python benchmarks/bodies.py`` prints a line for each kind of contact.
 """
@@ -12,7 +12,7 @@ from typing import Any
 
 from measure import cpu_seconds, interleave
 
-from teamsight import CMOMMT, Box, Robot, World
+from teamsight import CMOMMT, Box, Robot, Sensor, World
 
 ROUNDS, STEPS = 11, 1500
 CROWD, SIDE = 5000, 100.0
@@ -23,11 +23,13 @@ def team(**bodies: Any) -> CMOMMT:
     return CMOMMT(30, 15, policy="a-cmommt", rng=1, **bodies)
 
 
-def crowd(contact: Any, share: float) -> World:
-    """Return robots that wander, whose bodies cover this share of a box."""
+def crowd(contact: Any, share: float, sensor: Sensor | None = None) -> World:
+    """Return robots that wander, whose bodies cover this share of a box, with this sensor of teammates."""
     world = World(Box(SIDE, SIDE), contact=contact, rng=1)
     radius = math.sqrt(share * SIDE**2 / CROWD / math.pi)
-    world.add(Robot, CROWD, policy="random-walk", radius=radius, speed=0.1)
+    robots = world.add(Robot, CROWD, policy="random-walk", radius=radius, speed=0.1)
+    if sensor is not None:
+        robots.sensors["teammates"] = sensor
     return world
 
 
@@ -56,11 +58,20 @@ def main() -> None:
         "radius 0.2, slide": team(robot_radius=0.2, contact="slide"),
         "robots and targets, radius 0.1, slide": team(robot_radius=0.1, target_radius=0.1, contact="slide"),
     }, STEPS, ROUNDS)  # fmt: skip
+    bodies = {"robot_radius": 0.1, "target_radius": 0.1}
+    compare({
+        "sight past bodies": team(**bodies),
+        "sight blocked by bodies": team(**bodies, sensor=Sensor(occluded="bodies")),
+    }, STEPS, ROUNDS)  # fmt: skip
     compare({
         "5,000 robots, points": crowd("pass", 0.4),
         "40 % of the area, stop": crowd("stop", 0.4),
         "40 % of the area, slide": crowd("slide", 0.4),
         "5 % of the area, slide": crowd("slide", 0.05),
+    }, 20, 5)  # fmt: skip
+    compare({
+        "5,000 robots, sight past bodies": crowd("pass", 0.4, Sensor(missed=0.0001)),
+        "sight blocked by bodies": crowd("pass", 0.4, Sensor(missed=0.0001, occluded="bodies")),
     }, 20, 5)  # fmt: skip
 
 

@@ -62,6 +62,7 @@ from teamsight.world.contact import is_own
 from teamsight.world.limits import farthest_of
 from teamsight.world.motion import INTEND, advance_entry, is_watched, pack_move
 from teamsight.world.noise import LANES, Stream, stream_number
+from teamsight.world.occlusion import GATHER_BODIES
 from teamsight.world.search import FAR_AWAY
 
 if TYPE_CHECKING:
@@ -358,6 +359,9 @@ class Binding:
             move += solid.phases(None)
         if interactions:
             move += interactions.phases(None)
+        # All relations have the same bodies.
+        blocking = [relation.bodies for relation in self._relations if relation.bodies is not None]
+        search += [Phase("gather bodies", GATHER_BODIES, bodies) for bodies in blocking[:1]]
         for relation, found in zip(self._relations, self._relation_records, strict=True):
             search.append(Phase("search", loop.SEARCH, found, relation))
             if found.value.detection:

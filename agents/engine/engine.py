@@ -33,7 +33,7 @@ from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Trail
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE, TransitionLogs
 from teamsight.agents.resolve import check_channels, check_fit, put_rows, take_rows
-from teamsight.agents.sensing.sensor import Sensor, sense_entry
+from teamsight.agents.sensing.sensor import BODIES, Sensor, sense_entry
 from teamsight.agents.world_data import DECIDE
 from teamsight.core import checks
 from teamsight.core.elementary import atan2
@@ -46,6 +46,7 @@ from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_
 from teamsight.world.contact import contact_entry
 from teamsight.world.motion import INTEND, advance_entry, is_watched
 from teamsight.world.noise import Stream, generator, stream_number, uniforms
+from teamsight.world.occlusion import GATHER_BODIES, gathering
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.records import Phase, Watcher
@@ -308,6 +309,8 @@ def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
         sensors = (channel.sensor or Sensor() for channel in group.channels.values())
         sensing = [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
         found += [DETECT, *sensing] if sensing else []
+    if _bodies_block_sight(data):
+        found.append(GATHER_BODIES)
     if any(delay_of(group) for group in groups):
         found.append(SHOW_LATE)
     if data.interactions:
@@ -396,6 +399,11 @@ def check_places(data: WorldData) -> None:
             )
 
 
+def _bodies_block_sight(data: WorldData) -> bool:
+    channels = (channel for group in data.groups for channel in group.channels.values())
+    return any(channel.sensor is not None and channel.sensor.occluded == BODIES for channel in channels)
+
+
 def connect(data: WorldData) -> list[Relation]:
     """Return the relations of a world, and set those of each group.
 
@@ -410,12 +418,13 @@ def connect(data: WorldData) -> list[Relation]:
         check_fit(group, teams[group.number])
         check_channels(group, group.policy)
     relations: list[Relation] = []
+    bodies = gathering([group.bodies for group in data.groups], data.arena) if _bodies_block_sight(data) else None
     for group in data.groups:
         if TEAMMATES in group.channels:
             group.channels[TEAMMATES].observed = teams[group.number]
         # First what is sensed, in the order of declarations, and then the team.
         channels = sorted(group.channels.values(), key=lambda channel: channel.name == TEAMMATES)
-        group.relations = {channel.name: Relation(channel, group, data) for channel in channels}
+        group.relations = {channel.name: Relation(channel, group, data, bodies) for channel in channels}
         relations += group.relations.values()
     return relations
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.detection import Detection, Readings, Searched
 from teamsight.agents.engine.records import Conditions
-from teamsight.agents.sensing.sensor import Sensor, View, salt_of
+from teamsight.agents.sensing.sensor import BODIES, Sensor, View, salt_of
 from teamsight.core.neighbour_list import NeighbourList, filled
 from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, stream_number
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from teamsight.agents.group import Group
     from teamsight.agents.world_data import WorldData
     from teamsight.core.kernel import Packed
+    from teamsight.world.occlusion import GatheringArrays
 
 _PERFECT = Sensor()
 
@@ -46,14 +47,19 @@ class Relation:
         Room for the identities of all in range.
     is_conditional : bool
         Whether observers or observed can be inactive, or a sensor out of order.
+    bodies : Packed of GatheringArrays or None
+        The bodies that block the sight of the sensor; None if none do.
     detection : Detection or None
         What the sensor makes of them; None for a perfect sensor.
     """
 
-    def __init__(self, channel: Channel, observers: Group, data: WorldData) -> None:
+    def __init__(
+        self, channel: Channel, observers: Group, data: WorldData, bodies: Packed[GatheringArrays] | None
+    ) -> None:
         self.name, self.counts = channel.name, channel.counts
         self.observers, self.observed = observers, list(channel.observed)
         sensor = channel.sensor or _PERFECT
+        self.bodies = bodies if sensor.occluded == BODIES else None
         reach = observers.reach(channel.name)
         if sensor.range is not None:
             reach = np.full(len(observers), float(sensor.range))
@@ -141,11 +147,14 @@ class Relation:
 
     def _view(self, data: WorldData, own: int, reach: npt.NDArray[np.float64]) -> View:
         group = self.observers
-        return View(
+        view = View(
             data.moment, data.key, salt_of(self.name), stream_number(Stream.SENSOR, group.number), group.bodies.member,
             group.bodies.position, group.bodies.heading, reach, self.everyone, own, self.search.room,
             data.arena.sight, farthest_of(group.range_shape),
         )  # fmt: skip
+        if self.bodies is None:
+            return view
+        return view._replace(identity=group.bodies.identity, opaque=self.bodies.value.opaque)
 
     def _readings(self, sensor: Sensor) -> Readings | None:
         """Return the readings on their way; those of another delay are dropped."""

@@ -24,8 +24,11 @@ from teamsight.core.contracts import (
 )
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.core.neighbour_list import NeighbourList
+from teamsight.world.arena import Box
 from teamsight.world.limits import farthest_of
+from teamsight.world.motion import bodies_at
 from teamsight.world.noise import Stream, key_of, stream_number
+from teamsight.world.occlusion import GATHER_BODIES, gathering
 from teamsight.world.search import proximity_graph
 from teamsight.world.walls import Sight, open_sight
 
@@ -78,6 +81,16 @@ def sample_view(
     )  # fmt: skip
 
 
+def _among_bodies(view: View, rng: np.random.Generator) -> View:
+    """Return the view with bodies: those of the observers, which are observed, and others."""
+    identity = view.everyone[view.own : view.own + len(view.position)]
+    bodies = bodies_at(np.concatenate([view.position, rng.uniform(0, 2, (6, 2))]), random_headings(13, rng))
+    bodies.radius[:], bodies.identity[:] = rng.uniform(0, 0.2, 13), [*identity, *range(1_000, 1_006)]
+    record = gathering([bodies], Box(4.0, 4.0))
+    GATHER_BODIES(record)
+    return view._replace(identity=identity, opaque=record.value.opaque)
+
+
 _IN_RANGE = Axis("entries", "those of observer i are start[i] up to, not including, start[i + 1]")
 _ENTRY = Axis("entries", "write no more than there is room for, and return how many are needed")
 _COUNTED = Axis("elements", "that is all that there are")
@@ -93,7 +106,9 @@ _GUARD = Guard(
         "p": Axis("parameters", "add what it needs to `parameters`"),
         "segments": Axis("segments", "there are view.sight.segments.shape[0]"),
         "discs": Axis("discs", "there are view.sight.discs.shape[0]"),
-        **{str(length): _COUNTED for length in range(1, 5)},
+        "identities": Axis("observers", "there are view.identity.shape[0]"),
+        "bodies": Axis("bodies", "there are view.opaque.x.shape[0]"),
+        **{str(length): _COUNTED for length in (*range(1, 5), 7)},
     },
 )
 
@@ -144,6 +159,7 @@ def check_sensor(sensor: Sensor, *, seed: int = 1) -> None:
     discs = np.column_stack([rng.uniform(0, 2, (2, 2)), rng.uniform(0.05, 0.3, 2)])
     views.append(sample_view(7, 9, 2.0, rng, among=True, sight=Sight(segments, discs, np.zeros(2), 0.0)))
     views.append(sample_view(7, 9, 2.0, rng, among=True, square=True))
+    views.append(_among_bodies(sample_view(7, 9, 2.0, rng, among=True), rng))
     for view in views:
         less = (0, 1, int(view.in_range.start[-1]))
         sensed = lists_in_any_room(f"{name}: sense", partial(_sense, sensor, view), less)["sensed"]
@@ -207,6 +223,8 @@ def _with_observer(view: View, row: int) -> View:
         # It is observed too.
         seen = seen._replace(identity=seen.identity + (seen.identity >= own))
         view = view._replace(everyone=np.insert(view.everyone, own, 2**20))
+    if len(view.identity):
+        view = view._replace(identity=more(view.identity, 2**20))
     return view._replace(
         member=more(view.member, 2**20), position=more(view.position, _FAR), heading=more(view.heading, (1.0, 0.0)),
         reach=more(view.reach, 1.0), in_range=seen._replace(start=more(seen.start, seen.start[row])),

@@ -7,24 +7,26 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import partial
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.angles import direction, direction_after
-from teamsight.core.component import Allowed, Component, Flag, NonNegative, Positive, Probability
+from teamsight.core.component import Allowed, Component, NonNegative, Positive, Probability
 from teamsight.core.kernel import Entry, Record, bits_of, float_of, inlined, kernel, scratch, specialise
 from teamsight.core.neighbour_list import Filled, NeighbourList, filled, neighbour_room
 from teamsight.world.arena import Arena
 from teamsight.world.limits import farthest_of
 from teamsight.world.noise import Stream, key_of, philox, stream_number
+from teamsight.world.occlusion import Opaque, is_hidden, no_bodies
 from teamsight.world.search import proximity_graph
 from teamsight.world.walls import Sight, is_blocked, open_sight
 
 #: The cosine of half the field of view (−2 if that is a full turn), the field of view [turns], the standard deviations
-#: of distance [length] and bearing [turns], two probabilities, and whether obstacles block the sight (0 or 1).
+#: of distance [length] and bearing [turns], two probabilities, and what blocks the sight: nothing (0), obstacles and
+#: walls (1), or bodies too (2).
 COSINE, WIDTH, RANGE_NOISE, BEARING_NOISE, MISSED, FALSE_POSITIVES, OCCLUDED = range(7)
 
 PER_RADIAN = 1.0 / (2.0 * math.pi)
@@ -53,6 +55,9 @@ _ONE = np.uint64(_BIAS << 52)
 _ROOT = math.sqrt(2.0)
 _LOG_2 = math.log(2.0)
 _FULL_TURN = 2.0 * math.pi
+
+#: What blocks the sight of a sensor, beside obstacles and walls.
+BODIES = "bodies"
 
 
 @inlined
@@ -277,6 +282,7 @@ def _select(view: Any, parameters: Any, span: tuple[int, int, int], chunk: Any) 
     """
     seen = view.in_range
     is_blind = view.sight.segments.shape[0] + view.sight.discs.shape[0] > 0 and parameters[OCCLUDED] > 0.0
+    has_bodies = view.opaque.x.shape[0] > 0 and parameters[OCCLUDED] > 1.0
     # Unsigned here and below: numba would check each signed index for a negative value.
     count = np.uint64(0)
     i = np.uint64(span[2])
@@ -289,6 +295,10 @@ def _select(view: Any, parameters: Any, span: tuple[int, int, int], chunk: Any) 
         is_seen = ahead >= seen.distance[k] * parameters[COSINE]
         if is_blind and is_seen:
             is_seen = not is_blocked(view.position[i, 0], view.position[i, 1], x, y, view.sight)
+        if has_bodies and is_seen:
+            mine = view.identity[i]
+            other = view.everyone[np.uint64(seen.identity[k])]
+            is_seen = not is_hidden(view.position[i, 0], view.position[i, 1], x, y, mine, other, view.opaque)
         # Written in any case, since a branch would be mispredicted.
         chunk.entry[count] = k
         chunk.row[count] = i
@@ -421,6 +431,10 @@ def _field_of_view(name: str, value: Any) -> float:
     return found
 
 
+def _occluded(name: str, value: Any) -> Any:
+    return checks.choice(name, value, [BODIES]) if isinstance(value, str) else checks.flag(name, value)
+
+
 @dataclass(frozen=True)
 class Sensor(Component):
     """The sensor of a group for one channel: by default exact, all around, within range and in line of sight.
@@ -442,8 +456,8 @@ class Sensor(Component):
     delay : int, default 0
         Time from measuring to the percept [ticks], at most `MOST_DELAY`. Until the first measurement arrives, the
         percept is empty.
-    occluded : bool, default True
-        Whether obstacles and walls block its sight.
+    occluded : bool or "bodies", default True
+        Whether obstacles and walls block its sight; with "bodies", active bodies that have a radius do too.
     range : float, optional
         Range of the sensor [length], for other channels than targets and teammates; those have the `sensing_range` and
         the `awareness_range` of the group.
@@ -480,7 +494,7 @@ class Sensor(Component):
     missed: Probability = 0.0
     false_positives: Probability = 0.0
     delay: Delay = 0
-    occluded: Flag = True
+    occluded: Annotated[bool | Literal["bodies"], Allowed(check=_occluded)] = True
     range: Annotated[Positive, Allowed(unit="length")] | None = None
 
     sense: ClassVar[Callable[..., int]] = standard_sense
@@ -497,15 +511,16 @@ class Sensor(Component):
         return np.array([
             -2.0 if is_all_round else math.cos(0.5 * self.field_of_view), self.field_of_view * PER_RADIAN,
             self.range_noise, self.bearing_noise * PER_RADIAN,
-            self.missed, self.false_positives, self.occluded,
+            self.missed, self.false_positives, 2.0 if self.occluded == BODIES else self.occluded,
         ])  # fmt: skip
 
     @property
     def is_perfect(self) -> bool:
-        """Whether it senses exactly what is in range, at once; if `occluded`, where nothing blocks its sight."""
+        """Whether it senses exactly what is in range, at once; if `occluded`, where no obstacle blocks its sight."""
         is_standard = type(self).sense is Sensor.sense and type(self).parameters is Sensor.parameters
         is_noisy = self.range_noise or self.bearing_noise or self.missed or self.false_positives or self.delay
-        return is_standard and self.field_of_view >= _FULL_TURN and not is_noisy
+        misses_some = self.field_of_view < _FULL_TURN or self.occluded == BODIES
+        return is_standard and not misses_some and not is_noisy
 
     def detect(
         self,
@@ -546,8 +561,12 @@ class Sensor(Component):
         Raises
         ------
         ValueError
-            If an array has the wrong shape, or a heading is not a unit vector.
+            If an array has the wrong shape, a heading is not a unit vector, or bodies block its sight.
         """
+        if self.occluded == BODIES:
+            raise ValueError(
+                "detect: knows no radius of bodies, and occluded='bodies'; use the sensor in a world, or occluded=True"
+            )
         in_range = proximity_graph(observers, observed, reach, arena, range_shape=range_shape)
         position = np.array(observers, float)
         size = len(position)
@@ -596,6 +615,10 @@ class View(NamedTuple):
         What blocks the line of sight.
     farthest : float
         The largest distance in range, over the range: 1 for discs, √2 for squares with sides along the axes.
+    identity : ndarray, shape (n,) or (0,), int64
+        The identities of the observers; empty if no bodies block their sight.
+    opaque : Opaque
+        The bodies that block sight, for a sensor with ``occluded="bodies"``.
     """
 
     tick: Annotated[Integers, 1]
@@ -611,6 +634,8 @@ class View(NamedTuple):
     in_range: Filled
     sight: Sight
     farthest: float = 1.0
+    identity: Annotated[Integers, ".identities"] = np.zeros(0, np.int64)
+    opaque: Opaque = no_bodies()
 
 
 def salt_of(channel: str) -> Words:

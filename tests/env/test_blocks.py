@@ -27,6 +27,7 @@ KINDS: list[dict[str, Any]] = [
     {"target_policy": "evasive"},
     {"cycle": Cycle(4, jitter=1.5, delay=3), "uniform_target_speed": True, "observation": "shared"},
     {"sensor": Sensor(range_noise=0.2, missed=0.1, false_positives=0.3), "observation": "pairwise", "reward": GAINS},
+    {"sensor": Sensor(occluded="bodies"), "robot_radius": 0.6, "target_radius": 0.4},
 ]
 
 
