@@ -168,7 +168,7 @@ def test_it_holds_the_eclipse_at_the_moment_of_sensing() -> None:
 
 @pytest.mark.short
 def test_a_reused_world_gives_the_bits_of_a_new_one() -> None:
-    parameters = {"robot_radius": 0.3, "target_radius": 0.3, "sensor": BODIES, "robots": 12}
+    parameters = {"radius": 2.0, "robot_radius": 0.3, "target_radius": 0.3, "sensor": BODIES, "robots": 12}
     worlds, seeds = ReusedWorlds(), [fresh_seed(), fresh_seed()]
     worlds.expect([(parameters, seed) for seed in seeds])
     for seed in seeds:
@@ -191,21 +191,24 @@ def test_points_hide_nobody() -> None:
     assert plain.recording.history.equals(other.recording.history)
 
 
-def rows_in_order(order: list[int]) -> dict[tuple[float, float], set[tuple[float, float]]]:
-    """Return whom each robot senses, by places, if robots are added in this order."""
+def seen_in_order(arena: Any, order: list[int]) -> set[tuple[Any, Any]]:
+    """Return the places of each robot and of each that it senses, if robots are added in this order."""
     rng = np.random.default_rng(5)
-    place, radius = rng.uniform(-2, 2, (12, 2)), rng.uniform(0.05, 0.3, 12)
-    world = World(Torus(5.0, 5.0), rng=1)
-    team = world.add(Robot, 12, policy="stationary", position=place[order], radius=radius[order], awareness_range=2.4)
+    place, radius = rng.uniform(-2, 2, (24, 2)), rng.uniform(0.1, 0.3, 24)
+    world = World(arena, rng=1)
+    team = world.add(Robot, 24, policy="stationary", position=place[order], radius=radius[order], awareness_range=2.4)
     team.sensors["teammates"] = BODIES
     at = dict(zip(team.identity.tolist(), map(tuple, team.position.tolist()), strict=True))
-    return {at[int(mine)]: {at[other] for other in row} for mine, row in zip(team.identity, seen(world, "teammates"), strict=True)}
+    rows = zip(at.values(), seen(world, "teammates"), strict=True)
+    return {(mine, at[other]) for mine, row in rows for other in row}
 
 
-def test_the_order_of_agents_has_no_effect() -> None:
-    wanted = rows_in_order(list(range(12)))
-    assert sum(map(len, wanted.values())) > 12
-    assert rows_in_order(np.random.default_rng(2).permutation(12).tolist()) == wanted
+@pytest.mark.parametrize("arena", [Box(5.0, 5.0), Torus(5.0, 5.0)], ids=str)
+def test_the_order_of_agents_has_no_effect(arena: Any) -> None:
+    wanted = seen_in_order(arena, list(range(24)))
+    assert len(wanted) > 24
+    for first in range(1, 24):
+        assert seen_in_order(arena, np.roll(range(24), first).tolist()) == wanted
 
 
 @pytest.mark.short
