@@ -128,8 +128,8 @@ Map = Callable[[Floats], Floats]
 # The longer side of the picture [pixels].
 _SIDE = 260.0
 _MARGIN = 6.0
-# Radius of an agent, and the length of its heading [pixels].
-_DOT, _NOSE = 3.0, 8.0
+# Radius of a dot, the least of one within a body, and the length of a heading [pixels].
+_DOT, _LEAST_DOT, _NOSE = 3.0, 1.0, 8.0
 #: Of more agents, every second or every tenth is drawn.
 MOST_DRAWN = 150
 
@@ -170,24 +170,27 @@ def _group(
     rows = slice(None, None, every)
     places, ways = on_page(group.position[rows]), group.heading[rows] * (1, -1)
     radii = group.radius[rows] * scale
-    wide = _dots(places[radii > 0], radii[radii > 0], f'fill="{colour}" fill-opacity="0.35" stroke="none"')
+    # A dot is no larger than its body, as long as it can be seen.
+    dots = np.where(radii > 0, np.clip(radii, _LEAST_DOT, _DOT), _DOT)
+    wide = _dots(places[radii > 0], radii[radii > 0], f'fill="{colour}" fill-opacity="0.35" stroke="{colour}"')
     if group.team is None:
         filled = np.array([is_observed(agent) for agent in agents], bool)
         return [
             wide,
-            _dots(places[filled], np.full(len(agents), _DOT), f'fill="{colour}" stroke="{colour}"'),
-            _dots(places[~filled], np.full(len(agents), _DOT), f'fill="none" stroke="{colour}"'),
+            _dots(places[filled], dots[filled], f'fill="{colour}" stroke="{colour}"'),
+            _dots(places[~filled], dots[~filled], f'fill="none" stroke="{colour}"'),
         ]
-    active, inactive = group.active[rows], places[~group.active[rows]]
-    places, ways = places[active], ways[active]
+    active = group.active[rows]
+    inactive, unused = places[~active], dots[~active]
+    places, ways, dots = places[active], ways[active], dots[active]
     noses = [np.stack([place, place + _NOSE * way]) for place, way in zip(places, ways, strict=True)]
     return [
         wide,
         (_dots if group.range_shape == "disc" else _squares)(
             places, group.sensing_range[rows][active] * scale, f'fill="{colour}" fill-opacity="0.12" stroke="none"'
         ),
-        _dots(places, np.full(len(places), _DOT), f'fill="{colour}" stroke="none"'),
-        _dots(inactive, np.full(len(inactive), _DOT), f'fill="none" stroke="{colour}" stroke-dasharray="2 2"'),
+        _dots(places, dots, f'fill="{colour}" stroke="none"'),
+        _dots(inactive, unused, f'fill="none" stroke="{colour}" stroke-dasharray="2 2"'),
         _lines(noses, f'fill="none" stroke="{colour}" stroke-width="1.5"'),
     ]
 
@@ -196,7 +199,7 @@ def _dots(places: Floats, radii: Floats, look: str) -> str:
     """Return circles as one path."""
     half = "a{r:.1f} {r:.1f} 0 1 0 {d:.1f} 0"
     arcs = (half.format(r=r, d=2 * r) + half.format(r=r, d=-2 * r) for r in radii)
-    return _path((f"{x - r:.1f} {y:.1f}{arc}" for (x, y), r, arc in zip(places, radii, arcs, strict=False)), look)
+    return _path((f"{x - r:.1f} {y:.1f}{arc}" for (x, y), r, arc in zip(places, radii, arcs, strict=True)), look)
 
 
 def _squares(places: Floats, halves: Floats, look: str) -> str:

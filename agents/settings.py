@@ -51,7 +51,7 @@ _SPEED = Annotated[
     NonNegative,
     Allowed(live=True, rewritten=True, unit="length a step", label="speed", panel=Panel(0.005, 0.5, 0.001, 10)),
 ]
-_BODY = Annotated[NonNegative, Allowed(unit="length", label="radius", panel=Panel(0, 1, 0.01, 10))]
+_BODY = Annotated[NonNegative, Allowed(unit="length", label="body radius", panel=Panel(0.01, 1, most=10))]
 _OPTIONS = Annotated[Mapping[str, Any], Allowed(check=_options)]
 
 

@@ -28,6 +28,7 @@ from teamsight.core.version import __version__
 from teamsight.policies.registry import label
 from teamsight.view.scene import (
     ACTIVE,
+    BLOCKED,
     MOST_OFFSET,
     MOST_PART,
     MOST_SLOTS,
@@ -68,13 +69,14 @@ class BodyArrays(NamedTuple):
     ----------
     position, heading : ndarray, shape (2n,), float64
         The arrays of the group [length], flat: x and y of a body follow each other.
-    active : ndarray, shape (n,), bool
-        Whether each is active.
+    active, blocked : ndarray, shape (n,), bool
+        Whether each is active, and whether another body blocks its way.
     """
 
     position: Annotated[Floats, "coordinates"]
     heading: Annotated[Floats, "coordinates"]
     active: Annotated[npt.NDArray[np.bool_], "bodies"]
+    blocked: Annotated[npt.NDArray[np.bool_], "bodies"]
 
 
 class LinkArrays(NamedTuple):
@@ -133,12 +135,12 @@ class FrameArrays(NamedTuple):
     fixed : ndarray, shape (frames, width), int16
         The positions of all bodies, then their directions.
     stream : ndarray, shape (room,), uint8
-        For each frame a bit for each body that is observed; a byte for each, whether it is active, if any can be
-        inactive; and for each relation where the links of its observers end, and the links.
+        For each frame a bit for each body that is observed; a byte for each, 1 if it is active plus 2 if it is blocked,
+        if they have states; and for each relation where the links of its observers end, and the links.
     most : int
         The number of bytes that one frame writes at most, with `SLACK`.
-    is_conditional : bool
-        Whether any body can be inactive.
+    has_states : bool
+        Whether any body can be inactive or blocked.
     """
 
     moment: Annotated[Integers, 1]
@@ -154,7 +156,7 @@ class FrameArrays(NamedTuple):
     fixed: Annotated[Shorts, "frames", "width"]
     stream: Annotated[Bytes, "room"]
     most: int
-    is_conditional: bool
+    has_states: bool
 
 
 FRAMES = Record(FrameArrays)
@@ -210,9 +212,9 @@ def _copy_bodies(frames: Any, row: Any, at: int) -> int:
         _put_parts(group.position, low, factor, row, first)
         _put_parts(group.heading, (-1.0, -1.0), (UNIT, UNIT), row, 2 * bodies + first)
         first += group.position.shape[0]
-        if frames.is_conditional != 0:
+        if frames.has_states != 0:
             for i in range(group.active.shape[0]):
-                frames.stream[at + i] = group.active[i]
+                frames.stream[at + i] = group.active[i] + 2 * group.blocked[i]
             at += group.active.shape[0]
     return at
 
@@ -336,15 +338,15 @@ class Layout(NamedTuple):
         The slot of each body.
     size : int
         The number of slots in frames of this layout.
-    is_conditional : bool
-        Whether any body can be inactive.
+    has_states : bool
+        Whether any body can be inactive or blocked.
     links : tuple of LinkLayout
         The relations.
     """
 
     slots: Integers
     size: int
-    is_conditional: bool
+    has_states: bool
     links: tuple[LinkLayout, ...]
 
 
@@ -537,10 +539,11 @@ class _Reading:
         """Return the flags of all bodies, shape (frames, bodies)."""
         bits = self._numbers(-(-bodies // 8)).astype(np.uint8)
         observed = np.unpackbits(bits, axis=1, bitorder="little")[:, :bodies].astype(np.uint16)
-        active = np.ones_like(observed)
-        if self._layout.is_conditional:
-            active = self._numbers(bodies).astype(np.uint16)
-        return np.asarray(PRESENT + ACTIVE * active + OBSERVED * observed, np.uint16)
+        states = np.ones_like(observed)
+        if self._layout.has_states:
+            states = self._numbers(bodies).astype(np.uint16)
+        active, blocked = states & 1, states >> 1
+        return np.asarray(PRESENT + ACTIVE * active + OBSERVED * observed + BLOCKED * blocked, np.uint16)
 
     def frames(self, lists: Sequence[LinkList], space: Space) -> list[Frame]:
         """Return the frames."""
@@ -845,7 +848,8 @@ class FrameRecorder(Watcher):
         place, ahead = (np.concatenate([one[name] for one in bodies]) for name in ("position", "heading"))
         parts = np.rint((place - self._space.low) * (MOST_PART / self._space.size))
         turn = np.rint(np.arctan2(ahead[:, 1], ahead[:, 0]) * (TURN / _FULL_TURN))
-        flags = PRESENT + ACTIVE * np.concatenate([one.active for one in bodies])
+        active, blocked = (np.concatenate([one[name] for one in bodies]) for name in ("active", "blocked"))
+        flags = PRESENT + ACTIVE * active + BLOCKED * blocked
         columns = np.zeros((4, layout.size), np.uint16)
         columns[:, layout.slots] = np.stack([*parts.T, turn, flags]).astype(np.int64).astype(np.uint16)
         return self.scene, Frame(float(self._data.timeline.tick), np.full(len(SERIES), np.nan, np.float32), *columns)
@@ -863,14 +867,14 @@ class FrameRecorder(Watcher):
         records = zip(bound.relations, bound.relation_records, strict=True)
         met = next((record.value.met for relation, record in records if relation.counts), np.zeros(bodies, np.int64))
         groups = [
-            BODIES.pack(BodyArrays(one.position.reshape(-1), one.heading.reshape(-1), one.active))
+            BODIES.pack(BodyArrays(one.position.reshape(-1), one.heading.reshape(-1), one.active, one.blocked))
             for one in (group.bodies for group in bound.groups)
         ]
         self.record = FRAMES.pack(FrameArrays(
             bound.moment, self.every, groups, [LINKS.pack(one) for one in arrays], met,
             self._space.low, MOST_PART / self._space.size,
             chunk.state, chunk.ticks, chunk.begins, chunk.fixed, chunk.stream, chunk.most,
-            chunk.layout.is_conditional,
+            chunk.layout.has_states,
         ))  # fmt: skip
 
     def _layout(self, links: tuple[LinkLayout, ...]) -> Layout:
@@ -882,8 +886,8 @@ class FrameRecorder(Watcher):
                     self._slot_of[slot.id] = len(self._slots)
                     self._slots.append(slot)
                 slots.append(self._slot_of[slot.id])
-        is_conditional = any(group.has_conditions for group in self._data.groups)
-        return Layout(np.array(slots, np.int64), len(self._slots), is_conditional, links)
+        has_states = bool(self._data.solid) or any(group.has_conditions for group in self._data.groups)
+        return Layout(np.array(slots, np.int64), len(self._slots), has_states, links)
 
     def _chunk(self, layout: Layout, most: int) -> Chunk:
         """Return the chunk for the next frame: the last one, if it has the layout and room."""

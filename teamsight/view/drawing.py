@@ -14,13 +14,15 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from matplotlib.path import Path
 from matplotlib.transforms import Affine2D
 
 from teamsight.core.checks import shown
 from teamsight.view.page import Track
-from teamsight.view.scene import ACTIVE, OBSERVED, PRESENT, Frame, Scene
+from teamsight.view.scene import ACTIVE, BLOCKED, OBSERVED, PRESENT, Frame, Scene
 
 Floats = npt.NDArray[np.float64]
 
@@ -48,7 +50,9 @@ def square_outline(reach: float, angle: float, field_of_view: float) -> Floats:
 
 
 _DPI = 100
-_INK, _PALE, _GREY = "#1b1f24", "#d0d7de", "#8c959f"
+_INK, _PALE, _GREY, _BLOCKED = "#1b1f24", "#d0d7de", "#8c959f", "#c2185b"
+# The size of a marker, and that of one among many or in a small body [points²].
+_MARKER, _SMALL_MARKER = 26.0, 6.0
 # Beyond these numbers of bodies, links and trails are not drawn, since they would cover each other.
 _MOST_LINKED, _MOST_TRAILED = 400, 400
 _TRAIL = 12
@@ -140,7 +144,7 @@ class _Arena:
     """The arena of one track."""
 
     def __init__(self, axes: Axes, scene: Scene, frames: list[Frame], width: float) -> None:
-        self._scene, self._frames = scene, frames
+        self._scene, self._frames, self._to_pixels = scene, frames, axes.transData
         self._name = shown(scene.title, max(int(width / _LETTER), 8)).strip("'")
         _draw_walls(axes, scene)
         self._title = axes.set_title(" ", fontsize=8.5, color=_INK, pad=4)
@@ -155,15 +159,17 @@ class _Arena:
         self._looks = np.array(looks, _LOOK)
         self._ranges = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.08, zorder=1)
         self._sectors = PolyCollection([], alpha=0.08, zorder=1)
-        self._bodies = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, alpha=0.4, zorder=3)
         self._trails = LineCollection([], linewidths=0.8, alpha=0.35, zorder=2)
         self._links = LineCollection([], linewidths=0.6, colors=_GREY, alpha=0.6, zorder=2.5)
+        self._bodies = EllipseCollection([], [], [], units="xy", offset_transform=axes.transData, zorder=3.5)
         self._noses = LineCollection([], linewidths=1.3, zorder=4)
         self.artists: list[Artist] = []
-        for collection in (self._ranges, self._sectors, self._bodies, self._trails, self._links, self._noses):
+        for collection in (self._ranges, self._sectors, self._trails, self._links, self._bodies, self._noses):
             self.artists.append(axes.add_collection(collection, autolim=False))
-        size = 26.0 if len(scene.slots) <= 200 else 6.0
-        self._dots = axes.scatter([], [], s=size, linewidths=1.0, zorder=5)
+        if scene.wraps:
+            x0, y0, x1, y1 = scene.bounds
+            self._bodies.set_clip_path(Rectangle((x0, y0), x1 - x0, y1 - y0, transform=axes.transData))
+        self._dots = axes.scatter([], [], linewidths=1.0, zorder=5)
         self.artists += [self._dots, self._title]
 
     def show(self, number: int) -> None:
@@ -173,17 +179,18 @@ class _Arena:
         there, active, observed = ((frame.flags & flag) > 0 for flag in (PRESENT, ACTIVE, OBSERVED))
         colours = np.where(active, looks["colour"], _GREY)
         self._dots.set_offsets(place[there])
+        self._dots.set_sizes(self._sizes(looks["radius"][there]))
         self._dots.set_paths(looks["outline"][there].tolist())
         self._dots.set_facecolor(np.where(~looks["target"] | observed, colours, "none")[there].tolist())
         self._dots.set_edgecolor(colours[there].tolist())
         facing = there & active & looks["robot"]
         nose = 0.028 * max(scene.bounds[2] - scene.bounds[0], scene.bounds[3] - scene.bounds[1])
-        ahead = place + nose * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        ahead = place + np.maximum(nose, looks["radius"])[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         self._noses.set_segments(list(np.stack([place, ahead], axis=1)[facing]))
         self._noses.set_color(list(colours[facing]))
         self._show_ranges(looks[facing], place[facing], angle[facing])
-        wide = there & (looks["radius"] > 0)
-        _set_circles(self._bodies, place[wide], looks["radius"][wide], colours[wide])
+        solid = there & (looks["radius"] > 0)
+        self._show_bodies(place[solid], looks["radius"][solid], colours[solid], (frame.flags & BLOCKED)[solid] > 0)
         if len(scene.slots) <= _MOST_LINKED:
             self._links.set_segments(_lines_of_links(scene, frame, place))
         if len(scene.slots) <= _MOST_TRAILED:
@@ -196,7 +203,8 @@ class _Arena:
         """Draw circles, sectors where the field of view is narrower, and squares."""
         is_round, square = looks["angle"] >= _FULL_TURN - 1e-9, looks["square"]
         circles, sectors = is_round & ~square, ~is_round & ~square
-        _set_circles(self._ranges, place[circles], looks["reach"][circles], looks["colour"][circles])
+        _set_circles(self._ranges, place[circles], looks["reach"][circles])
+        self._ranges.set_facecolor(list(looks["colour"][circles]))
         turns = angle[sectors, None] + looks["angle"][sectors, None] * np.linspace(-0.5, 0.5, _CORNERS)
         arc = looks["reach"][sectors, None, None] * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
         centre = place[sectors, None, :]
@@ -206,6 +214,26 @@ class _Arena:
         ]
         self._sectors.set_verts([*np.concatenate([centre, centre + arc], axis=1), *outlines])
         self._sectors.set_facecolor([*looks["colour"][sectors], *looks["colour"][square]])
+
+    def _sizes(self, radius: Floats) -> Floats:
+        """Return the sizes of markers [points²]: none is larger than its body, as long as it can be seen."""
+        size = _MARKER if len(self._scene.slots) <= 200 else _SMALL_MARKER
+        points = 2 * radius * self._to_pixels.get_matrix()[0, 0] * 72 / _DPI
+        return np.where(radius > 0, np.clip(points**2, _SMALL_MARKER, size), size)
+
+    def _show_bodies(
+        self, place: Floats, radius: Floats, colours: npt.NDArray[np.object_], is_blocked: npt.NDArray[np.bool_]
+    ) -> None:
+        """Draw circles of the true radius, also across the seam; those of blocked bodies are thick."""
+        shifts = [np.array([0.0, *(-period, period)[: 2 * (period > 0)]]) for period in self._scene.wraps or (0.0, 0.0)]
+        shift = np.stack(np.meshgrid(*shifts), axis=-1).reshape(-1, 1, 2)
+        x0, y0, x1, y1 = self._scene.bounds
+        beyond = np.maximum([x0, y0] - (place + shift), place + shift - [x1, y1]).max(axis=-1)
+        copy, row = np.nonzero((beyond < radius) | (shift == 0.0).all(axis=-1))
+        _set_circles(self._bodies, (place + shift)[copy, row], radius[row])
+        self._bodies.set_facecolor([to_rgba(colour, 0.25) for colour in colours[row]])
+        self._bodies.set_edgecolor(np.where(is_blocked, _BLOCKED, colours)[row].tolist())
+        self._bodies.set_linewidth(np.where(is_blocked, 2.0, 0.9)[row].tolist())
 
     def _show_trails(self, number: int, there: npt.NDArray[np.bool_]) -> None:
         """Draw where bodies were; a jump, as across the seam of a torus, ends a trail."""
@@ -218,11 +246,10 @@ class _Arena:
         self._trails.set_color(list(self._looks["colour"][: len(there)][was]))
 
 
-def _set_circles(circles: EllipseCollection, place: Floats, radius: Floats, colours: npt.NDArray[np.object_]) -> None:
+def _set_circles(circles: EllipseCollection, place: Floats, radius: Floats) -> None:
     circles.set_offsets(place)
     circles._widths = circles._heights = radius  # type: ignore[attr-defined]
     circles._angles = np.zeros(len(radius))  # type: ignore[attr-defined]
-    circles.set_facecolor(list(colours))
 
 
 def shapes_of(scene: Scene) -> list[str]:

@@ -223,8 +223,9 @@ def _point(value: Any) -> Point:
 Words: TypeAlias = npt.NDArray[np.uint16]
 Offsets: TypeAlias = npt.NDArray[np.int16]
 
-#: The bits of `Frame.flags`: the body is in the world; it is active; it is sensed in a channel that counts.
-PRESENT, ACTIVE, OBSERVED = 1, 2, 4
+#: The bits of `Frame.flags`: the body is in the world; it is active; it is sensed in a channel that counts; another
+#: body has blocked its way in the step before.
+PRESENT, ACTIVE, OBSERVED, BLOCKED = 1, 2, 4, 8
 #: The largest part of the box around the arena, and the number of parts of a full turn.
 MOST_PART, TURN = 65_535, 65_536
 #: What stands for the scale of a list of links.
@@ -273,7 +274,7 @@ class Frame:
     heading : ndarray, shape (n,), uint16
         Directions as parts of a turn, counter-clockwise from x: 65,536 would be a full turn.
     flags : ndarray, shape (n,), uint16
-        `PRESENT`, `ACTIVE` and `OBSERVED`; 0 for a body that has left or not yet come.
+        `PRESENT`, `ACTIVE`, `OBSERVED` and `BLOCKED`; 0 for a body that has left or not yet come.
     links : tuple of Links
         One for each of `Scene.links`.
     """

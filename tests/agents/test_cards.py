@@ -226,3 +226,11 @@ def test_a_report_on_delta_shows_its_result() -> None:
     text = text_of(report._repr_html_())
     assert f"{report.delta} for 0.1" in text
     assert "largest number of neighbours" in text
+
+
+def test_bodies_are_drawn_in_their_true_size() -> None:
+    world = World(Box(13.0, 13.0), rng=1)
+    world.add(Robot, 2, policy="stationary", radius=[0.02, 2.0])
+    # A unit is 20 pixels; a dot is as small as its body, but can be seen.
+    sizes = {float(path.split(" ")[0]) for path in str(world._repr_html_()).split("a") if path[:1].isdigit()}
+    assert {0.4, 1.0, 3.0, 40.0} <= sizes

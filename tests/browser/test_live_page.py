@@ -19,6 +19,7 @@ from teamsight.core.kernel.report import REPORT
 from teamsight.live import LivePage, session, watch
 from teamsight.live.protocol import Message
 from teamsight.live.worlds import LiveTrack
+from teamsight.world.contact import Slide
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -181,6 +182,30 @@ def test_what_needs_a_new_world_starts_again(page: Page, live: Callable[..., Liv
     page.get_by_text("Started again with seed 77").wait_for()
     settled(page, server)
     assert_same_places(page, CMOMMT(robots=25, policy="centroid", seed=77))
+
+
+def test_bodies_get_a_radius_and_contacts(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live()
+    shown(page, server)
+    assert page.evaluate("teamsight.view.tracks[0].layout.hasRadii") is False
+    page.get_by_label("contact").select_option("slide")
+    until(lambda: world_of(server).contact == Slide())
+    # A slider moves by its step, of which the keys make use.
+    page.get_by_role("slider", name="body radius").first.focus()
+    for _ in range(3):
+        page.keyboard.press("ArrowRight")
+    until(lambda: world_of(server).robots.radius.tolist() == [0.03] * 10)
+    settled(page, server)
+    page.locator("#tl-robot_radius").fill("0.4")
+    page.locator("#tl-robot_radius").press("Enter")
+    page.get_by_text("Started again with body radius 0.4").wait_for()
+    settled(page, server)
+    shot(page, "live-bodies")
+    assert page.evaluate("[...teamsight.view.tracks[0].layout.radius]") == [0.4] * 10 + [0.0] * 15
+    page.locator("#tl-robot_radius").fill("4")
+    page.locator("#tl-robot_radius").press("Enter")
+    page.get_by_role("alert").get_by_text("fit").wait_for()
+    assert world_of(server).robots.radius.tolist() == [0.4] * 10
 
 
 def test_seeds_are_those_that_were_typed_and_sliders_say_what_they_mean(page: Page, live: Callable[..., LivePage]) -> None:

@@ -14,6 +14,7 @@ from replaying import at_tick, drawn, opened, recorded, until, written
 
 from teamsight import CMOMMT, Circle, Disc, Robot, Sensor, Target, Torus, World
 from teamsight.policies import ACmommt, RandomWalk
+from teamsight.view.scene import BLOCKED
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -72,6 +73,63 @@ def test_bodies_are_drawn_where_the_model_has_them(page: Page, tmp_path: Path, m
         assert len(places) == len(agents)
         for agent in agents:
             assert np.all(np.abs(agent.position - places[agent.unique_id]) <= limit), agent
+
+
+def crowd() -> World:
+    world = World(Torus(6, 5), contact="slide", rng=4)
+    radius = [1.0, 0.02, *[0.3] * 10]
+    world.add(Robot, 12, policy="random-walk", radius=radius, speed=0.2, sensing_range=0.01, awareness_range=0.01)
+    return world
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("size", [browsing.WIDE, browsing.PHONE])
+def test_bodies_are_drawn_and_found_in_their_true_size(
+    new_page: browsing.Pages, tmp_path: Path, shot: Callable[[Page, str], None], size: tuple[int, int], dark: bool
+) -> None:
+    replay = recorded(crowd(), STEPS)
+    page = opened(new_page(size=size, dark=dark), written(tmp_path, replay))
+    blocked = [int((frame.flags & BLOCKED).astype(bool).sum()) for frame in replay.frames]
+    tick = int(np.argmax(blocked))
+    at_tick(page, tick)
+    shot(page, f"bodies-{size[0]}-{'dark' if dark else 'light'}")
+    found = page.evaluate("""() => {
+      const { arena } = teamsight.view.tracks[0], { at, px, py } = arena;
+      const points = [[1.5, 0], [0.5, 0], [0, 0.5], [-0.5, 0]];
+      return points.map(([x, y]) => arena.nearest(px[0] + x * at.scale, py[0] + y * at.scale, 1));
+    }""")
+    assert found[1:] == [0, 0, 0]
+    assert found[0] != 0
+    for slot, is_blocked in enumerate((replay.frames[tick].flags & BLOCKED).tolist()):
+        page.evaluate("slot => teamsight.view.select(0, slot)", slot)
+        page.evaluate("teamsight.view.draw()")
+        text = page.locator(".ts-title").inner_text()
+        assert ("blocked" in text) == bool(is_blocked), text
+    page.evaluate("teamsight.view.select(0, 1)")
+    page.evaluate("teamsight.view.draw()")
+    assert "0.02" in page.locator(".ts-facts div", has_text="Radius").inner_text()
+
+
+def test_blocked_bodies_stand_out_and_recordings_of_points_have_no_circles(page: Page, tmp_path: Path) -> None:
+    counted = """() => {
+      const { arena } = teamsight.view.tracks[0], { canvas, to } = arena, { blocked } = teamsight.view.palette;
+      const { data } = to.getImageData(0, 0, canvas.width, canvas.height);
+      const ring = [1, 3, 5].map((k) => parseInt(blocked.slice(k, k + 2), 16));
+      let count = 0;
+      for (let k = 0; k < data.length; k += 4) count += ring.every((value, c) => Math.abs(value - data[k + c]) < 8);
+      return count;
+    }"""
+    replay = recorded(crowd(), STEPS)
+    opened(page, written(tmp_path, replay))
+    tick = int(np.argmax([int((frame.flags & BLOCKED).astype(bool).sum()) for frame in replay.frames]))
+    counts = []
+    for number in (0, tick):
+        at_tick(page, number)
+        counts.append(page.evaluate(counted))
+    assert counts[0] == 0
+    assert counts[1] > 50
+    opened(page, written(tmp_path, recorded(team(), 2)))
+    assert not page.evaluate("teamsight.view.tracks[0].layout.hasRadii")
 
 
 @pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared"])

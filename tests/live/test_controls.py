@@ -24,8 +24,14 @@ def test_controls_of_cmommt_are_its_parameters() -> None:
     assert set(controls) == {
         "policy", "awareness", "delta", "robots", "awareness_range", "sensing_range", "robot_speed", "cycle", "targets",
         "target_policy", "target_speed", "uniform_target_speed", "radius", "range_shape",
+        "contact", "robot_radius", "target_radius",
     }  # fmt: skip
-    assert {name for name, one in controls.items() if not one.live} == {"robots", "targets", "radius", "uniform_target_speed", "range_shape"}
+    assert {name for name, one in controls.items() if not one.live} == {
+        "robots", "targets", "radius", "uniform_target_speed", "range_shape", "contact", "robot_radius", "target_radius",
+    }  # fmt: skip
+    # A slider with a step of 0 would move by 1.
+    steps = {name: one.as_json()["step"] for name, one in controls.items()}
+    assert all(step is None or step > 0 for step in steps.values())
     for one in controls.values():
         # Each holds the model's own default.
         default = declared(CMOMMT)[one.name].default

@@ -9,6 +9,7 @@ import pytest
 
 from teamsight import CMOMMT, Body, Box, Robot, Sensor, Target, Torus, World
 from teamsight.view.drawing import Drawing, _lines_of_links, shapes_of
+from teamsight.view.scene import BLOCKED
 
 
 @pytest.mark.parametrize("angle", [math.radians(90), math.radians(300), 2 * math.pi])
@@ -45,6 +46,41 @@ def test_a_link_across_the_seam_leaves_and_arrives() -> None:
     frame, scene = replay.frames[0], replay.scene
     found = np.array(_lines_of_links(scene, frame, frame.positions(scene.bounds)))
     np.testing.assert_allclose(found[:, :, 0], [[1.5, 2.5], [-2.5, -1.5]], atol=1e-3)
+
+
+def test_bodies_have_their_true_size_also_across_the_seam() -> None:
+    world = World(Torus(4.0, 4.0), rng=1)
+    robots = world.add(Robot, 2, policy="stationary", sensing_range=0.01, awareness_range=0.01, radius=[0.5, 0.02])
+    robots[0].position, robots[1].position, robots[1].heading = (1.8, 0.0), (0.0, 1.0), (1.0, 0.0)
+    drawing = Drawing(world.record(steps=0).tracks, 400)
+    picture, axes = drawing.show(0), drawing.figure.axes[0]
+
+    def is_white(x: float, y: float) -> bool:
+        column, row = axes.transData.transform((x, y))
+        return bool((picture[len(picture) - 1 - int(row), int(column)] == 255).all())
+
+    # 0.47 and 0.55 from its centre, on both sides of the seam.
+    assert [is_white(x, 0.0) for x in (1.33, -1.73, 1.25, -1.65)] == [False, False, True, True]
+    # A marker is about as small as the body.
+    assert not is_white(0.0, 1.0)
+    assert [is_white(x, y) for x, y in ((-0.038, 1.0), (0.0, 0.962), (0.0, 1.038))] == [True, True, True]
+    # Nothing is drawn beyond the seam but the nose.
+    assert is_white(2.06, 0.3)
+    assert is_white(2.06, -0.3)
+
+
+@pytest.mark.filterwarnings("ignore:run.. makes its steps one by one")
+def test_bodies_that_are_blocked_have_a_ring() -> None:
+    world = World(Box(4.0, 4.0), contact="stop", rng=1)
+    places, ways = [(-0.22, 0.0), (0.22, 0.0), (1.5, 1.5)], [(1.0, 0.0), (-1.0, 0.0), (1.0, 0.0)]
+    look = {"policy": lambda percept, rng: (0.0, 0.1), "radius": 0.2, "sensing_range": 0.01, "awareness_range": 0.01}
+    world.add(Robot, 3, position=places, heading=ways, speed=0.1, **look)
+    replay = world.record(steps=1)
+    assert [bool(one) for one in replay.frames[1].flags & BLOCKED] == [True, True, False]
+    drawing = Drawing(replay.tracks, 400)
+    before, after = ((drawing.show(number).astype(int) - [0xC2, 0x18, 0x5B]) for number in (0, 1))
+    assert not (abs(before).max(axis=2) < 12).any()
+    assert (abs(after).max(axis=2) < 12).sum() > 100
 
 
 def test_groups_have_the_shapes_of_the_page() -> None:

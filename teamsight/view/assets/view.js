@@ -15,7 +15,7 @@ window.teamsight = (() => {
 
 // Part: decoding.
 
-const PRESENT = 1, ACTIVE = 2, OBSERVED = 4;
+const PRESENT = 1, ACTIVE = 2, OBSERVED = 4, BLOCKED = 8;
 const MOST = 65535, TURN = 65536, MEASURED = 32767;
 // How many links of a list frames of a live page hold.
 const MOST_LINKS = 100000;
@@ -216,6 +216,9 @@ class Layout {
     const [x0, y0, x1, y1] = scene.bounds;
     Object.assign(this, { scene, x0, y0, x1, y1, width: x1 - x0, height: y1 - y0 });
     this.group = Uint16Array.from(scene.slots, (slot) => slot.group);
+    // A slot of a point has no radius.
+    this.radius = Float64Array.from(scene.slots, (slot) => slot.radius || 0);
+    this.hasRadii = this.radius.some((radius) => radius > 0);
     this.members = scene.groups.map(() => []);
     scene.slots.forEach((slot, s) => this.members[slot.group].push(s));
     // A period of 0 is none.
@@ -319,11 +322,11 @@ function observers(frame, slot) {
 
 const LIGHT = {
   page: "#f6f7f9", arena: "#ffffff", wall: "#39414e", obstacle: "#c3c9d2", text: "#1b2027", soft: "#56606d",
-  grid: "#dde1e7", tracks: ["#0067a8", "#b04a00"], marker: "#1b2027", difference: "#6b3fa0",
+  grid: "#dde1e7", tracks: ["#0067a8", "#b04a00"], marker: "#1b2027", difference: "#6b3fa0", blocked: "#c2185b",
 };
 const DARK = {
   page: "#14171b", arena: "#1d2127", wall: "#a9b2bf", obstacle: "#4a525e", text: "#e8ebef", soft: "#a5afbc",
-  grid: "#323842", tracks: ["#63b3ed", "#f6ad55"], marker: "#ffffff", difference: "#c4a5f5",
+  grid: "#323842", tracks: ["#63b3ed", "#f6ad55"], marker: "#ffffff", difference: "#c4a5f5", blocked: "#ff8ab5",
 };
 
 // A page that holds this one in a frame may say which colours it has, and then learns how high this one is:
@@ -623,11 +626,11 @@ class Arena {
     if (shown.trails) this.drawTrails(frame, shown, at);
     shown.links.forEach((isShown, l) => isShown && this.drawLinks(frame, l, at));
     if (shown.selected !== null) this.drawSelected(frame, shown.selected, at, shown);
-    if (this.layout.scene.slots.some((one) => one.radius)) this.drawRadii(frame, at);
-    this.drawBodies();
+    if (this.layout.hasRadii) this.drawRadii(frame, at);
+    this.drawBodies(at);
     to.restore();
     for (const [slot, kind] of [[shown.marked, "marked"], [shown.hovered, "hovered"], [shown.selected, "selected"]]) {
-      if (slot !== null && has(frame, slot, PRESENT)) this.drawMark(slot, kind);
+      if (slot !== null && has(frame, slot, PRESENT)) this.drawMark(slot, kind, at);
     }
   }
 
@@ -732,26 +735,6 @@ class Arena {
         to.arc(x, y, reach, angle - half, angle + half);
         to.closePath();
       }
-    });
-  }
-
-  // The bodies that have a radius, in their true size.
-  drawRadii(frame, at) {
-    const { to, ratio, layout } = this, { slots } = layout.scene;
-    layout.scene.groups.forEach((group, g) => {
-      to.beginPath();
-      this.each(g, (s) => {
-        const reach = (slots[s].radius || 0) * at.scale;
-        if (reach > 0) this.copies(this.px[s], this.py[s], reach, at, (x, y) => {
-          to.moveTo(x + reach, y);
-          to.arc(x, y, reach, 0, 2 * Math.PI);
-        });
-      });
-      to.fillStyle = faded(this.colours[g], 0.25);
-      to.fill();
-      to.strokeStyle = this.colours[g];
-      to.lineWidth = ratio;
-      to.stroke();
     });
   }
 
@@ -968,35 +951,75 @@ class Arena {
     });
   }
 
-  drawBodies() {
-    const { r, ratio, layout } = this, isSmall = r < 2.6 * ratio;
+  // Circles of the true radius. That of a body which is blocked is thick, and has a colour of its own.
+  drawRadii(frame, at) {
+    const { to, ratio, layout, palette } = this;
+    const add = (s) => {
+      const reach = layout.radius[s] * at.scale;
+      if (reach > 0) this.copies(this.px[s], this.py[s], reach, at, (x, y) => {
+        to.moveTo(x + reach, y);
+        to.arc(x, y, reach, 0, 2 * Math.PI);
+      });
+    };
+    const stroke = (colour, width, dash = []) => {
+      to.strokeStyle = colour;
+      to.lineWidth = width * ratio;
+      to.setLineDash(dash.map((length) => length * ratio));
+      to.stroke();
+      to.setLineDash([]);
+    };
+    layout.scene.groups.forEach((group, g) => {
+      for (let look = 0; look < 3; look++) {
+        for (let s = this.head[3 * g + look]; s >= 0;) {
+          s = this.pathOfSome(s, add);
+          to.fillStyle = faded(this.colours[g], look === LOOKS.inactive ? 0.1 : 0.25);
+          to.fill();
+          stroke(this.colours[g], 1.2, look === LOOKS.inactive ? [3, 3] : []);
+        }
+      }
+    });
+    to.beginPath();
+    for (let s = 0; s < frame.n; s++) if (has(frame, s, PRESENT) && has(frame, s, BLOCKED)) add(s);
+    stroke(palette.blocked, 2.6);
+  }
+
+  // A marker is no larger than its body, as long as it can be seen.
+  sizeIn(s, size, at) {
+    const reach = this.layout.radius[s] * at.scale;
+    return reach > 0 ? Math.min(size, Math.max(reach / 1.5, 3 * this.ratio)) : size;
+  }
+
+  drawBodies(at) {
+    const { r, ratio, layout, to, px, py, frame } = this, isSmall = r < 2.6 * ratio;
     layout.scene.groups.forEach((group, g) => {
       const shape = isSmall && group.role === "robot" ? SHAPES.dart : SHAPES[this.shapes[g]];
       const size = group.role === "target" ? 0.9 * r : r;
       for (let look = 0; look < 3; look++) {
         const drawn = look === LOOKS.inactive ? SHAPES.inactive : shape;
-        for (let s = this.head[3 * g + look]; s >= 0;) s = this.drawSome(s, drawn, size, this.colours[g], look);
+        const add = (s) => {
+          const angle = angleOf(frame, s);
+          drawn(to, px[s], py[s], this.sizeIn(s, size, at), Math.cos(angle), -Math.sin(angle));
+        };
+        for (let s = this.head[3 * g + look]; s >= 0;) {
+          s = this.pathOfSome(s, add);
+          paintBodies(to, this.colours[g], look, size, ratio, this.palette.arena);
+        }
       }
     });
   }
 
-  // Draws bodies of one look from slot s on, as one path, and returns the slot that follows, or −1. The time that
+  // Adds bodies of one look from slot s on to a new path, and returns the slot that follows, or −1. The time that
   // Chromium takes to fill a path grows with the square of the bodies in it.
-  drawSome(s, shape, size, colour, look) {
-    const { to, px, py, frame } = this;
-    to.beginPath();
-    for (let k = 0; k < 20 && s >= 0; k++, s = this.next[s]) {
-      const angle = angleOf(frame, s);
-      shape(to, px[s], py[s], size, Math.cos(angle), -Math.sin(angle));
-    }
-    paintBodies(to, colour, look, size, this.ratio, this.palette.arena);
+  pathOfSome(s, add) {
+    this.to.beginPath();
+    for (let k = 0; k < 20 && s >= 0; k++, s = this.next[s]) add(s);
     return s;
   }
 
-  drawMark(s, kind) {
+  drawMark(s, kind, at) {
     const { to, r, ratio, palette } = this;
     to.beginPath();
-    to.arc(this.px[s], this.py[s], 2.1 * r + 3 * ratio, 0, 2 * Math.PI);
+    to.arc(this.px[s], this.py[s], Math.max(2.1 * r, this.layout.radius[s] * at.scale) + 3 * ratio, 0, 2 * Math.PI);
     to.strokeStyle = kind === "marked" ? palette.soft : palette.marker;
     to.lineWidth = (kind === "selected" ? 2.2 : 1.3) * ratio;
     to.setLineDash(kind === "marked" ? [3 * ratio, 3 * ratio] : []);
@@ -1004,12 +1027,14 @@ class Arena {
     to.setLineDash([]);
   }
 
-  // The body nearest to a point [pixels], or null. A scan of 5,000 takes 20 µs, less than keeping a grid would.
+  // The body nearest to a point [pixels], or null; a large one is found everywhere within its radius. A scan of 5,000
+  // takes 20 µs, less than keeping a grid would.
   nearest(x, y, within) {
-    const { frame, px, py } = this;
-    let best = within * within, found = null;
+    const { frame, px, py, layout, at } = this;
+    let best = 1, found = null;
     for (let s = 0; frame && s < frame.n; s++) {
-      const distance = (px[s] - x) ** 2 + (py[s] - y) ** 2;
+      const reach = Math.max(within, layout.radius[s] * at.scale);
+      const distance = ((px[s] - x) ** 2 + (py[s] - y) ** 2) / reach ** 2;
       if (distance < best && has(frame, s, PRESENT)) [best, found] = [distance, s];
     }
     return found;
@@ -1341,6 +1366,11 @@ class Inspector {
     if (layout && layout.scene.groups.length) {
       list.append(make("li", {}, view.icon(arena, 0, LOOKS.inactive), "inactive"));
     }
+    if (view.tracks.some((track) => track.layout.hasRadii)) {
+      const ring = make("circle", { cx: 9, cy: 9, r: 6, fill: "none", stroke: view.palette.blocked, "stroke-width": 2.6 });
+      const icon = make("svg", { viewBox: "0 0 18 18", width: 18, height: 18, "aria-hidden": "true" }, ring);
+      list.append(make("li", {}, icon, "blocked by another body"));
+    }
     return list;
   }
 
@@ -1517,6 +1547,7 @@ function stateOf(scene, frame, slot) {
   if (scene.groups[scene.slots[slot].group].role === "target") {
     states.push(has(frame, slot, OBSERVED) ? "observed" : "not observed");
   }
+  if (has(frame, slot, BLOCKED)) states.push("blocked");
   return states;
 }
 

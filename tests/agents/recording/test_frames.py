@@ -27,7 +27,7 @@ from teamsight import (
     UnreliableAwareness,
     World,
 )
-from teamsight.view.scene import ACTIVE, MOST_OFFSET, MOST_PART, OBSERVED, PRESENT, TURN, Frame, Scene
+from teamsight.view.scene import ACTIVE, BLOCKED, MOST_OFFSET, MOST_PART, OBSERVED, PRESENT, TURN, Frame, Scene
 
 ARENAS = {
     "disc": lambda: Disc(2.5),
@@ -67,6 +67,7 @@ class Twin:
             for agent in group:
                 bodies[agent.unique_id] = (
                     group.number, agent.position.copy(), agent.heading.copy(), agent.active, agent.is_observed,
+                    bool(group.bodies.blocked[agent.row]),
                 )  # fmt: skip
             for name in group.channels:
                 shown = group.neighbours(name)
@@ -84,7 +85,7 @@ def assert_shows(frame: Frame, scene: Scene, read: dict[str, Any], low: Any, siz
     present = {identity[slot] for slot in np.flatnonzero(frame.flags & PRESENT)}
     assert present == set(read["bodies"])
     for slot in np.flatnonzero(frame.flags & PRESENT):
-        group, position, heading, active, observed = read["bodies"][identity[slot]]
+        group, position, heading, active, observed, blocked = read["bodies"][identity[slot]]
         assert scene.slots[slot].group == group
         part = np.floor((position - low) * (MOST_PART / size) + 0.5)
         assert (frame.x[slot], frame.y[slot]) == tuple(part)
@@ -92,6 +93,7 @@ def assert_shows(frame: Frame, scene: Scene, read: dict[str, Any], low: Any, siz
         assert abs((turn - frame.heading[slot] + TURN / 2) % TURN - TURN / 2) <= 1.0
         assert bool(frame.flags[slot] & ACTIVE) == active
         assert bool(frame.flags[slot] & OBSERVED) == observed
+        assert bool(frame.flags[slot] & BLOCKED) == blocked
     np.testing.assert_array_equal(frame.series, np.array(read["series"], np.float32))
     for about, links in zip(scene.links, frame.links, strict=True):
         assert (np.diff(links.source.astype(int)) >= 0).all()
@@ -230,6 +232,24 @@ def test_one_call_records_the_frames_of_single_steps(arena: str) -> None:
             for mine, theirs in zip(one.links, two.links, strict=True):
                 np.testing.assert_array_equal(mine.source, theirs.source)
                 np.testing.assert_array_equal(mine.target, theirs.target)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("fails", [False, True])
+def test_frames_show_which_bodies_are_blocked(fails: bool) -> None:
+    world = World(Box(4.0, 3.0), contact="stop", rng=2)
+    robots = world.add(Robot, 10, policy="random-walk", speed=0.2, radius=0.2)
+    world.senses(robots, world.add(Target, 3, policy="random-walk", speed=0.2, radius=[0.0, 0.1, 0.3]))
+    if fails:
+        world.attach(Failures(4, 3), robots)
+    replay, twin = world.record(), Twin(world)
+    for _ in range(30):
+        world.run(1)
+    check(world, replay, twin)
+    blocked = [(frame.flags & BLOCKED).any() for frame in replay.frames]
+    assert not blocked[0]
+    assert any(blocked)
+    assert not all((frame.flags & BLOCKED).all() for frame in replay.frames)
 
 
 def test_many_bodies_have_indices_of_two_bytes() -> None:
