@@ -383,3 +383,22 @@ def test_a_node_for_ros_drives_to_what_it_sees(run: Run, monkeypatch: pytest.Mon
     assert "readings are ignored: teammates: 9 are seen, and the team has 2 others" in output
     # It turns to the left as fast as it may, and goes at full speed.
     assert all(command == (0.3, 2.0) for command in commands)
+
+
+def test_bodies_bump_and_cost_a_team_little(run: Run) -> None:
+    printed = run("bodies")
+    bumps = [int(number) for number in re.findall(r": (\d+) bumps", printed)]
+    assert len(bumps) == 2
+    assert min(bumps) > 50
+    assert "bumped" in printed
+    means = [float(number) for number in re.findall(r"^0\.[012] +(0\.\d+)", printed, re.M)]
+    assert len(means) == 3
+    assert max(means) - min(means) < 0.1
+
+
+def test_boids_flock(run: Run) -> None:
+    printed = run("boids")
+    lengths = [float(number) for number in re.findall(r"length (0\.\d+)", printed)]
+    assert len(lengths) == 5
+    assert lengths[-1] > lengths[0]
+    assert "path: compiled" in printed

@@ -19,7 +19,7 @@ DEGREES = ["none", "ring", "nearest", "pairwise", "shared"]
 def gathering(awareness: str) -> CMOMMT:
     """Far more robots than there is room for at first come together around a few targets."""
     return CMOMMT(
-        robots=90, targets=20, radius=8.0, policy="centroid", awareness=awareness, sensing_range=20.0, awareness_range=1.5,
+        robots=100, targets=20, radius=8.0, policy="centroid", awareness=awareness, sensing_range=20.0, awareness_range=1.5,
         robot_speed=0.4, target_speed=0.02, rng=fresh_seed(),
     )  # fmt: skip
 
@@ -40,11 +40,11 @@ def test_growing_in_the_middle_of_a_run(awareness: str, monkeypatch: pytest.Monk
     monkeypatch.setattr(Engine, "_grow", counted)
     model.run(60)
     assert grown[-1] > 5
-    assert model.max_neighbours == 89
+    assert model.max_neighbours == 99
     for _ in range(60):
         stepped.step()
     first = search.first_room
-    monkeypatch.setattr(search, "first_room", lambda observers, observed: 400 * first(observers, observed))
+    monkeypatch.setattr(search, "first_room", lambda observers, observed: 800 * first(observers, observed))
     monkeypatch.setattr(Engine, "_grow", lambda *arguments: pytest.fail("there should have been room"))
     roomy = CMOMMT(**again)
     roomy.run(60)
@@ -88,5 +88,5 @@ def test_python_policies_keep_what_they_know_when_buffers_grow(monkeypatch: pyte
     plan = {**gathering("shared").settings, "rng": 4}
     expected = counts()
     first = search.first_room
-    monkeypatch.setattr(search, "first_room", lambda observers, observed: 400 * first(observers, observed))
+    monkeypatch.setattr(search, "first_room", lambda observers, observed: 800 * first(observers, observed))
     assert counts() == expected

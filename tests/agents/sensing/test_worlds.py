@@ -124,8 +124,8 @@ def test_the_search_in_cells(arena: Any) -> None:
 
 def _many(arena: Any) -> World:
     world = World(arena, rng=5)
-    robots = world.add(Robot, 90, policy="a-cmommt", awareness="shared")
-    targets = world.add(Target, 90, policy="random-walk")
+    robots = world.add(Robot, 100, policy="a-cmommt", awareness="shared")
+    targets = world.add(Target, 100, policy="random-walk")
     world.senses(robots, targets, sensor=SENSORS["all"])
     robots.sensors["teammates"] = SENSORS["all"]
     return world
