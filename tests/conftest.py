@@ -17,6 +17,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from teamsight.analysis.runs import simulate
+from teamsight.core.kernel import cache as kernel_cache
 from teamsight.core.kernel import entry as kernel_entry
 from teamsight.core.kernel import guard
 
@@ -54,6 +55,8 @@ def _seeds_of_worlds_without_one(request: pytest.FixtureRequest, monkeypatch: py
 @pytest.fixture(autouse=True)
 def _silent_compilation(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernel_entry, "announce", lambda name: None)
+    # Two processes of the tests may need one kernel at once, on an empty cache.
+    monkeypatch.setattr(kernel_cache, "_say_waiting", lambda: None)
     # So do those of whole analyses, which announce it themselves, once a process.
     monkeypatch.setattr(simulate, "_announced", True)
 
