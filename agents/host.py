@@ -160,9 +160,13 @@ def check_steps(data: WorldData, radius: Any, speed: Any) -> None:
         )
 
 
-def taken_in(data: WorldData) -> Solid | None:
-    """Return the bodies of a world that new ones must not overlap."""
-    solid = [(group.bodies, group.bodies.active & (group.bodies.radius > 0)) for group in data.solid]
+def taken_in(data: WorldData, but: Body | None = None) -> Solid | None:
+    """Return the bodies of a world that others must not overlap, `but` that of one agent."""
+    own = -1 if but is None else but.unique_id
+    solid = [
+        (bodies, bodies.active & (bodies.radius > 0) & (bodies.identity != own))
+        for bodies in (group.bodies for group in data.solid)
+    ]
     if not solid:
         return None
     return Solid(*(np.concatenate([bodies[name][rows] for bodies, rows in solid]) for name in Solid._fields))
@@ -486,14 +490,8 @@ def _check_apart(data: WorldData, agent: Body, place: Floats) -> None:
     radius = group.bodies.radius[row : row + 1]
     if group not in data.solid or not radius[0] > 0:
         return
-    active = group.bodies.active[row]
-    group.bodies.active[row] = False
-    try:
-        taken = taken_in(data)
-    finally:
-        group.bodies.active[row] = active
     here = Founders(group.number, 1, place[np.newaxis], 0.0, radius=radius)
-    starts(data.arena, [here], data.key[np.newaxis], taken)
+    starts(data.arena, [here], data.key[np.newaxis], taken_in(data, agent))
 
 
 def _check_range(data: WorldData, sensor: Any) -> None:

@@ -255,7 +255,8 @@ class ContactArrays(NamedTuple):
     arena_size : ndarray, shape (sizes,), float64
         Its size, for bodies without a radius.
     walls : ndarray, shape (kinds, …), float64
-        For each kind of radius the walls for the centres of bodies, as `walls_size` writes them.
+        For each kind of radius the walls for the centres of bodies, as `walls_size` writes them. First those of the
+        arena, then those for points: within the arena even after rounding.
     period : ndarray, shape (2,), float64
         As in `Move`.
     skin : float
@@ -291,6 +292,8 @@ def _gather(address: int) -> None:
     """Write the rows of all bodies: where they are, and the way that they intend."""
     here: Any = contact_at(address)
     rows = here.rows
+    # Of what is farther, another image may be nearer at the end of a step.
+    quarter = 0.25 * min(here.period[0], here.period[1]) if here.period[0] > 0.0 else math.inf
     at = 0
     for g in range(here.groups.shape[0]):
         group = solid_at(here.groups[g])
@@ -299,14 +302,20 @@ def _gather(address: int) -> None:
             moves = is_active and (here.mover < 0 or here.mover == g)
             x = group.moved[i, 0] if moves else 0.0
             y = group.moved[i, 1] if moves else 0.0
+            is_solid = is_active and group.radius[i] > 0.0
+            length = math.sqrt(x * x + y * y)
+            if is_solid and length > quarter - group.radius[i]:
+                cut = max(quarter - group.radius[i], 0.0) / length
+                x *= cut
+                y *= cut
+                length *= cut
             rows.way[at, 0] = x
             rows.way[at, 1] = y
             for axis in range(2):
                 rows.place[at, axis] = group.position[i, axis]
                 rows.heading[at, axis] = group.heading[i, axis]
-            is_solid = is_active and group.radius[i] > 0.0
             rows.radius[at] = group.radius[i] if is_solid else -1.0
-            rows.length[at] = math.sqrt(x * x + y * y)
+            rows.length[at] = length
             rows.reach[at] = rows.radius[at] + rows.length[at] if is_solid else 0.0
             rows.x[at] = group.position[i, 0] if is_solid else math.inf
             rows.y[at] = group.position[i, 1]
@@ -488,13 +497,17 @@ def _meet_walls(address: int) -> None:
         room = rows.anchor[i, 2] - length
         if room > 0.0 and off_x * off_x + off_y * off_y < room * room:
             continue
-        size = here.walls[rows.kind[i]]
+        # Without the slack: who is as near as that is not sure to be before the wall.
+        slack = here.walls[0, 2]
+        room = room_beside(x, y, here.walls[0]) - rows.radius[i] - slack
         rows.anchor[i, 0] = x
         rows.anchor[i, 1] = y
-        rows.anchor[i, 2] = room_beside(x, y, size)
-        if length < rows.anchor[i, 2]:
+        rows.anchor[i, 2] = room
+        if length < room:
             continue
-        share, at_x, at_y, normal_x, normal_y = first_contact(x, y, way_x, way_y, size)
+        # What something has put into a wall is confined like a point, until it is out.
+        kind = rows.kind[i] if room >= -2.0 * slack else 1
+        share, at_x, at_y, normal_x, normal_y = first_contact(x, y, way_x, way_y, here.walls[kind])
         rows.wall[i, 0] = share
         rows.wall[i, 1] = at_x
         rows.wall[i, 2] = at_y
@@ -736,12 +749,12 @@ class SolidBodies:
         arena_size: Floats,
     ) -> None:
         radius = np.concatenate([bodies.radius for bodies in groups])
-        kinds, kind = np.unique(radius, return_inverse=True)
+        radii, kind = np.unique(radius, return_inverse=True)
         (low, high), walls = arena.bounds, arena.walls
         assert walls is not None
         reach = float(np.abs([low, high]).max())
         rows = Rows.of(len(radius))
-        rows.kind[:] = kind
+        rows.kind[:] = kind + 2
         records = [
             SOLID.pack(SolidGroup(
                 one.position, one.heading, one.moved, one.radius, one.blocked, one.bumps,
@@ -752,7 +765,10 @@ class SolidBodies:
         self.arrays = ContactArrays(
             records, -1, rows, Pairs.of(8 * len(radius)), np.zeros(len(radius) + 1, np.int64), np.array(low, float),
             np.asarray(high, float) - low, arena_size,
-            np.array([walls_size(inset(walls, one), arena.period, ROUNDING * reach) for one in kinds]),
+            np.array([
+                walls_size(inset(walls, one), arena.period, ROUNDING * reach)
+                for one in (0.0, ROUNDING * reach, *radii)
+            ]),
             kernel_period(arena.period), SKIN * reach, np.array(contact.parameters, float), np.zeros(1, np.int64),
         )  # fmt: skip
         self._packed: dict[int, Packed[ContactArrays]] = {}

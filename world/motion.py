@@ -183,7 +183,7 @@ def _advance(address: int) -> int:
             continue
         x = position[i, 0]
         y = position[i, 1]
-        way_x, way_y, heading_x, heading_y = way_of(move, i)  # type: ignore[name-defined]  # noqa: F821
+        way_x, way_y, heading_x, heading_y = _intended(move, i)
         new_x, new_y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821
             x, y, way_x, way_y, heading_x, heading_y, move.arena_size
         )
@@ -202,11 +202,6 @@ def _advance(address: int) -> int:
     return -outside
 
 
-@inlined
-def _as_written(move: Any, i: int) -> tuple[float, float, float, float]:
-    return move.moved[i, 0], move.moved[i, 1], move.heading[i, 0], move.heading[i, 1]
-
-
 _ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
 
 
@@ -221,19 +216,17 @@ def _is_shipped(part: object) -> bool:
     return type(part).__module__.startswith("teamsight.world.")
 
 
-def advance_entry(arena: Arena, *, is_intended: bool = False) -> Entry:
+def advance_entry(arena: Arena) -> Entry:
     """Return the compiled step of bodies in arenas of this class.
 
-    `is_intended` says that `moved` and `heading` already hold what each body would do in free space, as `INTEND` or a
-    drive writes them. In a user-defined arena the entry returns minus the number of bodies that have left the box
-    around the arena; else 0.
+    In a user-defined arena it returns minus the number of bodies that have left the box around the arena; else 0.
     """
-    rule, way = type(arena).confine, _as_written if is_intended else _intended
+    rule = type(arena).confine
     watch = _beyond_box if is_watched(arena) else _nowhere
-    if (rule, watch, way) not in _ENTRIES:
-        name = type(arena).__name__.lower() + "_intended" * is_intended
-        _ENTRIES[rule, watch, way] = specialise(_advance, name, confine=rule, is_outside=watch, way_of=way)
-    return _ENTRIES[rule, watch, way]
+    if (rule, watch) not in _ENTRIES:
+        name = type(arena).__name__.lower()
+        _ENTRIES[rule, watch] = specialise(_advance, name, confine=rule, is_outside=watch)
+    return _ENTRIES[rule, watch]
 
 
 def pack_move(

@@ -302,27 +302,26 @@ def first_contact(
 
 @kernel
 def room_beside(x: float, y: float, size: Any) -> float:
-    """Return how far a body can surely move in any direction without meeting a wall; `size` as in `confine_walls`."""
-    if size[0] > 0.0 or size[1] > 0.0:
-        # The walls have images; only `first_contact` looks for the nearest.
-        return 0.0 if size.shape[0] > _HEAD else math.inf
+    """Return the distance from the nearest wall, infinite without walls; `size` as in `confine_walls`."""
     room = math.inf
     discs = _HEAD + 4 * int(size[3])
-    for k in range(_HEAD, discs, 4):
-        edge_x = size[k + 2] - size[k]
-        edge_y = size[k + 3] - size[k + 1]
-        off_x = x - size[k]
-        off_y = y - size[k + 1]
-        share = min(max((off_x * edge_x + off_y * edge_y) / (edge_x * edge_x + edge_y * edge_y), 0.0), 1.0)
-        off_x -= share * edge_x
-        off_y -= share * edge_y
-        room = min(room, math.sqrt(off_x * off_x + off_y * off_y))
-    for k in range(discs, size.shape[0], 3):
-        off_x = x - size[k]
-        off_y = y - size[k + 1]
-        room = min(room, abs(math.sqrt(off_x * off_x + off_y * off_y) - abs(size[k + 2])))
-    # Twice the slack: who is this near is not sure to be before the wall.
-    return room - size[2]  # type: ignore[no-any-return]
+    # Of a wall that is shorter than the period, one of the images on both sides is the nearest.
+    for across in range(images(size[0])):
+        for up in range(images(size[1])):
+            for k in range(_HEAD, discs, 4):
+                edge_x = size[k + 2] - size[k]
+                edge_y = size[k + 3] - size[k + 1]
+                off_x = x - size[k] - image(0.5 * (size[k] + size[k + 2]), x, size[0], across)
+                off_y = y - size[k + 1] - image(0.5 * (size[k + 1] + size[k + 3]), y, size[1], up)
+                share = min(max((off_x * edge_x + off_y * edge_y) / (edge_x * edge_x + edge_y * edge_y), 0.0), 1.0)
+                off_x -= share * edge_x
+                off_y -= share * edge_y
+                room = min(room, math.sqrt(off_x * off_x + off_y * off_y))
+            for k in range(discs, size.shape[0], 3):
+                off_x = x - size[k] - image(size[k], x, size[0], across)
+                off_y = y - size[k + 1] - image(size[k + 1], y, size[1], up)
+                room = min(room, abs(math.sqrt(off_x * off_x + off_y * off_y) - abs(size[k + 2])))
+    return room
 
 
 @kernel

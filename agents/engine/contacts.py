@@ -26,12 +26,12 @@ class BumpArrays(NamedTuple):
     contacts: Packed[ContactArrays]
 
 
-BUMPS = Record(BumpArrays)
-bumps_at = BUMPS.at
+COUNT = Record(BumpArrays)
+count_at = COUNT.at
 
 
 def _record_bumps(address: int) -> int:
-    here = bumps_at(address)
+    here = count_at(address)
     bumped = contact_at(here.contacts).bumped[0]
     # The last column.
     here.scores[here.progress[0].row, here.scores.shape[1] - 1] = bumped
@@ -68,7 +68,7 @@ class BoundContacts:
         )  # fmt: skip
         # Where groups move in turn, each meets the others where they are.
         self._in_turn = any(one.interaction.in_turn for one in data.interactions)
-        self.record = BUMPS.pack(BumpArrays(progress, scores, self._bodies.record(0 if self._in_turn else -1)))
+        self.record = COUNT.pack(BumpArrays(progress, scores, self._bodies.record(0 if self._in_turn else -1)))
 
     def phases(self, group: Group | None) -> list[Phase]:
         """Return the phases that follow what a group intends; for None, what follows the intentions of all."""

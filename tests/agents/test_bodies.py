@@ -12,7 +12,21 @@ import numpy as np
 import pytest
 from interactions import CaptureInTurn, hunt
 
-from teamsight import CMOMMT, Box, Bumps, Circle, Contact, Disc, Robot, Target, Torus, World, check_contact, run_many
+from teamsight import (
+    CMOMMT,
+    Box,
+    Bumps,
+    Circle,
+    Contact,
+    Disc,
+    Interaction,
+    Robot,
+    Target,
+    Torus,
+    World,
+    check_contact,
+    run_many,
+)
 from teamsight.core.kernel import kernel
 from teamsight.view.scene import Scene
 from teamsight.world.contact import Pass, Slide, Stop
@@ -319,3 +333,58 @@ def test_recordings_hold_radii_and_pictures_show_them(tmp_path: Path) -> None:
     assert picture is not None
     assert "fill-opacity=\"0.35\"" in picture
     assert "fill-opacity=\"0.35\"" not in str(points._repr_html_())
+
+
+@kernel
+def _push(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, turn: int) -> None:
+    robots = bodies.robots
+    for i in range(robots.position.shape[0]):
+        robots.speed[i] = 4.0
+        if robots.position[i, 0] < 4.0:
+            robots.position[i, 0] = 4.95
+            robots.position[i, 1] = 0.3 * i - 1.0
+
+
+class Push(Interaction):
+    """Puts bodies into the wall on the right, on top of each other, and makes them fast."""
+
+    roles = ("robots",)
+    kernel = _push
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(
+    "arena", [Box(10.0, 10.0), Disc(5.2), Torus(10.0, 10.0).with_obstacles(Circle((5.0, 0.0), 0.04))], ids=str
+)
+def test_what_an_interaction_puts_into_a_wall_stays_in_the_arena(arena: Any) -> None:
+    world = World(arena, contact="slide", rng=1)
+    robots = world.add(Robot, 6, policy="random-walk", radius=0.3, speed=0.2)
+    world.interact(Push(), robots=robots)
+    for _ in range(100):
+        world.step()
+        assert np.asarray(arena.contains(robots.position)).all()
+
+
+@kernel
+def _hurry(bodies: Any, state: Any, parameters: Any, noise: Any, scores: Any, turn: int) -> None:
+    for i in range(bodies.robots.speed.shape[0]):
+        bodies.robots.speed[i] = 30.0
+
+
+class Hurry(Interaction):
+    """Makes bodies faster than the torus allows."""
+
+    roles = ("robots",)
+    writes = ("speed",)
+    kernel = _hurry
+
+
+@pytest.mark.short
+def test_on_a_torus_the_steps_of_bodies_are_cut() -> None:
+    world = World(Torus(10.0, 10.0), contact="slide", rng=1)
+    robots = world.add(Robot, 30, policy=lambda percept, rng: (1.0, 30.0), radius=0.5, speed=0.2)
+    world.interact(Hurry(), robots=robots)
+    for _ in range(30):
+        world.step()
+        assert gap(world) >= -1e-9
+        assert np.hypot(*robots.bodies.moved.T).max() <= 2.0 + 1e-9

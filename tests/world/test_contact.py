@@ -154,12 +154,13 @@ def test_the_order_of_rows_changes_no_bit(seed: int, arena: Arena) -> None:
 
 
 @pytest.mark.short
-def test_cells_find_the_pairs_that_all_pairs_find(monkeypatch: pytest.MonkeyPatch) -> None:
-    # Two far groups of bodies: the second moves as alone, whether pairs are found in cells or among all.
+def test_cells_find_the_pairs_that_all_pairs_find() -> None:
+    # Two far groups of bodies: the first moves as alone, whether pairs are found in cells or among all.
     rng = default_rng(2)
-    few = scattered(Box(6.0, 6.0), 40, 0.3, 1)
-    many = np.concatenate([few, scattered(Box(6.0, 6.0), 40, 0.3, 2) + (20.0, 0.0)])
-    alone, together = Crowd(OPEN, few, 0.3), Crowd(OPEN, many, 0.3)
+    long = Box(60.0, 8.0)
+    few = scattered(Box(6.0, 6.0), 40, 0.3, 1) - (25.0, 0.0)
+    many = np.concatenate([few, scattered(Box(6.0, 6.0), 40, 0.3, 2) + (25.0, 0.0)])
+    alone, together = Crowd(long, few, 0.3), Crowd(long, many, 0.3)
     for _ in range(10):
         way = ways_of(rng, 80, 0.8)
         alone.go(way[:40])
