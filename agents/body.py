@@ -234,6 +234,11 @@ class Body(Agent):
         """How often another body has come into its way, so that it could not go on; see `World`."""
         return int(self.group.bodies.bumps[self.row])
 
+    @property
+    def drive_state(self) -> dict[str, float]:
+        """What its drive keeps of it, such as the speeds of its wheels; see `Drive.state`."""
+        return {name: float(values[self.row]) for name, values in self.group.drive_state.items()}
+
     active: Setting[bool, bool] = Setting(
         lambda agent, _: bool(agent.group.bodies.active[agent.row]),
         lambda agent, _, active: agent.group.host.set_active(agent, active),

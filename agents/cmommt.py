@@ -158,7 +158,7 @@ class CMOMMT(World):
             Robot, settings.robots, policy=policy, awareness=degree, sensing_range=numbers.sensing_range,
             awareness_range=numbers.awareness_range, range_shape=settings.range_shape, speed=numbers.robot_speed,
             placement="spread" if isinstance(policy, Stationary) else "uniform", cycle=settings.cycle,
-            radius=settings.robot_radius,
+            radius=settings.robot_radius, drive=settings.drive,
         )  # fmt: skip
         self._targets = self.add(
             Target, settings.targets, policy=moving, speed=self._target_speeds(np.arange(settings.targets)),
@@ -195,6 +195,7 @@ class CMOMMT(World):
     cycle: Setting[Cycle, CycleLike] = _live("robots", "cycle")
     radius: _Fixed = _fixed("build another model")
     range_shape: _Fixed = _fixed("build another model")
+    drive: _Fixed = _fixed("build another model")
     robot_radius: _Fixed = _fixed("build another model")
     target_radius: _Fixed = _fixed("build another model")
     preset: _Fixed = _fixed("build another model")

@@ -32,13 +32,19 @@ from teamsight.agents.resolve import awareness_of, check_fit, policy_of, take_ro
 from teamsight.core import checks
 from teamsight.core.kernel import Packed
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
+from teamsight.core.table import Field
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.channels import channels_of
 from teamsight.policies.compiled import CompiledPolicy, decides_in_kernel, pack_decision
 from teamsight.policies.interface import IDENTITIES, Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import percept_of_one
 from teamsight.policies.registry import label
+from teamsight.world.arena import Torus
+from teamsight.world.drive import Drive, Free, drive_of
+from teamsight.world.motion import bodies_at, intend_entry, pack_move
+from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.noise import PERIOD, TICKS_A_BLOCK, Stream, generator, key_of, stream_number, uniforms_of_block
+from teamsight.world.registry import DriveName
 
 Floats = npt.NDArray[np.float64]
 
@@ -50,7 +56,7 @@ _UNKNOWN = -1
 _MOST = 2**31 - 1
 _MOST_PATIENCE = 10_000
 # What `Controller._bind` makes.
-_BOUND = ("_sensing", "_percept", "_decision")
+_BOUND = ("_sensing", "_percept", "_decision", "_move")
 # The identity of a body that was seen, its offset along the axes of headings, and its distance.
 _Body = tuple[int, float, float, float]
 
@@ -146,6 +152,8 @@ class Controller:
         The largest distance from one decision to the next [length].
     turn_limit : float, optional
         The largest turn from one decision to the next [rad]; none by default.
+    drive : Drive or str
+        What the wheels can do, as for `World.add`; see `drive_state`.
     seed : int
         The seed of its random numbers. Robots of a team share it: their numbers differ by their place in the team.
     jump : float, optional
@@ -183,6 +191,7 @@ class Controller:
         awareness_range: float = 1.0,
         speed: float = 0.1,
         turn_limit: float | None = None,
+        drive: Drive | DriveName = "free",
         jump: float | None = None,
         seed: int = 0,
         patience: int = 5,
@@ -200,6 +209,7 @@ class Controller:
         }
         self.speed = checks.number("speed", speed, least=0.0)
         self._limit = math.pi if turn_limit is None else checks.angle("turn_limit", turn_limit, math.tau)
+        self._drive = drive_of(drive)
         self._jump = 2.0 * self.speed if jump is None else checks.number("jump", jump, least=0.0)
         self.patience = checks.count("patience", patience, least=0, most=_MOST_PATIENCE)
         self._key, self._group = key_of(checks.seed(seed, None)), checks.count("group", group, least=0)
@@ -213,7 +223,8 @@ class Controller:
         self.reset()
         # Compiled now, rather than in the first decision.
         degree = perceive_entry(self.awareness), situate_entry(self.awareness) if self._inputs else None
-        for entry in (*degree, made.entry() if decides_in_kernel(made) else None):
+        drives = None if isinstance(self._drive, Free) else intend_entry(self._drive)
+        for entry in (*degree, drives, made.entry() if decides_in_kernel(made) else None):
             if entry is not None:
                 entry.address  # noqa: B018
 
@@ -247,6 +258,10 @@ class Controller:
         self._time, self._now = np.zeros(1), np.zeros(1, np.int64)
         self._block, self._noise = -1, np.zeros((TICKS_A_BLOCK, self._draws, 1))
         self._action = Action(np.zeros((1, 2)), np.zeros(1))
+        self._body = bodies_at(np.zeros((1, 2)), self._heading)
+        self._body.speed[:] = self.speed
+        self._body.turn_cosine[:], self._body.turn_sine[:] = turn_limit_of(self._limit)
+        self._body.declare(Field("drive", shape=(len(self._drive.state),)))
         self._command = Command(0.0, 0.0, (0.0, 0.0))
         names = self.policy.channels if isinstance(self.policy, Policy) else ()
         self._seen = {name: neighbour_room(1, _ROOM) for name in ("targets", *names)}
@@ -322,20 +337,45 @@ class Controller:
         turn = math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
         turn = min(max(turn, -self._limit), self._limit)
         command = Command(turn, min(max(distance, 0.0), self.speed), (x, y))
+        self._carry_out()
         self.tick, self._last, self._sent, self._command = now, last, sent, command
         self._unnamed, self._named = unnamed, named
         self._track.append(track[-1])
         return command
 
+    @property
+    def drive_state(self) -> dict[str, float]:
+        """What the drive makes of the last command, such as the speeds of wheels; see `Drive.state`."""
+        return dict(zip(self._drive.state, self._body.drive[0].tolist(), strict=True))
+
+    def _carry_out(self) -> None:
+        """Let the drive carry out the action that is in the arrays."""
+        if isinstance(self._drive, Free):
+            return
+        before = self._body.drive.copy()
+        self._body.heading[:] = self._heading
+        if intend_entry(self._drive)(self._move):
+            self._body.drive[:] = before
+            raise ValueError(
+                f"drive={type(self._drive).__name__}: carry returned a way that is not finite or longer than the "
+                "speed, or no turn; check it with check_drive()"
+            )
+
     def _pose(self, now: int, heading: Any, moved: Any) -> _Pose:
         """Return where the robot is now: as it says, or as it was commanded to go."""
         before, done = self._track[-1] if self._track else _Pose(now), self._command
-        if heading is None:
+        driven = self.tick >= 0 and not isinstance(self._drive, Free)
+        if heading is None and driven:
+            ahead, left = self._body.heading[0].tolist()
+        elif heading is None:
             cosine, sine = math.cos(done.turn), math.sin(done.turn)
             ahead, left = cosine * before.ahead - sine * before.left, sine * before.ahead + cosine * before.left
         else:
             ahead, left = _unit("heading", heading)
-        x, y = (done.distance * ahead, done.distance * left) if moved is None else _vector("moved", moved)
+        if moved is None and driven:
+            x, y = self._body.moved[0].tolist()
+        else:
+            x, y = (done.distance * ahead, done.distance * left) if moved is None else _vector("moved", moved)
         return _Pose(now, before.x + x, before.y + y, ahead, left, x, y)
 
     def _latest(self, name: str, given: Detections | None, track: Sequence[_Pose]) -> _Seen:
@@ -470,6 +510,8 @@ class Controller:
 
     def _bind(self) -> None:
         """Make the records that the kernels read."""
+        # Where a body goes depends on no arena before it meets a wall.
+        self._move = pack_move(Torus(1.0, 1.0), self._body, *self._action, drive=self._drive)
         size, degree, perception = len(self.team), self.awareness, self._perception
         # A list shows its part in use where it is read.
         perception.make_room(degree, size, max(size, len(self._their_targets.identity)), self._inputs)

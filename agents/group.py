@@ -39,6 +39,7 @@ from teamsight.policies.channels import OWN_FIELDS, channels_of, columns_of
 from teamsight.policies.compiled import decides_in_kernel
 from teamsight.policies.interface import Action, Percept, Policy, PolicyState
 from teamsight.policies.percept_of_one import Rule
+from teamsight.world.drive import Drive, Free
 from teamsight.world.motion import BODIES, limit_of_turn
 from teamsight.world.noise import LANES, TICKS_A_BLOCK
 from teamsight.world.placement import Founders, Starts
@@ -126,6 +127,7 @@ def _lanes(size: int) -> int:
     team="give the team when a group is added, as in world.add(…, team='rivals')",
     range_shape="give the shape when a group is added, as in world.add(…, range_shape='square')",
     sensors="set the sensor of a channel, as in robots.sensors['targets'] = Sensor(delay=2)",
+    drive_state="its drive writes it in each step",
     radius="give the radius when a group is added, as in world.add(…, radius=0.1)",
     bumps="it is counted",
     position="to move an agent, set its own position, as in robots[0].position = (0, 1)",
@@ -149,6 +151,8 @@ class Group(Generic[A]):
         When robots decide and by which policy, if not all at every step and by the group's.
     first_cycle : Cycle
         The cycle with which the group was added.
+    drive : Drive
+        How its agents carry out their actions.
     time : ndarray, shape (1,), float64
         The present tick, which percepts show: an array of the world.
     channels : dict of str to Channel
@@ -199,6 +203,7 @@ class Group(Generic[A]):
     others: tuple[Any, ...] = Kept("set that of one robot, as in robots[0].policy = 'centroid'")  # type: ignore[assignment]
     timetable: Timetable | None = Kept("set the cycle, as in robots.cycle = Cycle(5)")  # type: ignore[assignment]
     first_cycle: Cycle = EVERY_STEP
+    drive: Drive = Kept("give the drive when a group is added, as in world.add(…, drive='car')")  # type: ignore[assignment]
     time: npt.NDArray[np.float64]
     relations: dict[str, Relation]
     perceived_columns: dict[str, Floats]
@@ -214,7 +219,8 @@ class Group(Generic[A]):
         policy: Policy | Rule,
         awareness: Awareness,
         host: WorldHost,
-        range_shape: str = "disc",
+        range_shape: str,
+        drive: Drive,
     ) -> None:
         self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
         self.agent_class, self.first_size = agent_class, size
@@ -222,7 +228,9 @@ class Group(Generic[A]):
         self.bodies.member[:] = np.arange(size)
         begun = [field for field in BODIES if field.reset == "first"]
         self.members = Table([*begun, Field("arrived_at", np.int64, unit="ticks")], size)
-        put(self, rules=(policy, awareness), others=(), timetable=None)
+        put(self, rules=(policy, awareness), others=(), timetable=None, drive=drive)
+        if not isinstance(drive, Free):
+            self.bodies.declare(Field("drive", shape=(len(drive.state),), reset="fill"))
         self.columns = Columns(name, self.bodies, host.bind_again)
         self._agents: list[A] = []
         # The state of each policy that is not in the table.
@@ -472,6 +480,12 @@ class Group(Generic[A]):
     def bumps(self) -> Integers:
         """How often the way of each has become blocked by another body, shape (n,); see `World`."""
         return readonly(self.bodies.bumps)
+
+    @property
+    def drive_state(self) -> dict[str, Floats]:
+        """What the drive keeps of each agent, such as wheel speeds, shape (n,) each; see `Drive.state`."""
+        numbers = enumerate(self.drive.state)
+        return {name: readonly(self.bodies.drive[:, number]) for number, name in numbers}
 
     @property
     def active(self) -> npt.NDArray[np.bool_]:

@@ -43,6 +43,7 @@ from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.registry import label
 from teamsight.world.contact import Pass
+from teamsight.world.drive import drive_of
 from teamsight.world.limits import shape_given
 from teamsight.world.motion import is_watched, limit_of_turn
 from teamsight.world.motion import turn_limit as turn_limit_of
@@ -82,13 +83,13 @@ def make_group(
             f"team={checks.shown(team)}: must be the name of a team, such as 'robots', or None for no team"
         )
     number, range_shape = len(data.groups), shape_given(given["range_shape"])
-    abilities = abilities_of(data.limits, size, given)
+    drive, abilities = drive_of(given["drive"]), abilities_of(data.limits, size, given)
     founders = founders_of(data, number, 0, size, given, abilities)
     start = starts(data.arena, [founders], data.key[np.newaxis], taken_in(data))
     name = given["name"] or _free_name(data, plural(agent_class.__name__.lower()))
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
-    group: Group[A] = Group(name, number, team, agent_class, size, policy, awareness, host, range_shape)
+    group: Group[A] = Group(name, number, team, agent_class, size, policy, awareness, host, range_shape, drive)
     check_needs(group)
     group.founders = [founders]
     group.members.arrived_at[:] = data.timeline.tick

@@ -12,7 +12,7 @@ from teamsight.core import checks
 from teamsight.core.component import Allowed, Component, Flag, NonNegative, Panel
 from teamsight.policies.registry import POLICIES
 from teamsight.world.limits import Length
-from teamsight.world.registry import CONTACTS, ContactName
+from teamsight.world.registry import CONTACTS, DRIVES, ContactName, DriveName
 
 if TYPE_CHECKING:
     from teamsight.agents.attributes import AwarenessLike, PolicyLike, SeedLike
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from teamsight.agents.events.sources import EventSource
     from teamsight.agents.sensing.sensor import Sensor
     from teamsight.world.contact import Contact
+    from teamsight.world.drive import Drive
 
 RangeShape: TypeAlias = Literal["disc", "square"]
 PresetName: TypeAlias = Literal["touzet2000"]
@@ -82,6 +83,8 @@ class Settings(Component):
         Shape of all ranges; see `World.add`.
     contact : Contact or {"pass", "stop", "slide"}
         What happens when bodies that have a radius meet; see `World`.
+    drive : Drive or {"free", "differential", "car"}
+        How robots carry out their actions; see `World.add`.
     robot_radius, target_radius : float
         Radius of the body of a robot, and of a target; by default they are points.
     sensor : Sensor, optional
@@ -126,6 +129,7 @@ class Settings(Component):
     awareness_range: Annotated[_RANGE, _TEAM] = 1.0
     range_shape: Annotated[RangeShape, _WORLD] = "disc"
     contact: Annotated[Contact | ContactName, _WORLD, Allowed(choices=CONTACTS)] = "pass"
+    drive: Annotated[Drive | DriveName, _TEAM, Allowed(choices=DRIVES)] = "free"
     robot_radius: Annotated[_BODY, _TEAM] = 0.0
     target_radius: Annotated[_BODY, _TARGETS] = 0.0
     sensor: Sensor | None = None

@@ -33,6 +33,7 @@ from teamsight.core.version import __version__
 from teamsight.policies.interface import PolicyState
 from teamsight.world.clock import Planned, callbacks_of
 from teamsight.world.contact import Pass
+from teamsight.world.drive import Free
 from teamsight.world.motion import ABILITIES
 from teamsight.world.noise import key_of
 from teamsight.world.placement import Founders
@@ -191,6 +192,8 @@ class GroupState(NamedTuple):
         As in `Group`.
     has_timetable, has_decided : bool
         Whether the table has the columns of a timetable; and as in `Group`.
+    drive : str
+        The description of the drive; nothing for `Free`.
     """
 
     name: str
@@ -207,6 +210,7 @@ class GroupState(NamedTuple):
     readings: dict[str, Readings]
     has_timetable: bool
     has_decided: bool
+    drive: str = ""
 
 
 #: The number of the form of states; a state of another form is refused.
@@ -263,10 +267,10 @@ class StateKeeper:
         """Return a copy of all that changes in a run; see `World.state`."""
         groups = tuple(
             GroupState(
-                *_identified(group), group.bodies, group.members, group.founders, group._states,
+                *_identified(group)[:-1], group.bodies, group.members, group.founders, group._states,
                 tuple(SavedPolicy(policy, group) for policy in group.others),
                 {name: channel.sensor for name, channel in group.channels.items()}, group.readings,
-                group.timetable is not None, group.has_decided,
+                group.timetable is not None, group.has_decided, _identified(group)[-1],
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -361,7 +365,7 @@ def _check_fits(saved: State, data: WorldData) -> None:
             f"{_contact_in(_identified_space(data))}; restore it in a world built in the same way"
         )
     mine = [_identified(group) for group in data.groups]
-    theirs = [old[:5] for old in saved.groups]
+    theirs = [(*old[:5], old.drive) for old in saved.groups]
     if mine != theirs:
         raise ValueError(
             f"restore(…): the state is of a world with {_difference(theirs, mine)}; restore it in a world built in the "
@@ -400,10 +404,13 @@ def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     return type(collector)(**{name: getattr(collector, name) for name in names})
 
 
-def _identified(group: Group) -> tuple[str, str, str, int, str]:
-    """Return the description of a group: its name, policy, degree of awareness, first size and first cycle."""
+def _identified(group: Group) -> tuple[str, str, str, int, str, str]:
+    """Return the description of a group: its name, policy, degree of awareness, first size, first cycle and drive."""
     # A cycle that was set since is in the timetable.
-    return group.name, described(group.policy), repr(group.awareness), group.first_size, repr(group.first_cycle)
+    return (
+        group.name, described(group.policy), repr(group.awareness), group.first_size, repr(group.first_cycle),
+        "" if isinstance(group.drive, Free) else repr(group.drive),
+    )  # fmt: skip
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:

@@ -39,8 +39,9 @@ from teamsight.core.card import shown
 from teamsight.core.neighbour_list import NeighbourList
 from teamsight.world.arena import Arena
 from teamsight.world.contact import Contact, contact_of
+from teamsight.world.drive import Drive
 from teamsight.world.interaction import Interaction
-from teamsight.world.registry import ContactName
+from teamsight.world.registry import ContactName, DriveName
 
 if TYPE_CHECKING:
     from teamsight.agents.events.contact_log import ContactLog
@@ -191,6 +192,7 @@ class World(MesaModel):
         heading: Points | None = None,
         cycle: CycleLike = EVERY_STEP,
         radius: Numbers = 0.0,
+        drive: Drive | DriveName = "free",
         name: str | None = None,
         **arguments: Any,
     ) -> Group[A]:
@@ -233,6 +235,8 @@ class World(MesaModel):
         radius : float or array_like, shape (count,)
             The radius of their bodies [length]; it cannot be changed. Bodies that have one start apart, and meet as the
             `contact` of the world says; see `World`. By default they are points.
+        drive : Drive or {"free", "differential", "car"}
+            How they carry out their actions; it cannot be changed. By default they turn at once and go straight ahead.
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
         **arguments
@@ -249,7 +253,7 @@ class World(MesaModel):
             "policy": policy, "policy_options": policy_options, "awareness": awareness, "team": team,
             "sensing_range": sensing_range, "awareness_range": awareness_range, "range_shape": range_shape,
             "speed": speed, "turn_limit": turn_limit, "placement": placement, "position": position, "heading": heading,
-            "cycle": cycle, "radius": radius, "name": name,
+            "cycle": cycle, "radius": radius, "drive": drive, "name": name,
         }  # fmt: skip
         return self._host.add(agent_class, count, given, arguments)
 

@@ -17,6 +17,7 @@ from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.world.clock import Clock
 from teamsight.world.contact import BUMPS, Pass, is_own
+from teamsight.world.drive import is_own as is_own_drive
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
@@ -258,5 +259,6 @@ def _is_shipped(group: Group) -> bool:
         and group.is_in_table(0)
         and all(type(policy).__module__.startswith("teamsight.policies.") for policy in group.policies)
         and type(awareness).__module__.startswith("teamsight.agents.awareness.")
+        and not is_own_drive(group.drive)
         and all(channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values())
     )

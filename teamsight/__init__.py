@@ -39,8 +39,9 @@ if TYPE_CHECKING:
     from teamsight.tasks.registry import TASKS
     from teamsight.tasks.task import Objective, Task
     from teamsight.world.arena import Box, Disc, Obstructed, Torus
-    from teamsight.world.check import check_arena, check_contact, check_interaction
+    from teamsight.world.check import check_arena, check_contact, check_drive, check_interaction
     from teamsight.world.contact import Contact
+    from teamsight.world.drive import Car, DifferentialDrive, Drive
     from teamsight.world.interaction import Interaction
     from teamsight.world.shapes import Circle, Polygon
 
@@ -75,12 +76,16 @@ _HOMES = {
     "Torus": "teamsight.world.arena",
     "Circle": "teamsight.world.shapes",
     "Obstructed": "teamsight.world.arena",
+    "Car": "teamsight.world.drive",
     "Contact": "teamsight.world.contact",
+    "DifferentialDrive": "teamsight.world.drive",
+    "Drive": "teamsight.world.drive",
     "Interaction": "teamsight.world.interaction",
     "Polygon": "teamsight.world.shapes",
     "check_arena": "teamsight.world.check",
     "check_awareness": "teamsight.agents.awareness.check",
     "check_contact": "teamsight.world.check",
+    "check_drive": "teamsight.world.check",
     "check_interaction": "teamsight.world.check",
     "check_policy": "teamsight.policies.check",
     "check_sensor": "teamsight.agents.sensing.check",
@@ -94,12 +99,12 @@ _HOMES = {
 }
 
 __all__ = [
-    "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "Bumps", "ChargingPlaces", "Circle",
-    "Component", "Constant", "Contact", "Controller", "Cycle", "Departures", "Detections", "Disc", "EventSource",
-    "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon", "Relayed", "Robot", "Sensor",
-    "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull", "World",
-    "__version__", "check_arena", "check_awareness", "check_contact", "check_interaction", "check_policy",
-    "check_sensor", "check_task", "open_study", "run_many",
+    "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "Bumps", "Car", "ChargingPlaces", "Circle",
+    "Component", "Constant", "Contact", "Controller", "Cycle", "Departures", "Detections", "DifferentialDrive", "Disc",
+    "Drive", "EventSource", "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon", "Relayed",
+    "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull",
+    "World", "__version__", "check_arena", "check_awareness", "check_contact", "check_drive", "check_interaction",
+    "check_policy", "check_sensor", "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout without symbolic links, as under Windows, the four packages are at the top of the repository only.

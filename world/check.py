@@ -1,4 +1,4 @@
-"""The checks of an arena, its area, starts, distances and `confine`; of contacts; and of interactions."""
+"""The checks of an arena, its area, starts, distances and `confine`; of contacts, drives and interactions."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from teamsight.core.kernel import Record, specialise
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.world.arena import Arena, Points, Torus, farthest_inside
 from teamsight.world.contact import Contact, Stop, contact_of
+from teamsight.world.drive import DifferentialDrive, Drive, Free, drive_of
 from teamsight.world.interaction import (
     Interacting,
     InteractingBodies,
@@ -60,6 +61,8 @@ _WAYS = 24
 _AROUND = np.stack([wave(2 * np.pi * np.arange(_WAYS) / _WAYS) for wave in (np.cos, np.sin)], axis=-1).round(15)
 _HERE_AND_AROUND = np.concatenate([np.zeros((1, 2)), _AROUND])
 _HALVINGS = 60
+# Of drives [rad].
+_MOST_TURN = 1e6
 _WALKERS, _WALK = 64, 300
 
 _STEP, _PART = Axis("steps", "there are no more"), Axis("components", "there are no more")
@@ -265,6 +268,105 @@ def check_contact(contact: Contact, *, seed: int = 1) -> None:
             k = int(np.argmin(kept))
             before, then = (", ".join(map(str, row[k].tolist())) for row in (given, after))
             raise ValueError(f"{name}: meet({before}, parameters) returns ({then}), {what}")
+
+
+class Rides(NamedTuple):
+    """The record of one step of some bodies.
+
+    Attributes
+    ----------
+    asked : ndarray, shape (k, 3), float64
+        The turn and the distance that are asked for, and the speed.
+    blocked : ndarray, shape (k,), bool
+        Whether each was blocked in the last step.
+    state : ndarray, shape (k, numbers), float64
+        The numbers of the drive.
+    done : ndarray, shape (k, 3), float64
+        Written: how far ahead and to the left, and the turn.
+    parameters : ndarray, shape (parameters,), float64
+        The constants of the drive.
+    """
+
+    asked: Annotated[Points, "k", 3]
+    blocked: Annotated[npt.NDArray[np.bool_], "k"]
+    state: Annotated[Points, "k", "numbers"]
+    done: Annotated[Points, "k", 3]
+    parameters: Annotated[Points, "parameters"]
+
+
+RIDES = Record(Rides)
+rides_at = RIDES.at
+
+_RIDES = Guard(
+    RIDES,
+    ("state", "done"),
+    {
+        "k": _STEP, "3": _PART, "numbers": Axis("numbers", "name as many as it needs in `state`"),
+        "parameters": Axis("elements", "return as many numbers from `parameters`"),
+    },
+)  # fmt: skip
+
+
+def _carry_all(address: int) -> int:
+    rides = rides_at(address)
+    asked, done = rides.asked, rides.done
+    for k in range(asked.shape[0]):
+        done[k, 0], done[k, 1], done[k, 2] = carry(  # type: ignore[name-defined]  # noqa: F821
+            asked[k, 0], asked[k, 1], asked[k, 2], rides.blocked[k], rides.state[k], rides.parameters
+        )
+    return 0
+
+
+def check_drive(drive: Drive, *, steps: int = 40, seed: int = 1) -> None:
+    """Check whether a drive keeps the contract of `Drive`, on bodies that ask for many turns and distances.
+
+    Parameters
+    ----------
+    drive : Drive
+        The drive to check.
+    steps : int
+        The number of steps that each body makes.
+    seed : int, default 1
+        Seed of the samples.
+
+    Raises
+    ------
+    TypeError
+        If it is not a `Drive`, or `carry` cannot be compiled.
+    ValueError
+        If `carry` returns or keeps what is not finite, or a way that is longer than the speed. The message has the
+        call, its result and the cure.
+    """
+    name = class_name(drive, Drive, "DifferentialDrive(0.1)")
+    drive_of(drive)
+    if isinstance(drive, Free):
+        return
+    begin_check()
+    parameters = np.array(numbers(f"{name}.parameters", drive.parameters), float)
+    rng = np.random.default_rng(seed)
+    speed = rng.choice([0.0, 1e-6, 0.1, 1.0, 50.0], _WALK)
+    entry = specialise(_carry_all, name.lower(), carry=getattr(type(drive), "carry", DifferentialDrive.carry))
+    state, few = np.zeros((_WALK, len(drive.state))), slice(None, None, _WALK // _INTERPRETED)
+    for number in range(steps):
+        turn = rng.uniform(-np.pi, np.pi, _WALK) * rng.choice([0.0, 1e-9, 0.1, 1.0], _WALK)
+        asked = np.stack([turn, speed * rng.choice([0.0, 0.3, 1.0], _WALK), speed], axis=-1)
+        rides = Rides(asked, rng.random(_WALK) < 0.1, state.copy(), np.full((_WALK, 3), np.nan), parameters)
+        if number % 10 == 0:
+            parts = {part: getattr(rides, part)[few] for part in ("asked", "blocked", "state", "done")}
+            _RIDES.interpret(name, "carry", entry, rides._replace(**parts))
+        after = _RIDES.execute(name, "carry", entry, rides)[1]
+        for kept, what in (
+            (np.isfinite(after.done).all(axis=1), "which is not finite; return three finite numbers"),
+            (np.hypot(*after.done[:, :2].T) <= speed * (1 + 1e-9), "a longer way than the speed; limit it to that"),
+            (np.abs(after.done[:, 2]) < _MOST_TURN, "a turn of too many rounds; return it in radians"),
+            (np.isfinite(after.state).all(axis=1), "and keeps what is not finite; write finite numbers to `state`"),
+        ):
+            if not kept.all():
+                k = int(np.argmin(kept))
+                then = ", ".join(map(str, after.done[k].tolist()))
+                before = ", ".join(map(str, [*asked[k].tolist(), bool(rides.blocked[k]), state[k].tolist()]))
+                raise ValueError(f"{name}: carry({before}, parameters) returns ({then}), {what}")
+        state = after.state
 
 
 _SAMPLES = 100_000

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.elementary import atan2, cos_sin
 from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
 from teamsight.core.table import Field, Table
 from teamsight.world.arena import Arena, Obstructed, kernel_period
+from teamsight.world.drive import Drive, Free
 
 Column = npt.NDArray[np.float64]
+
+#: What a move returns, negative, for each body for which its drive has returned no possible way.
+WRONG_DRIVE = 1 << 40
+_FREE = Free()
 
 #: What each agent can do. Those who come to a group have them from the start of a run.
 ABILITIES = (
@@ -81,6 +86,12 @@ class Move(NamedTuple):
         The lowest and the highest corner of the box around the arena.
     active : ndarray, shape (n,) or (0,), bool
         As in `BODIES`; empty if all are active. One that is not stays where it is.
+    blocked : ndarray, shape (n,), bool
+        As in `BODIES`.
+    drive : ndarray, shape (n or 0, numbers), float64
+        The state of the drive; see `Drive`.
+    parameters : ndarray, shape (parameters,), float64
+        The constants of the drive.
     """
 
     position: Annotated[Column, "n", 2]
@@ -95,6 +106,9 @@ class Move(NamedTuple):
     period: Annotated[Column, 2]
     box: Annotated[Column, 2, 2]
     active: Annotated[npt.NDArray[np.bool_], "conditions"]
+    blocked: Annotated[npt.NDArray[np.bool_], "n"]
+    drive: Annotated[Column, "driven", "numbers"]
+    parameters: Annotated[Column, "parameters"]
 
 
 MOVE = Record(Move)
@@ -140,32 +154,69 @@ def _nowhere(box: Any, x: float, y: float) -> bool:
 
 
 @inlined
-def _intended(move: Any, i: int) -> tuple[float, float, float, float]:
-    """Return the displacement that a body makes if nothing is in its way, and its heading after the turn."""
+def _turned(move: Any, i: int) -> tuple[float, float]:
+    """Return the heading of a body after the turn that its action asks for, within its turning limit."""
     aim_x = move.aim[i, 0]
     aim_y = move.aim[i, 1]
     heading_x = move.heading[i, 0]
     heading_y = move.heading[i, 1]
     if aim_x * aim_x + aim_y * aim_y > 0.0:
-        heading_x, heading_y = turn(heading_x, heading_y, aim_x, aim_y, move.turn_cosine[i], move.turn_sine[i])
+        return turn(heading_x, heading_y, aim_x, aim_y, move.turn_cosine[i], move.turn_sine[i])  # type: ignore[no-any-return]
+    return heading_x, heading_y
+
+
+@inlined
+def _free(move: Any, i: int, carry: Any) -> tuple[float, float, float, float, int]:
+    heading_x, heading_y = _turned(move, i)
     distance = min(max(move.distance[i], 0.0), move.speed[i])
-    return distance * heading_x, distance * heading_y, heading_x, heading_y
+    return distance * heading_x, distance * heading_y, heading_x, heading_y, 0
+
+
+@inlined
+def _driven(move: Any, i: int, carry: Any) -> tuple[float, float, float, float, int]:
+    before_x = move.heading[i, 0]
+    before_y = move.heading[i, 1]
+    wanted_x, wanted_y = _turned(move, i)
+    angle = atan2(before_x * wanted_y - before_y * wanted_x, before_x * wanted_x + before_y * wanted_y)
+    speed = move.speed[i]
+    distance = min(max(move.distance[i], 0.0), speed)
+    ahead, left, turned = carry(angle, distance, speed, move.blocked[i], move.drive[i], move.parameters)
+    cosine, sine = cos_sin(turned)
+    # So written, it is also wrong for NaN.
+    if not (ahead * ahead + left * left <= speed * speed * (1.0 + 1e-9) and cosine == cosine):
+        return 0.0, 0.0, before_x, before_y, 1
+    x = cosine * before_x - sine * before_y
+    y = sine * before_x + cosine * before_y
+    # As in `turn`.
+    length = 1.5 - 0.5 * (x * x + y * y)
+    return ahead * before_x - left * before_y, ahead * before_y + left * before_x, x * length, y * length, 0
+
+
+@inlined
+def _rest(move: Any, i: int) -> None:
+    """Let a body that is inactive stay where it is."""
+    move.moved[i, 0] = 0.0
+    move.moved[i, 1] = 0.0
+    if move.drive.shape[0] > 0:
+        for number in range(move.drive.shape[1]):
+            move.drive[i, number] = 0.0
 
 
 def _intend(address: int) -> int:
-    """Write the heading of each body, and to `moved` the displacement that it makes if nothing is in its way."""
     move = move_at(address)
     are_all_active = move.active.shape[0] == 0
+    wrong = 0
     for i in range(move.position.shape[0]):
-        way_x, way_y = 0.0, 0.0
-        if are_all_active or move.active[i]:
-            way_x, way_y, move.heading[i, 0], move.heading[i, 1] = _intended(move, i)
+        if not (are_all_active or move.active[i]):
+            _rest(move, i)
+            continue
+        way_x, way_y, heading_x, heading_y, is_wrong = intended(move, i, carry)  # type: ignore[name-defined]  # noqa: F821
+        wrong += is_wrong
+        move.heading[i, 0] = heading_x
+        move.heading[i, 1] = heading_y
         move.moved[i, 0] = way_x
         move.moved[i, 1] = way_y
-    return 0
-
-
-INTEND = Entry(_intend)
+    return -WRONG_DRIVE * wrong
 
 
 def _advance(address: int) -> int:
@@ -175,15 +226,15 @@ def _advance(address: int) -> int:
     period_x = move.period[0]
     period_y = move.period[1]
     are_all_active = move.active.shape[0] == 0
-    outside = 0
+    outside = wrong = 0
     for i in range(position.shape[0]):
         if not (are_all_active or move.active[i]):
-            moved[i, 0] = 0.0
-            moved[i, 1] = 0.0
+            _rest(move, i)
             continue
         x = position[i, 0]
         y = position[i, 1]
-        way_x, way_y, heading_x, heading_y = _intended(move, i)
+        way_x, way_y, heading_x, heading_y, is_wrong = intended(move, i, carry)  # type: ignore[name-defined]  # noqa: F821
+        wrong += is_wrong
         new_x, new_y, heading_x, heading_y = confine(  # type: ignore[name-defined]  # noqa: F821
             x, y, way_x, way_y, heading_x, heading_y, move.arena_size
         )
@@ -199,10 +250,7 @@ def _advance(address: int) -> int:
         heading[i, 1] = heading_y
         moved[i, 0] = step_x
         moved[i, 1] = step_y
-    return -outside
-
-
-_ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
+    return -outside - WRONG_DRIVE * wrong
 
 
 def is_watched(arena: Arena) -> bool:
@@ -216,17 +264,30 @@ def _is_shipped(part: object) -> bool:
     return type(part).__module__.startswith("teamsight.world.")
 
 
-def advance_entry(arena: Arena) -> Entry:
-    """Return the compiled step of bodies in arenas of this class.
+def intend_entry(drive: Drive) -> Entry:
+    """Return the kernel that writes how bodies turn, and to `moved` the way that they make if nothing is in it.
 
-    In a user-defined arena it returns minus the number of bodies that have left the box around the arena; else 0.
+    It returns minus `WRONG_DRIVE` times the number of bodies for which the drive has returned no possible way.
     """
-    rule = type(arena).confine
-    watch = _beyond_box if is_watched(arena) else _nowhere
-    if (rule, watch) not in _ENTRIES:
-        name = type(arena).__name__.lower()
-        _ENTRIES[rule, watch] = specialise(_advance, name, confine=rule, is_outside=watch)
-    return _ENTRIES[rule, watch]
+    return specialise(_intend, type(drive).__name__.lower(), **_carrying(drive))
+
+
+def advance_entry(arena: Arena, drive: Drive = _FREE) -> Entry:
+    """Return the compiled step of bodies with a drive of this class in arenas of this class.
+
+    In a user-defined arena it returns minus the number of bodies that have left the box around the arena, and with a
+    user-defined drive as `intend_entry`; else 0.
+    """
+    names = [type(arena).__name__.lower()] + [type(drive).__name__.lower()] * (not isinstance(drive, Free))
+    is_outside = _beyond_box if is_watched(arena) else _nowhere
+    return specialise(
+        _advance, "-".join(names), confine=type(arena).confine, is_outside=is_outside, **_carrying(drive)
+    )
+
+
+def _carrying(drive: Drive) -> dict[str, Any]:
+    kind = type(drive)
+    return {"intended": _free, "carry": _free} if kind is Free else {"intended": _driven, "carry": kind.carry}
 
 
 def pack_move(
@@ -237,17 +298,19 @@ def pack_move(
     *,
     arena_size: Column | None = None,
     has_inactive: bool = False,
+    drive: Drive = _FREE,
 ) -> Packed[Move]:
     """Return the record of a move of `bodies` under the actions that `aim` and `distance` will hold; see `Move`.
 
     `arena_size` is the array that holds the arena's size, if that is rewritten later; `has_inactive` says whether some
-    may be inactive, now or later.
+    may be inactive, now or later. For a drive that keeps numbers, `bodies` have the column "drive".
     """
     period, box = kernel_period(arena.period), np.array(arena.bounds, float)
     size = np.array(arena.size, float) if arena_size is None else arena_size
     return MOVE.pack(Move(
         bodies.position, bodies.heading, bodies.moved, bodies.speed, bodies.turn_cosine, bodies.turn_sine, aim,
-        distance, size, period, box, bodies.active if has_inactive else np.zeros(0, np.bool_),
+        distance, size, period, box, bodies.active if has_inactive else np.zeros(0, np.bool_), bodies.blocked,
+        bodies.drive if "drive" in bodies else np.zeros((0, 0)), np.array(drive.parameters, float),
     ))  # fmt: skip
 
 

@@ -59,8 +59,9 @@ from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
 from teamsight.world.contact import is_own
+from teamsight.world.drive import is_own as is_own_drive
 from teamsight.world.limits import farthest_of
-from teamsight.world.motion import INTEND, advance_entry, is_watched, pack_move
+from teamsight.world.motion import advance_entry, intend_entry, is_watched, pack_move
 from teamsight.world.noise import LANES, Stream, stream_number
 from teamsight.world.occlusion import GATHER_BODIES
 from teamsight.world.search import FAR_AWAY
@@ -224,6 +225,10 @@ def _of_group(group: Group) -> Iterator[Found]:
     for name, array in group.columns.arrays().items():
         if array.ndim == 1 and array.dtype in _KINDS:
             yield Found(name, array, 0, -1)
+    for number, name in enumerate(group.drive.state):
+        if name in group.columns:
+            raise ValueError(f"drive={group.drive}: keeps {name!r}, a column of {group.name!r} too; rename one")
+        yield Found(name, group.bodies.drive, number, -1)
     for index, (policy, state) in enumerate(zip(group.policies, group.states, strict=True)):
         if isinstance(policy, Policy) and policy.shows and isinstance(state, PolicyState):
             for field, name in enumerate(policy.shows):
@@ -307,6 +312,7 @@ class Binding:
         if can_fail(data):
             bodies_of = [group.bodies for group in groups]
             written = [array for one in bodies_of for array in (one.position, one.heading, one.moved)]
+            written += [one.drive for one in bodies_of if "drive" in one]
             written += self._interactions.written if self._interactions else []
             written += [array for group in data.solid for array in (group.bodies.blocked, group.bodies.bumps)]
         # Interactions read positions before the step there, too.
@@ -432,10 +438,10 @@ class Binding:
             group.numbers, np.full(1, -1), group.lanes, stream_number(Stream.POLICY, group.number),
             perceive, situate, perception.record, perception.room,
             group.rules[0].entry() if decision else None, decision, due, group.is_sound,
-            INTEND if group in self._data.solid else advance_entry(self._data.arena),
+            move_entry(self._data, group),
             pack_move(
                 self._data.arena, group.bodies, group.bodies.aim, group.bodies.distance,
-                arena_size=self._data.arena_size, has_inactive=group.has_conditions,
+                arena_size=self._data.arena_size, has_inactive=group.has_conditions, drive=group.drive,
             ),
         )  # fmt: skip
 
@@ -516,6 +522,8 @@ class Binding:
             sizes.add_rows(own.move, group)
             if group.has_conditions:
                 sizes.add(own.move.word("conditions"), [group])
+            if "drive" in group.bodies:
+                sizes.add(own.move.word("driven"), [group])
             sizes.add_rows(sensing, group)
             sizes.add(sensing.word("scene.first"), earlier)
             if own.due is not None:
@@ -621,11 +629,16 @@ class Binding:
             group.value.block[:] = -1
 
 
+def move_entry(data: WorldData, group: Group) -> Entry:
+    """Return the kernel that moves a group; where bodies meet, it only says where each wants to go."""
+    return intend_entry(group.drive) if group in data.solid else advance_entry(data.arena, group.drive)
+
+
 def can_fail(data: WorldData) -> bool:
-    """Whether a step can fail after bodies have moved: by an arena, contact, interaction or sensor of the user."""
+    """Whether a step can fail after bodies have moved: by a part of the user's, such as an arena, drive or sensor."""
     sensors = (channel.sensor for group in data.groups for channel in group.channels.values())
     own = any(sensor is not None and is_checked(sensor) for sensor in sensors)
-    own = own or (bool(data.solid) and is_own(data.contact))
+    own = own or (bool(data.solid) and is_own(data.contact)) or any(is_own_drive(group.drive) for group in data.groups)
     return own or is_watched(data.arena) or bool(data.interactions)
 
 

@@ -15,7 +15,7 @@ from teamsight.agents.awareness.interface import perceive_entry, situate_entry
 from teamsight.agents.channel import TEAMMATES, leave
 from teamsight.agents.decisions import give_timetables, is_every_step
 from teamsight.agents.engine import loop
-from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail
+from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail, move_entry
 from teamsight.agents.engine.contacts import RECORD_BUMPS
 from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of
 from teamsight.agents.engine.interactions import (
@@ -44,7 +44,7 @@ from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.interface import Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import PerceptOfOne, percept_of_group_of_one, percept_of_one, percept_of_rows
 from teamsight.world.contact import contact_entry
-from teamsight.world.motion import INTEND, advance_entry, is_watched
+from teamsight.world.motion import WRONG_DRIVE, is_watched
 from teamsight.world.noise import Stream, generator, stream_number, uniforms
 from teamsight.world.occlusion import GATHER_BODIES, gathering
 
@@ -299,12 +299,10 @@ def kernels_needed(data: WorldData, recorded: Sequence[Entry] = ()) -> Callable[
 def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
     groups = data.groups
     found = [loop.RUN, loop.SEARCH, loop.RECORD, loop.RECORD_PRESENT, *recorded]
-    if len(data.solid) < len(groups):
-        found.append(advance_entry(data.arena))
     if data.solid:
-        found += [INTEND, contact_entry(data.contact, data.arena), RECORD_BUMPS]
+        found += [contact_entry(data.contact, data.arena), RECORD_BUMPS]
     for group in groups:
-        found += _entries_of_group(group)
+        found += [move_entry(data, group), *_entries_of_group(group)]
         found += [relation.search.entry for relation in group.relations.values()]
         sensors = (channel.sensor or Sensor() for channel in group.channels.values())
         sensing = [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
@@ -712,7 +710,7 @@ class Engine:
                 while stopped := self._stopped(phases):
                     phase, need = stopped
                     if need < 0:
-                        raise self._fail(phase, has_decided=phases is not binding.see)
+                        raise self._fail(phase, need, has_decided=phases is not binding.see)
                     self._grow(phase, need)
                     place = phase.name, phase.of, int(binding.progress["tick"][0])
                     grown = place, grown[1] + 1 if grown[0] == place else 1
@@ -749,7 +747,7 @@ class Engine:
                 return phase, status
         return None
 
-    def _fail(self, phase: Phase, *, has_decided: bool) -> ValueError:
+    def _fail(self, phase: Phase, status: int, *, has_decided: bool) -> ValueError:
         """Return the exception for a step that cannot be made; the decided actions are kept, and carried out next.
 
         A move before a sensor that failed has been undone.
@@ -779,6 +777,12 @@ class Engine:
                 f"{type(phase.of.policy).__name__}: an action of {phase.of.name} at tick {tick} is not finite, or its "
                 "heading is not a unit vector; check the policy with check_policy(), and a degree of awareness of your "
                 "own with check_awareness(). To continue, give the group another policy, restore() a state or reset()"
+            )
+        if status <= -WRONG_DRIVE:
+            return ValueError(
+                f"drive={type(phase.of.drive).__name__}: carry returned for an agent of {phase.of.name} at tick {tick} "
+                "a way that is not finite or longer than its speed, or no turn; check it with check_drive(). To "
+                "continue, restore() a state or reset()"
             )
         return ValueError(
             f"{data.arena}: confine left an agent of {phase.of.name} outside at tick {tick}; check the arena with "

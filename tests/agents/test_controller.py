@@ -15,7 +15,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from teamsight import CMOMMT, Controller, Detections, Relayed, Robot, Target, Torus, World
+from teamsight import (
+    CMOMMT,
+    Car,
+    Controller,
+    Detections,
+    DifferentialDrive,
+    Drive,
+    Relayed,
+    Robot,
+    Target,
+    Torus,
+    World,
+)
 from teamsight.agents.awareness.degrees import NearestAwareness, RingAwareness
 from teamsight.agents.recording.explore import explore
 from teamsight.core.kernel import inlined
@@ -116,6 +128,33 @@ def test_it_decides_in_another_group_and_arena_as_there() -> None:
         world.run(30)
         places.append(robots.bodies.position.copy())
     assert np.array_equal(places[0], places[1])
+
+
+@pytest.mark.parametrize("drive", [DifferentialDrive(0.1, 0.01), Car(0.1, 0.6, 0.2, 0.02)], ids=lambda one: type(one).__name__)
+def test_its_wheels_do_as_in_a_world(drive: Drive) -> None:
+    plan: dict[str, Any] = {"robots": 5, "targets": 15, "radius": 3.0, "drive": drive, "rng": 5}
+    world, remote = CMOMMT(**plan), Remote("a-cmommt", "pairwise", 5, drive=drive)
+    steered = CMOMMT(**plan | {"policy": remote})
+    for one in (world, steered):
+        one.run(40)
+    assert np.array_equal(world.robots.bodies.position, steered.robots.bodies.position)
+    assert [one.drive_state for one in remote.controllers] == [robot.drive_state for robot in world.robots]
+
+
+def test_without_odometry_it_has_gone_as_its_wheels_do() -> None:
+    controllers = [Controller(turn_and_go, speed=0.2, drive=DifferentialDrive(0.2, 0.01)) for _ in range(2)]
+    here, heading = np.zeros(2), np.array([1.0, 0.0])
+    for _ in range(10):
+        one, other = controllers[0].decide(), controllers[1].decide(heading=heading, moved=here)
+        assert one.heading == pytest.approx(other.heading, abs=1e-12)
+        left, right = controllers[0].drive_state.values()
+        turn, length = (right - left) / 0.2, (left + right) / 2
+        cosine, sine = math.cos(turn / 2), math.sin(turn / 2)
+        chord = length * (sine / (turn / 2) if turn else 1.0)
+        here = chord * np.array([cosine * heading[0] - sine * heading[1], sine * heading[0] + cosine * heading[1]])
+        cosine, sine = math.cos(turn), math.sin(turn)
+        heading = np.array([cosine * heading[0] - sine * heading[1], sine * heading[0] + cosine * heading[1]])
+        assert controllers[1].drive_state == pytest.approx(controllers[0].drive_state, abs=1e-12)
 
 
 class Polar(Remote):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, Cycle, Failures, Sensor
+from teamsight import CMOMMT, Cycle, DifferentialDrive, Failures, Sensor
 from teamsight.core.kernel import kernel
 from teamsight.env import TeamVectorEnv, parallel_env, vector_env
 from teamsight.policies.compiled import CompiledPolicy
@@ -28,6 +28,7 @@ KINDS: list[dict[str, Any]] = [
     {"cycle": Cycle(4, jitter=1.5, delay=3), "uniform_target_speed": True, "observation": "shared"},
     {"sensor": Sensor(range_noise=0.2, missed=0.1, false_positives=0.3), "observation": "pairwise", "reward": GAINS},
     {"sensor": Sensor(occluded="bodies"), "robot_radius": 0.6, "target_radius": 0.4},
+    {"drive": DifferentialDrive(0.1, 0.02), "observation": "pairwise"},
 ]
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from interactions import Capture, CaptureInTurn, hunt
 
-from teamsight import CMOMMT, Box, Circle, Disc, Polygon, Robot, Sensor, Target, Torus, World
+from teamsight import CMOMMT, Box, Car, Circle, DifferentialDrive, Disc, Polygon, Robot, Sensor, Target, Torus, World
 from teamsight.agents.awareness import NearestAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
 from teamsight.agents.components import (
     Arrivals,
@@ -174,6 +174,8 @@ _CMOMMT: dict[str, dict[str, Any]] = {
     "tracks no targets": {"policy": ACmommt(target_tracks=0), "awareness": "shared"},
     "stays when nothing is sensed": {"policy": ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness")},
     "square ranges": {"policy": "a-cmommt", "awareness": "shared", "range_shape": "square"},
+    "evenness": {"policy": "p-cmommt", "policy_options": {"evenness": 0.6}},
+    "differential drive": {"drive": DifferentialDrive(0.1, 0.02)}, "car": {"drive": Car(0.1, 0.6, 0.2, 0.02), "policy": "evolved"},
     "bodies that slide": {"robots": 12, "radius": 2.0, "robot_radius": 0.15, "target_radius": 0.1, "contact": "slide"},
 }  # fmt: skip
 _MIXED: dict[str, dict[str, Any]] = {

@@ -43,3 +43,23 @@ def _atan(t: Decimal) -> Decimal:
         power *= -t * t
         k += 2
     return 64 * total
+
+
+def cos(x: float) -> Decimal:
+    return _alternating(x, 0)
+
+
+def sin(x: float) -> Decimal:
+    return _alternating(x, 1)
+
+
+def _alternating(x: float, first: int) -> Decimal:
+    """x^k / k! with alternating signs, over every second k from the first."""
+    with localcontext(PRECISION):
+        angle = Decimal(x)
+        total, term, k = Decimal(0), angle if first else Decimal(1), first
+        while abs(term) > Decimal(10) ** -40 or k < abs(angle):
+            total += term
+            term *= -angle * angle / ((k + 1) * (k + 2))
+            k += 2
+        return total

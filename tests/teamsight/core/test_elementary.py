@@ -15,16 +15,28 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from naive import elementary as slow
 
-from teamsight.core.elementary import atan2, exp, log, modulo, power
-from teamsight.core.kernel import Record, plain, specialise
+from teamsight.core.elementary import atan2, cos_sin, exp, log, modulo, power
+from teamsight.core.kernel import Record, kernel, plain, specialise
 from teamsight.core.kernel.guard import _as_python
 
 pytestmark = pytest.mark.short
 
 Floats = npt.NDArray[np.float64]
 ANY = st.floats()
-FUNCTIONS: dict[str, Any] = {"exp": exp, "log": log, "power": power, "atan2": atan2, "modulo": modulo}
-OF_ONE = ("exp", "log")
+
+
+@kernel
+def cos(angle: float) -> float:
+    return cos_sin(angle)[0]
+
+
+@kernel
+def sin(angle: float) -> float:
+    return cos_sin(angle)[1]
+
+
+FUNCTIONS: dict[str, Any] = {"exp": exp, "log": log, "power": power, "atan2": atan2, "modulo": modulo, "cos": cos, "sin": sin}
+OF_ONE = ("exp", "log", "cos", "sin")
 
 
 class Call(NamedTuple):
@@ -119,6 +131,23 @@ def test_power(base: float, exponent: float) -> None:
     else:
         with np.errstate(over="ignore"):
             assert np.array_equal(machine("power", base, exponent), np.power(base, exponent), equal_nan=True)
+
+
+@given(angle=ANY | st.floats(-7, 7) | st.floats(-40, 40))
+@example(angle=0.0)
+@example(angle=math.pi / 4)
+@example(angle=math.pi / 2)
+@example(angle=math.pi)
+def test_cos_sin(angle: float) -> None:
+    found = machine("cos", angle), machine("sin", angle)
+    if not abs(angle) < 1e6:
+        assert np.isnan(found).all()
+    # The slow series loses too many digits beyond.
+    elif abs(angle) < 50:
+        for one, exact in zip(found, (slow.cos(angle), slow.sin(angle)), strict=True):
+            assert abs(Decimal(one) - exact) < Decimal(2) ** -52
+    else:
+        assert found == pytest.approx((math.cos(angle), math.sin(angle)), abs=2.0**-52)
 
 
 @given(y=ANY | st.floats(-3, 3), x=ANY | st.floats(-3, 3))
