@@ -89,10 +89,28 @@ def _bodies() -> bytes:
     return buffer.getvalue()
 
 
+def _drives() -> bytes:
+    import runpy
+
+    from matplotlib.figure import Figure
+
+    example = runpy.run_path(str(ROOT / "examples" / "drives.py"))
+    figure = Figure((9, 3.2), layout="constrained")
+    names = [name for name in example["DRIVES"] if name != "two wheels, at once"]
+    for axes, name in zip(figure.subplots(1, len(names), sharey=True), names, strict=True):
+        path, _ = example["patrolled"](example["DRIVES"][name], 170)
+        axes.plot(*path.T, lw=1)
+        axes.plot(*path[::10].T, ".", ms=4, color="tab:blue")
+        axes.plot(*example["CORNERS"].T, "o", ms=8, mfc="none", color="tab:red")
+        axes.set(title=name, aspect="equal", xlim=(-2.6, 2.6), ylim=(-2.6, 2.6))
+    return to_picture(figure)
+
+
 #: What draws a picture at once, most from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
     "bodies.png": _bodies,
+    "drives.png": _drives,
     "evolved.png": _evolved,
     "figure-3.png": _figure_3,
     "lazy-q.png": _lazy_q,

@@ -1,6 +1,6 @@
-"""What bodies cost: teams of 30 robots whose bodies meet, or block sight, beside points; and crowds of 5,000.
+"""What bodies and drives cost: teams of 30 robots beside 30 points that move freely; and crowds of 5,000.
 
-``python benchmarks/bodies.py`` prints a line for each kind of contact.
+``python benchmarks/bodies.py`` prints a line for each kind of contact, of sight and of drive.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 from measure import cpu_seconds, interleave
 
-from teamsight import CMOMMT, Box, Robot, Sensor, World
+from teamsight import CMOMMT, Box, Car, DifferentialDrive, Robot, Sensor, World
 
 ROUNDS, STEPS = 11, 1500
 CROWD, SIDE = 5000, 100.0
@@ -57,6 +57,11 @@ def main() -> None:
         "radius 0.1, slide": team(robot_radius=0.1, contact="slide"),
         "radius 0.2, slide": team(robot_radius=0.2, contact="slide"),
         "robots and targets, radius 0.1, slide": team(robot_radius=0.1, target_radius=0.1, contact="slide"),
+    }, STEPS, ROUNDS)  # fmt: skip
+    compare({
+        "30 robots that move freely": team(),
+        "differential drive": team(drive=DifferentialDrive(0.1, 0.02)),
+        "car": team(drive=Car(0.1, 0.6, 0.2, 0.02)),
     }, STEPS, ROUNDS)  # fmt: skip
     bodies = {"robot_radius": 0.1, "target_radius": 0.1}
     compare({

@@ -241,7 +241,7 @@ class ContactArrays(NamedTuple):
     Attributes
     ----------
     groups : list of Packed of SolidGroup
-        The groups with bodies that have a radius. `moved` and `heading` are what they intend; see `motion.INTEND`.
+        The groups with bodies that have a radius. `moved` and `heading` are what they want; see `motion.intend_entry`.
     mover : int
         The index of the group whose turn it is to move; −1 if all move at once.
     rows, pairs

@@ -396,6 +396,16 @@ def test_bodies_bump_and_cost_a_team_little(run: Run) -> None:
     assert max(means) - min(means) < 0.1
 
 
+def test_wheels_cut_no_corners_and_cost_a_team_much(run: Run) -> None:
+    printed = run("drives")
+    outside = [float(number) for number in re.findall(r"up to (\d\.\d+) outside", printed)]
+    assert outside[0] == 0.0
+    assert min(outside[2:]) > 0.1
+    means = [float(number) for number in re.findall(r" (0\.[4-9]\d*) +0\.\d+$", printed, re.M)]
+    assert len(means) == 4
+    assert min(means[:1]) > max(means[1:])
+
+
 def test_boids_flock(run: Run) -> None:
     printed = run("boids")
     lengths = [float(number) for number in re.findall(r"length (0\.\d+)", printed)]
