@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import product
 from typing import Any
 
 from teamsight.cli.options import Options
 
 
 def worlds() -> Iterator[Callable[[], Any]]:
-    """Yield functions that make the worlds of commands: each policy with each degree, each task, and what records them.
+    """Yield functions that make the worlds of commands: policies with degrees, bodies, drives, tasks, records.
 
     What each makes has ``run(steps)`` and ``step()``.
     """
@@ -19,6 +20,7 @@ def worlds() -> Iterator[Callable[[], Any]]:
     from teamsight.agents.sensing import Sensor
     from teamsight.policies.registry import POLICIES, policy_named
     from teamsight.tasks import TASKS
+    from teamsight.world.registry import CONTACTS, DRIVES
 
     small: dict[str, Any] = {"robots": 3, "targets": 3, "seed": 1}
     for policy in POLICIES:
@@ -27,6 +29,8 @@ def worlds() -> Iterator[Callable[[], Any]]:
         for awareness in fitting if degree is None else (degree,):
             yield partial(CMOMMT, **small, policy=policy, awareness=awareness)
     yield partial(CMOMMT, **small, sensor=Sensor(field_of_view=2.0))
+    for drive, contact in product(DRIVES, CONTACTS):
+        yield partial(CMOMMT, **small, drive=drive, contact=contact, robot_radius=0.1)
     for task in TASKS.values():
         for treatment in ("explore", "skilled"):
             yield partial(task.build, treatment, rng=1)
