@@ -107,7 +107,12 @@ class Team:
         )
 
 
-@refusing(identity="the world gives it; take another name for an attribute of your own")
+@refusing(
+    identity="the world gives it; take another name for an attribute of your own",
+    radius="give the radius when a group is added, as in world.add(…, radius=0.1)",
+    bumps="it is counted",
+    drive_state="its drive writes it in each step",
+)
 class Body(Agent):
     """An agent in a world: a mesa agent that has a place and moves. `World.add` and `Group.add` make agents.
 

@@ -147,7 +147,8 @@ def founders_of(
         check_steps(data, radius, abilities["speed"])
     else:
         radius = None
-    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first, radius)
+    turn = 1 + max((one.turn for group in data.groups for one in group.founders), default=-1)
+    return Founders(number, size, placement, float(np.max(abilities["sensing_range"])), heading, first, radius, turn)
 
 
 def check_steps(data: WorldData, radius: Any, speed: Any) -> None:
@@ -157,20 +158,24 @@ def check_steps(data: WorldData, radius: Any, speed: Any) -> None:
     if reach > limit:
         raise ValueError(
             f"speed: {reach:g} with the radius; of bodies that meet it must be at most {limit:g} in {data.arena}, a "
-            "quarter of the shorter side; take a lower speed or a larger torus"
+            "quarter of the shorter side; take a lower speed, a smaller radius or a larger torus"
         )
 
 
 def taken_in(data: WorldData, but: Body | None = None) -> Solid | None:
     """Return the bodies of a world that others must not overlap, `but` that of one agent."""
-    own = -1 if but is None else but.unique_id
     solid = [
-        (bodies, bodies.active & (bodies.radius > 0) & (bodies.identity != own))
-        for bodies in (group.bodies for group in data.solid)
+        (group.bodies, group.bodies.active & (group.bodies.radius > 0) & _all_but(group, but)) for group in data.solid
     ]
     if not solid:
         return None
     return Solid(*(np.concatenate([bodies[name][rows] for bodies, rows in solid]) for name in Solid._fields))
+
+
+def _all_but(group: Group, agent: Body | None) -> npt.NDArray[np.bool_]:
+    own = agent.row if agent is not None and agent.group is group else -1
+    rows: npt.NDArray[np.bool_] = np.arange(len(group)) != own
+    return rows
 
 
 def plural(name: str) -> str:

@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from teamsight.agents.mesa.bases import Model
     from teamsight.agents.recording.recording import Recording
     from teamsight.agents.world_data import FirstStates, WorldData
+    from teamsight.world.contact import Contact
+    from teamsight.world.drive import Drive
     from teamsight.world.placement import Starts
 
 
@@ -150,6 +152,12 @@ def described(policy: Any) -> str:
     text = repr(policy)
     # A repr that contains a memory address differs between processes.
     return getattr(policy, "__qualname__", type(policy).__name__) if " at 0x" in text else text
+
+
+def _described(part: Contact | Drive) -> str:
+    """Return a text that is equal for equal contacts or drives, also in other processes."""
+    text = described(part)
+    return text if text == repr(part) else f"{text}{tuple(part.parameters)}"
 
 
 def others_of(group: Group, saved: tuple[SavedPolicy, ...]) -> list[Any]:
@@ -378,6 +386,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world in which {group.name} have the channels {there}, and here "
                 f"{here}; restore it in a world built in the same way"
             )
+        begun = min(group.first_size, len(old.members))
+        if not np.array_equal(old.members.radius[:begun], group.members.radius[:begun]):
+            raise ValueError(
+                f"restore(…): the state is of a world in which {group.name} have another radius than here, "
+                f"{_shown_radius(old.members)} and not {_shown_radius(group.members)}; restore it in a world built in "
+                "the same way"
+            )
         if lost := lost_members(group, old.bodies.member):
             raise ValueError(
                 f"restore(…): the state is of a world with {len(old.bodies)} {group.name}, of which {len(lost)} are "
@@ -397,6 +412,10 @@ def _check_fits(saved: State, data: WorldData) -> None:
     check_events(saved.events, data)
 
 
+def _shown_radius(members: Table) -> str:
+    return ", ".join(f"{one:g}" for one in np.unique(members.radius)[:5])
+
+
 def _emptied(collector: mesa.DataCollector) -> mesa.DataCollector:
     if isinstance(collector, HistoryCollector):
         return collector.emptied()
@@ -409,7 +428,7 @@ def _identified(group: Group) -> tuple[str, str, str, int, str, str]:
     # A cycle that was set since is in the timetable.
     return (
         group.name, described(group.policy), repr(group.awareness), group.first_size, repr(group.first_cycle),
-        "" if isinstance(group.drive, Free) else repr(group.drive),
+        "" if isinstance(group.drive, Free) else _described(group.drive),
     )  # fmt: skip
 
 
@@ -427,7 +446,7 @@ def _identified_space(data: WorldData) -> tuple[Any, ...]:
     """Return the description of an arena, and of the contacts in it: equal for equal ones, also in other processes."""
     arena = data.arena
     box = tuple(np.ravel(arena.bounds).tolist())
-    contact = () if isinstance(data.contact, Pass) else (repr(data.contact),)
+    contact = () if isinstance(data.contact, Pass) else (_described(data.contact),)
     return (type(arena).__qualname__, tuple(arena.size), tuple(arena.period), box, *contact)
 
 

@@ -172,6 +172,8 @@ class World(MesaModel):
     cycle = SettingOfGroups()
     sensing_range = SettingOfGroups()
     awareness_range = SettingOfGroups()
+    radius = SettingOfGroups()
+    drive = SettingOfGroups()
 
     def add(
         self,

@@ -23,7 +23,7 @@ from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
 from teamsight.world.motion import is_watched
 from teamsight.world.noise import key_of
-from teamsight.world.placement import starts
+from teamsight.world.placement import Founders, starts
 
 if TYPE_CHECKING:
     from teamsight.agents.engine.interactions import PlacedInteraction
@@ -202,8 +202,18 @@ class WorldData:
         return [group for group in self.groups if group.members.radius.any()]
 
     def start_of(self, keys: npt.NDArray[np.uint64]) -> Starts:
-        """Return the initial positions and headings of all groups for each noise key; see `starts`."""
-        return starts(self.arena, [one for group in self.groups for one in group.founders], keys)
+        """Return the initial positions and headings of all groups for each noise key; see `starts`.
+
+        Of bodies that must not overlap, those who have left, or will leave at a reset, take no room.
+        """
+        solid, founders = self.solid, list[Founders]()
+        for group in self.groups:
+            gone = np.ones(len(group.members), np.bool_)
+            gone[group.bodies.member] = False
+            for source in self.sources.attached:
+                gone[list(source.guests) if source.group is group else []] = True
+            founders += [one.without(gone) for one in group.founders] if group in solid else group.founders
+        return starts(self.arena, founders, keys)
 
     def first_states(self) -> FirstStates:
         """Return the states of all policies before their first decision, and of all interactions; see `first_state`."""

@@ -166,8 +166,8 @@ class Policy(Component, ABC):
     columns : tuple of str, default ()
         Properties of agents, its own and those of others that it perceives, that the policy reads as
         ``percept.columns.NAME``: columns of groups, such as those of an interaction, and what policies show; and of
-        all agents "heading_x", "heading_y", "speed" and "radius", unless a group has a column of that name. A world in
-        which no group has them refuses the policy.
+        all agents those in `OF_BODIES`, such as "heading_x", "radius" and "blocked", unless a group has a column of
+        that name. A world in which no group has them refuses the policy.
     shows : tuple of str, default ()
         What others can perceive of a robot's state, by name: the first fields of the first slot of its
         `PolicyState.floats`. Policies read it like a column.

@@ -21,6 +21,7 @@ from teamsight.core.contracts import parameters_of
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.table import Table
 from teamsight.world.arena import Arena, kernel_period, states_walls
+from teamsight.world.motion import end_status, is_watched
 from teamsight.world.registry import CONTACTS
 from teamsight.world.walls import ROUNDING, first_contact, inset, reflected, room_beside, walls_size, wrap
 
@@ -701,23 +702,20 @@ def _collide(address: int) -> int:
                 rows.heading[i, 1], here.arena_size,
             )  # fmt: skip
     _scatter(address)
-    return 0
-
-
-_ENTRIES: dict[tuple[Callable[..., Any], ...], Entry] = {}
+    return done  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
 def contact_entry(contact: Contact, arena: Arena) -> Entry:
     """Return the compiled motion of bodies that have a radius, for this kind of contact in arenas of this class.
 
-    Its argument is the address of `ContactArrays`. It returns 0, or a number of pairs for which to make room; or −1 if
-    `Contact.meet` has returned what is no way or no heading, and nobody has moved then.
+    Its argument is the address of `ContactArrays`. It returns `motion.end_status`, or a number of pairs for which to
+    make room; or −1 if `Contact.meet` has returned what is no way or no heading, and nobody has moved then.
     """
-    meet, rule = type(contact).meet, type(arena).confine
-    if (meet, rule) not in _ENTRIES:
-        name = f"{type(contact).__name__}_{type(arena).__name__}".lower()
-        _ENTRIES[meet, rule] = specialise(_collide, name, meet=meet, confine=rule)
-    return _ENTRIES[meet, rule]
+    name = f"{type(contact).__name__}_{type(arena).__name__}".lower()
+    has_own = is_own(contact) or is_watched(arena)
+    return specialise(
+        _collide, name, meet=type(contact).meet, confine=type(arena).confine, done=end_status(has_own)
+    )
 
 
 class SolidBodies:

@@ -12,12 +12,14 @@ from teamsight.core.elementary import atan2, cos_sin
 from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
 from teamsight.core.table import Field, Table
 from teamsight.world.arena import Arena, Obstructed, kernel_period
-from teamsight.world.drive import Drive, Free
+from teamsight.world.drive import Drive, Free, is_own
 
 Column = npt.NDArray[np.float64]
 
 #: What a move returns, negative, for each body for which its drive has returned no possible way.
 WRONG_DRIVE = 1 << 40
+#: What an entry returns in place of 0 if it calls kernels of the user's: one that raises an exception ends it before.
+FINISHED = 1 << 62
 _FREE = Free()
 
 #: What each agent can do. Those who come to a group have them from the start of a run.
@@ -216,7 +218,7 @@ def _intend(address: int) -> int:
         move.heading[i, 1] = heading_y
         move.moved[i, 0] = way_x
         move.moved[i, 1] = way_y
-    return -WRONG_DRIVE * wrong
+    return -WRONG_DRIVE * wrong if wrong > 0 else finished  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
 def _advance(address: int) -> int:
@@ -250,7 +252,9 @@ def _advance(address: int) -> int:
         heading[i, 1] = heading_y
         moved[i, 0] = step_x
         moved[i, 1] = step_y
-    return -outside - WRONG_DRIVE * wrong
+    if outside + wrong > 0:
+        return -outside - WRONG_DRIVE * wrong
+    return finished  # type: ignore[name-defined,no-any-return]  # noqa: F821
 
 
 def is_watched(arena: Arena) -> bool:
@@ -267,22 +271,29 @@ def _is_shipped(part: object) -> bool:
 def intend_entry(drive: Drive) -> Entry:
     """Return the kernel that writes how bodies turn, and to `moved` the way that they make if nothing is in it.
 
-    It returns minus `WRONG_DRIVE` times the number of bodies for which the drive has returned no possible way.
+    It returns minus `WRONG_DRIVE` times the number of bodies for which the drive has returned no possible way; else
+    `end_status`.
     """
-    return specialise(_intend, type(drive).__name__.lower(), **_carrying(drive))
+    return specialise(_intend, type(drive).__name__.lower(), finished=end_status(is_own(drive)), **_carrying(drive))
 
 
 def advance_entry(arena: Arena, drive: Drive = _FREE) -> Entry:
     """Return the compiled step of bodies with a drive of this class in arenas of this class.
 
     In a user-defined arena it returns minus the number of bodies that have left the box around the arena, and with a
-    user-defined drive as `intend_entry`; else 0.
+    user-defined drive as `intend_entry`; else `end_status`.
     """
     names = [type(arena).__name__.lower()] + [type(drive).__name__.lower()] * (not isinstance(drive, Free))
     is_outside = _beyond_box if is_watched(arena) else _nowhere
     return specialise(
-        _advance, "-".join(names), confine=type(arena).confine, is_outside=is_outside, **_carrying(drive)
-    )
+        _advance, "-".join(names), confine=type(arena).confine, is_outside=is_outside,
+        finished=end_status(is_own(drive) or is_watched(arena)), **_carrying(drive),
+    )  # fmt: skip
+
+
+def end_status(has_own: bool) -> int:
+    """Return what an entry returns when it is done; see `FINISHED`."""
+    return FINISHED if has_own else 0
 
 
 def _carrying(drive: Drive) -> dict[str, Any]:

@@ -22,6 +22,10 @@ Points = npt.NDArray[np.float64]
 #: The rules of placement by name.
 PLACEMENTS = ("uniform", "spread", "cells")
 
+# Given places at which two bodies touch are taken, whatever rounding says.
+_TOUCHING = 1e-14
+# Bodies of more radii than these are all placed as far from walls as the smallest, and drawn again if that is too near.
+_MOST_RADII = 16
 _SWEEPS = 400
 _SAMPLES = 40
 
@@ -194,7 +198,9 @@ class Founders(NamedTuple):
     first : int
         The number of the first within the group; it selects the noise.
     radius : ndarray, shape (n,), float64, optional
-        The radii of bodies that must not overlap [length]; by default they may.
+        The radii of bodies that must not overlap [length]; by default they may, as those of radius 0.
+    turn : int
+        Bodies that must not overlap are placed in this order.
     """
 
     number: int
@@ -204,6 +210,13 @@ class Founders(NamedTuple):
     heading: Points | None = None
     first: int = 0
     radius: Points | None = None
+    turn: int = 0
+
+    def without(self, gone: npt.NDArray[np.bool_]) -> Founders:
+        """Return these, of whom some members of the group, shape (members,), take no room."""
+        if self.radius is None:
+            return self
+        return self._replace(radius=np.where(gone[self.first : self.first + self.size], 0.0, self.radius))
 
     def cut(self, members: int) -> Founders:
         """Return those whose number within the group is less than `members`."""
@@ -215,6 +228,9 @@ class Founders(NamedTuple):
 
     def followed_by(self, other: Founders) -> list[Founders]:
         """Return these and the next ones of the same group, as one if the same rule can place them together."""
+        if self.radius is not None or other.radius is not None:
+            # Each is placed in its turn.
+            return [self, other]
         one, two = self.placement, other.placement
         placement: str | Points
         if isinstance(one, str) and isinstance(two, str) and one == two:
@@ -228,13 +244,8 @@ class Founders(NamedTuple):
             heading = np.concatenate([self.heading, other.heading])
         elif self.heading is not None or other.heading is not None:
             return [self, other]
-        radius = None
-        if self.radius is not None and other.radius is not None:
-            radius = np.concatenate([self.radius, other.radius])
-        elif self.radius is not None or other.radius is not None:
-            return [self, other]
         size, spacing = self.size + other.size, max(self.spacing, other.spacing)
-        return [self._replace(size=size, placement=placement, spacing=spacing, heading=heading, radius=radius)]
+        return [self._replace(size=size, placement=placement, spacing=spacing, heading=heading)]
 
 
 class Starts(NamedTuple):
@@ -250,6 +261,10 @@ class Starts(NamedTuple):
 
     position: Points
     heading: Points
+
+
+class NoRoomError(ValueError):
+    """Raised for bodies that have no room."""
 
 
 class Solid(NamedTuple):
@@ -304,7 +319,7 @@ def starts(
     is_solid = any(one.radius is not None for one in groups)
     for run in range(len(keys)):
         apart = Apart(arena, taken) if is_solid else None
-        for one, end in zip(groups, last, strict=True):
+        for one, end in sorted(zip(groups, last, strict=True), key=lambda pair: pair[0].turn):
             here = slice(end - one.size, end)
             drawn = np.ascontiguousarray(numbers[:2, run, here])
             if apart is None or one.radius is None:
@@ -419,6 +434,8 @@ def _overlaps(address: int, i: int, x: float, y: float, row: int, column: int) -
     """Whether a body at (x, y), in this cell, would overlap one that is placed."""
     here = placing_at(address)
     rows, columns = here.cells.shape
+    if here.radius[i] == 0.0:
+        return False
     # Of few cells each is looked at once; where the arena repeats, they are neighbours across the seam.
     for up in range(min(rows, 3)):
         for across in range(min(columns, 3)):
@@ -436,8 +453,8 @@ def _overlaps(address: int, i: int, x: float, y: float, row: int, column: int) -
                 if here.period[0] > 0.0:
                     off_x -= here.period[0] * np.rint(off_x / here.period[0])
                     off_y -= here.period[1] * np.rint(off_y / here.period[1])
-                apart = here.radius[i] + here.radius[j]
-                if off_x * off_x + off_y * off_y < apart * apart:
+                apart = (here.radius[i] + here.radius[j]) * (1.0 - _TOUCHING)
+                if here.radius[j] > 0.0 and off_x * off_x + off_y * off_y < apart * apart:
                     return True
                 j = here.next_one[j]
     return False
@@ -506,8 +523,21 @@ class Apart:
         ValueError
             If positions overlap that were given, or there is too little room.
         """
+        radius = np.asarray(group.radius)
+        self._check_area(radius[radius > 0])
+        solid, left = self._arranged(group, numbers, key)
+        if left:
+            # Fewer may fill the gaps in another way.
+            fit = group.size - left
+            while fit and (left := self._arranged(group.cut(group.first + fit), numbers[:, :fit], key)[1]):
+                fit -= left
+            raise self._too_many(f"{fit} fit when they are placed at random", radius[radius > 0])
+        self._there = solid
+        return solid.position[len(solid.radius) - group.size :]
+
+    def _arranged(self, group: Founders, numbers: Points, key: npt.NDArray[np.uint64]) -> tuple[Solid, int]:
+        """Return the bodies that are there and those of a group, and how many have found no place."""
         radius, there = np.asarray(group.radius), self._there
-        self._check_area(radius)
         first = len(there.radius)
         solid = Solid(np.concatenate([there.position, np.zeros((group.size, 2))]), np.append(there.radius, radius))
         low, high = map(np.asarray, self._arena.bounds)
@@ -531,10 +561,7 @@ class Apart:
                 raise self._overlapping(group, solid, first, int(left[0]))
             attempts, in_vain = attempts + count, in_vain + count if len(left) == len(waiting) else 0
             waiting = left
-        if len(waiting):
-            raise self._too_many(f"{group.size - len(waiting)} fit when they are placed at random", radius)
-        self._there = solid
-        return solid.position[first:]
+        return solid, len(waiting)
 
     def _drawn(
         self, group: Founders, waiting: npt.NDArray[np.int64], key: npt.NDArray[np.uint64], attempts: int, count: int
@@ -552,8 +579,9 @@ class Apart:
             rule = group.placement if isinstance(group.placement, str) else "given"
             # What cannot be spread is drawn.
             if rule == "uniform" or (rule == "spread" and len(waiting) < group.size):
-                for one in np.unique(radius):
-                    alike = radius == one
+                radii = np.unique(radius)
+                for one in radii if len(radii) <= _MOST_RADII else radii[:1]:
+                    alike = (radius == one) | (len(radii) > _MOST_RADII)
                     places[attempt, alike] = self._arena.place(drawn[0, alike], drawn[1, alike], one)
             else:
                 places[attempt] = _places(self._arena, group, np.ascontiguousarray(drawn))
@@ -563,18 +591,18 @@ class Apart:
 
     def _check_area(self, radius: Points) -> None:
         """Refuse discs that have no room, or a larger area than there is."""
-        widest, arena = float(radius.max()), self._arena
+        widest, arena = float(radius.max(initial=0.0)), self._arena
         if widest and not arena.fits(widest):
             raise ValueError(f"radius={widest:g}: no place in {arena} is so far from its walls; take a smaller radius")
         area = math.pi * float(np.sum(radius**2))
         if area > arena.area:
-            most = int(_DENSEST * arena.area / (area / len(radius)))
+            most = max(int(_DENSEST * arena.area / (area / len(radius))), 1)
             raise self._too_many(f"at most {most} fit", radius)
 
     def _too_many(self, how: str, radius: Points) -> ValueError:
         sizes = f"radius {radius[0]:g}" if (radius == radius[0]).all() else f"radii up to {radius.max():g}"
         others = f" beside the {len(self._there.radius)} that are there" if len(self._there.radius) else ""
-        return ValueError(
+        return NoRoomError(
             f"{len(radius)} bodies of {sizes}: too many for {self._arena}{others}; {how}. Take fewer or smaller ones, "
             "or a larger arena; or give positions that do not overlap"
         )
@@ -582,7 +610,7 @@ class Apart:
     def _overlapping(self, group: Founders, solid: Solid, first: int, row: int) -> ValueError:
         """Return the exception for a given position that is taken, or too near to a wall."""
         place, radius = np.asarray(group.placement)[row], float(np.asarray(group.radius)[row])
-        at = f"position: that of agent {row}, ({place[0]:g}, {place[1]:g}),"
+        at = f"position: that of agent {group.first + row}, ({place[0]:g}, {place[1]:g}),"
         slack = ROUNDING * float(np.abs(self._arena.bounds).max())
         off = float(clearance(self._walls, place[np.newaxis])[0])
         if off < radius - slack:
@@ -590,9 +618,11 @@ class Apart:
         ways = self._arena.displacement(solid.position[: first + row], place)
         distance = np.hypot(ways[:, 0], ways[:, 1])
         other = int(np.argmin(distance - solid.radius[: first + row]))
-        whom = f"agent {other - first}" if other >= first else "one of another group, placed before"
+        whom = f"agent {group.first + other - first}" if other >= first else "another body, placed before"
         cure = "give another" if other >= first else "give another, or add the groups whose positions are given first"
-        return ValueError(
+        if group.first or not first:
+            cure = "give another; if this is a reset, let one of them leave before"
+        return NoRoomError(
             f"{at} is {distance[other]:g} from {whom}, and the sum of their radii is {radius + solid.radius[other]:g}; "
             f"{cure}"
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +18,7 @@ from teamsight.agents.group import Group
 from teamsight.agents.host import forget_members, newcomers
 from teamsight.core import checks
 from teamsight.core.component import Count
+from teamsight.world.placement import NoRoomError
 
 if TYPE_CHECKING:
     from teamsight.agents.attributes import Points
@@ -41,7 +42,7 @@ class _Leaving(EventSource):
 class Arrivals(_Leaving, Coming):
     """Agents arrive in a group, one at a time, and may leave after a stay.
 
-    The log says "joined" and "left", and "turned away" of an arrival that found the group full.
+    The log says "joined" and "left", and "turned away" of an arrival that found the group full, or no room.
 
     Parameters
     ----------
@@ -102,6 +103,11 @@ class Arrivals(_Leaving, Coming):
             self._check()
             self._first = self._its_group().members_so_far, self.world.agent_id_counter
 
+    @property
+    def guests(self) -> Sequence[int]:  # type: ignore[override]
+        """Those who have arrived."""
+        return self._arrived
+
     def reset(self) -> None:
         """Remove those who have arrived, so that the next to arrive have their numbers."""
         for member in list(self._arrived):
@@ -119,16 +125,18 @@ class Arrivals(_Leaving, Coming):
         self._plan_next(0)
 
     def arrive(self, number: int) -> None:
-        """Let an agent arrive, unless the group is full, and plan the next arrival."""
+        """Let an agent arrive, unless the group is full or there is no room, and plan the next arrival."""
         group = self._its_group()
-        if self.most is not None and len(group) >= self.most:
-            self.log("turned away", present=len(group))
-        else:
-            with _naming_arrivals():
-                (agent,) = group.add(1, **self._given())
+        agents: list[Body] = []
+        if self.most is None or len(group) < self.most:
+            with _naming_arrivals(), contextlib.suppress(NoRoomError):
+                agents = group.add(1, **self._given())
+        for agent in agents:
             member = self.member(agent)
             self._arrived.append(member)
             self._plan(self.now + length(self, self.stay, 0, number, 2 * number + 1), "leave", member)
+        if not agents:
+            self.log("turned away", present=len(group))
         self._plan_next(number + 1)
 
     def left(self, agent: Body, member: int) -> None:
@@ -140,7 +148,8 @@ class Arrivals(_Leaving, Coming):
         """Compute an arrival that does not take place."""
         arguments, own = self._given(), inspect.signature(Group.add).parameters.values()
         given = {one.name: arguments.pop(one.name, one.default) for one in own if one.kind is one.KEYWORD_ONLY}
-        with _naming_arrivals():
+        # Whoever is in the way now may have gone by then.
+        with _naming_arrivals(), contextlib.suppress(NoRoomError):
             newcomers(self.world._data, self._its_group(), 1, given, arguments)
 
     def _given(self) -> dict[str, Any]:

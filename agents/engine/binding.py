@@ -356,7 +356,9 @@ class Binding:
                 decide.append(Phase("decide", loop.DECIDE_DUE if does.due else loop.DECIDE, record, group))
             elif does.decide and does.decision:
                 decide.append(Phase("decide", does.decide, does.decision, group))
-            move.append(Phase("move", does.advance, does.move, group))
+            has_own = is_own_drive(group.drive) or (is_watched(self._data.arena) and group not in self._data.solid)
+            entry, argument = loop.guarded(does.advance, does.move, has_own)
+            move.append(Phase("move", entry, argument, group))
             if solid:
                 move += solid.phases(group)
             if interactions:

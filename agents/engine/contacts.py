@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.engine.loop import guarded
 from teamsight.agents.engine.records import DONE, PROGRESS, Phase
 from teamsight.core.kernel import Entry, Packed, Record
-from teamsight.world.contact import ContactArrays, SolidBodies, contact_at, contact_entry
+from teamsight.world.contact import ContactArrays, SolidBodies, contact_at, contact_entry, is_own
+from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -62,6 +64,7 @@ class BoundContacts:
     def __init__(self, data: WorldData, progress: npt.NDArray[Any], scores: Floats) -> None:
         self._groups = data.solid
         self._entry = contact_entry(data.contact, data.arena)
+        self._has_own = is_own(data.contact) or is_watched(data.arena)
         self._bodies = SolidBodies(
             data.contact, data.arena, [group.bodies for group in self._groups],
             [group.has_conditions for group in self._groups], data.arena_size,
@@ -75,4 +78,5 @@ class BoundContacts:
         if self._in_turn is (group is None) or (group is not None and group not in self._groups):
             return []
         mover = -1 if group is None else self._groups.index(group)
-        return [Phase("contact", self._entry, self._bodies.record(mover), self._bodies)]
+        entry, record = guarded(self._entry, self._bodies.record(mover), self._has_own)
+        return [Phase("contact", entry, record, self._bodies)]

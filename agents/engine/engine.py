@@ -315,7 +315,7 @@ def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
         found += entries_needed(data.interactions)
         found += [one.interaction.entry(one.kinds) for one in data.interactions]
     if can_fail(data):
-        found.append(loop.COPY)
+        found += [loop.COPY, loop.CALL_OWN]
     if any(group.perceived_columns for group in groups):
         found.append(SHOW_COLUMNS)
     if data.watchers:
@@ -335,6 +335,10 @@ def _entries_of_group(group: Group) -> list[Entry]:
     if group.inputs:
         entries.append(situate_entry(group.awareness))
     return entries
+
+
+def _is_users(part: object) -> bool:
+    return not type(part).__module__.startswith("teamsight.")
 
 
 def _endless(phase: str, of: Any) -> ValueError:
@@ -759,6 +763,13 @@ class Engine:
             group.has_decided = has_decided and group.is_compiled
         if phase.name == "interact":
             return bad_interaction(data, phase)
+        if status == loop.RAISED:
+            parts = data.arena, data.contact, *(group.drive for group in data.groups)
+            own = " or ".join(type(part).__name__ for part in parts if _is_users(part))
+            return ValueError(
+                f"{own}: a kernel raised an exception at tick {tick}, which is printed above; check it with "
+                "check_drive(), check_contact() or check_arena(). To continue, restore() a state or reset()"
+            )
         if phase.name == "contact":
             return ValueError(
                 f"contact={type(data.contact).__name__}: meet returned a way that is not finite, or a heading that is "

@@ -8,7 +8,7 @@ So each is compiled once, whatever policies, degrees and arenas there are; see `
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,8 @@ from teamsight.agents.engine.records import (
     watching_at,
     world_at,
 )
-from teamsight.core.kernel import Entry, array_at, call, inlined, kernel
-from teamsight.world.motion import is_action, move_at
+from teamsight.core.kernel import Entry, Packed, Record, array_at, call, inlined, kernel
+from teamsight.world.motion import FINISHED, is_action, move_at
 from teamsight.world.noise import TICKS_A_BLOCK, fill_block
 
 
@@ -53,6 +53,36 @@ def _run(address: int) -> int:
 
 
 RUN = Entry(_run)
+
+
+class OwnCall(NamedTuple):
+    """The record of a call of an entry that calls kernels of the user's."""
+
+    entry: Entry
+    argument: Packed[Any]
+
+
+OWN = Record(OwnCall)
+own_at = OWN.at
+
+#: What `CALL_OWN` returns if one of these kernels has raised an exception.
+RAISED = -(1 << 62)
+
+
+def _call_own(address: int) -> int:
+    here = own_at(address)
+    status: int = call(here.entry, here.argument)
+    if status == FINISHED:
+        return DONE
+    return status if status != 0 else RAISED
+
+
+CALL_OWN = Entry(_call_own)
+
+
+def guarded(entry: Entry, record: Packed[Any], has_own: bool) -> tuple[Entry, Packed[Any]]:
+    """Return what to call in place of an entry, and with what, if that calls kernels of the user's."""
+    return (CALL_OWN, OWN.pack(OwnCall(entry, record))) if has_own else (entry, record)
 
 
 @inlined

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import inspect
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
@@ -59,6 +59,8 @@ class EventSource(Component):
         The group to which it is attached.
     number : int
         Its number in its world: 1, 2, … in the order in which sources were attached. No other source gets it later.
+    guests : sequence of int
+        The members that its `reset` takes out of the group: they take no room where the others are placed again.
     nth : int
         Which of its kind it is: 0, 1, 2, … among the sources of this class that were attached to this group, those that
         were detached included. Its random numbers depend on it, so no source of another kind changes them.
@@ -87,6 +89,7 @@ class EventSource(Component):
     group: Group[Any] | None = None
     number: int = 0
     nth: int = 0
+    guests: Sequence[int] = ()
 
     # What a subclass does.
 

@@ -432,6 +432,8 @@ def _field_of_view(name: str, value: Any) -> float:
 
 
 def _occluded(name: str, value: Any) -> Any:
+    if not isinstance(value, (str, bool, np.bool_)):
+        raise TypeError(f"{name}={checks.shown(value)}: must be True, False or {BODIES!r}")
     return checks.choice(name, value, [BODIES]) if isinstance(value, str) else checks.flag(name, value)
 
 

@@ -30,7 +30,8 @@ def worlds() -> Iterator[Callable[[], Any]]:
             yield partial(CMOMMT, **small, policy=policy, awareness=awareness)
     yield partial(CMOMMT, **small, sensor=Sensor(field_of_view=2.0))
     for drive, contact in product(DRIVES, CONTACTS):
-        yield partial(CMOMMT, **small, drive=drive, contact=contact, robot_radius=0.1)
+        bodies: dict[str, Any] = {"drive": drive, "contact": contact, "robot_radius": 0.1}
+        yield partial(CMOMMT, **small, **bodies)
     for task in TASKS.values():
         for treatment in ("explore", "skilled"):
             yield partial(task.build, treatment, rng=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from interactions import CaptureInTurn, hunt
 
 from teamsight import (
     CMOMMT,
+    Arrivals,
     Box,
     Bumps,
     Circle,
@@ -28,6 +30,7 @@ from teamsight import (
     run_many,
 )
 from teamsight.core.kernel import kernel
+from teamsight.policies import Action, Percept, Policy
 from teamsight.view.scene import Scene
 from teamsight.world.contact import Pass, Slide, Stop
 
@@ -388,3 +391,167 @@ def test_on_a_torus_the_steps_of_bodies_are_cut() -> None:
         world.step()
         assert gap(world) >= -1e-9
         assert np.hypot(*robots.bodies.moved.T).max() <= 2.0 + 1e-9
+
+
+def begun(world: World) -> list[Any]:
+    return [group.bodies[name].tolist() for group in world.groups for name in ("position", "heading")]
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("seed", range(5))
+def test_a_reset_begins_as_a_new_world_whoever_has_come_and_left(seed: int) -> None:
+    def made() -> World:
+        world = World(Box(4.0, 4.0), contact="slide", rng=seed)
+        robots = world.add(Robot, 10, policy="random-walk", radius=0.25, speed=0.1)
+        world.add(Target, 5, policy="random-walk", radius=[0.2, 0.0] * 2 + [0.2])
+        robots.add(2)
+        world.attach(Arrivals(3.0, stay=20.0), robots)
+        return world
+
+    world, new = made(), made()
+    assert begun(world) == begun(new)
+    world.run(200)
+    assert world.groups[0].members_so_far > 40
+    world.reset()
+    assert begun(world) == begun(new)
+    for one in (world, new):
+        one.run(50)
+    assert begun(world) == begun(new)
+
+
+@pytest.mark.short
+def test_those_who_have_left_are_in_nobodys_way_at_a_reset() -> None:
+    world = World(Box(4.0, 4.0), contact="slide", rng=1)
+    robots = world.add(Robot, 10, policy="random-walk", radius=0.3, speed=0.1)
+    for _ in range(60):
+        robots[0].remove()
+        robots.add(1)
+    world.reset()
+    assert len(robots) == 10
+    assert gap(world) >= 0
+
+
+@pytest.mark.short
+def test_arrivals_that_find_no_room_are_turned_away_and_others_come_later() -> None:
+    world = World(Box(10.0, 10.0), contact="stop", rng=1)
+    robots = world.add(Robot, 1, policy="random-walk", radius=0.5, speed=0.2, position=(0, 0))
+    world.attach(Arrivals(2.0, position=(0, 0)), robots)
+    world.run(300)
+    assert len(world.events.query("what == 'turned away'")) > 5
+    assert len(robots) > 5
+    assert gap(world) >= -1e-9
+    world.reset()
+    assert len(robots) == 1
+
+
+@pytest.mark.short
+def test_points_are_in_nobodys_way_in_a_group_of_points_and_bodies() -> None:
+    for seed in range(20):
+        world = World(Box(4.0, 4.0), contact="slide", rng=seed)
+        world.add(Robot, 20, policy="random-walk", radius=[0.0, 0.2] * 10)
+        world.add(Target, 20, policy="random-walk", radius=0.2)
+        before = begun(world)
+        world.reset()
+        assert begun(world) == before
+
+
+@pytest.mark.short
+def test_a_state_of_bodies_of_another_size_is_refused() -> None:
+    state = crowd("slide").state()
+    other = World(Box(6.0, 5.0), contact="slide", rng=1)
+    robots = other.add(Robot, 15, policy="random-walk", speed=0.15)
+    prey = other.add(Target, 10, policy="random-walk", speed=0.1)
+    other.senses(robots, prey)
+    with pytest.raises(ValueError, match=r"robots have another radius than here, 0\.2 and not 0"):
+        other.restore(state)
+
+
+@pytest.mark.short
+def test_the_number_that_fits_does() -> None:
+    for seed in range(5):
+        world = World(Box(4.0, 4.0), contact="slide", rng=seed)
+        with pytest.raises(ValueError, match=r"(\d+) fit when they are placed at random") as error:
+            world.add(Robot, 100, policy="random-walk", radius=0.2)
+        found = re.search(r"(\d+) fit", str(error.value))
+        assert found is not None
+        fit = int(found[1])
+        assert 40 < fit < 100
+        world.add(Robot, fit, policy="random-walk", radius=0.2)
+    with pytest.raises(ValueError, match="at most 1 fit"):
+        World(Disc(5.0), contact="slide", rng=1).add(Robot, 2, policy="random-walk", radius=4.9)
+
+
+@pytest.mark.short
+def test_bodies_that_touch_can_be_given() -> None:
+    places = [(0.1 * column - 0.45, 0.1 * row - 0.45) for row in range(10) for column in range(10)]
+    world = World(Box(2.0, 2.0), contact="slide", rng=1)
+    world.add(Robot, 100, policy="random-walk", radius=0.05, speed=0.02, position=places)
+    world.run(50)
+    assert gap(world) >= -1e-9
+
+
+class Early(Robot):
+    """Says where it is before it is an agent."""
+
+    def __init__(self, model: World, place: tuple[float, float]) -> None:
+        self.position = place  # type: ignore[assignment]
+        super().__init__(model)
+
+
+@pytest.mark.short
+def test_an_agent_may_place_itself_before_it_is_made() -> None:
+    world = World(Box(6.0, 5.0), contact="slide", rng=1)
+    robots = world.add(Early, 2, policy="random-walk", radius=0.2, place=[(-2.0, 0.0), (2.0, 0.0)])
+    assert robots.position.tolist() == [[-2.0, 0.0], [2.0, 0.0]]
+
+
+@kernel
+def raises_at_once(
+    way_x: float, way_y: float, heading_x: float, heading_y: float, normal_x: float, normal_y: float, parameters: Any
+) -> Any:
+    if way_x * way_x + way_y * way_y >= 0.0:
+        raise ValueError
+    return 0.0, 0.0, heading_x, heading_y
+
+
+class Raises(Contact):
+    meet = raises_at_once
+
+
+@pytest.mark.short
+def test_a_contact_that_raises_stops_the_run_before_the_step(capfd: pytest.CaptureFixture[str]) -> None:
+    world = crowd(Raises())
+    with pytest.raises(ValueError, match="Raises: a kernel raised an exception at tick"):
+        world.run(60)
+    before = seen(world)
+    with pytest.raises(ValueError, match="Raises: a kernel raised an exception at tick"):
+        world.run(60)
+    assert seen(world) == before
+
+
+@pytest.mark.short
+def test_a_contact_without_fields_is_the_same_in_another_world() -> None:
+    kind = type("Bounce", (Contact,), {"meet": Slide.meet})
+    world, other = crowd(kind()), crowd(kind(), seed=2)
+    world.run(10)
+    other.restore(pickle.loads(pickle.dumps(world.state())))
+    for one in (world, other):
+        one.run(20)
+    assert seen(world) == seen(other)
+
+
+def test_bumps_are_a_column_that_policies_read() -> None:
+    class Reads(Policy):
+        columns = ("bumps", "blocked")
+
+        def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
+            read.append((percept.columns.bumps[percept.identity].sum(), percept.columns.blocked[percept.identity].sum()))
+            return Action(np.zeros((len(percept.heading), 2)), percept.speed), state
+
+    read: list[Any] = []
+    world = World(Box(4.0, 4.0), contact="stop", rng=1)
+    robots = world.add(Robot, 20, policy=Reads(), radius=0.2, speed=0.1)
+    world.run(30)
+    assert read[-1][0] > 10
+    world.step()
+    assert read[-1] == (robots.bumps.sum() - world.recording.history.bumps.iloc[-1], read[-1][1])

@@ -177,3 +177,27 @@ def test_mistakes_are_refused() -> None:
         team("car").restore(state)
     with pytest.raises(ValueError, match="DifferentialDrive"):
         team("free").restore(state)
+
+
+@kernel
+def raises_once(turn: float, distance: float, speed: float, is_blocked: bool, state: Any, parameters: Any) -> Any:
+    state[0] += 1.0
+    if state[0] > 4.0:
+        raise ValueError
+    return distance, 0.0, turn
+
+
+class RaisesOnce(Drive):
+    state = ("count",)
+    carry = raises_once
+
+
+@pytest.mark.parametrize("contact", ["pass", "slide"])
+def test_a_drive_that_raises_stops_the_run_before_the_step(contact: str, capfd: pytest.CaptureFixture[str]) -> None:
+    world = team(RaisesOnce(), contact=contact)
+    world.run(4)
+    before = seen(world)
+    for _ in range(2):
+        with pytest.raises(ValueError, match="RaisesOnce: a kernel raised an exception at tick 4"):
+            world.run(3)
+        assert (seen(world), world.tick) == (before, 4)

@@ -19,7 +19,7 @@ from teamsight.core.table import Table
 from teamsight.world import Arena, Box, Circle, Disc, Polygon, Torus
 from teamsight.world.contact import _MOST_LEGS, Contact, SolidBodies, contact_entry, contact_of
 from teamsight.world.drive import Free
-from teamsight.world.motion import BODIES, advance_entry, bodies_at, intend_entry, pack_move
+from teamsight.world.motion import BODIES, FINISHED, advance_entry, bodies_at, intend_entry, pack_move
 from teamsight.world.noise import key_of
 from teamsight.world.placement import Founders, starts
 from teamsight.world.walls import clearance, repeated
@@ -66,7 +66,7 @@ class Crowd:
         self.bodies.speed[:] = self.bodies.distance[:] = length
         self.bodies.aim[:] = np.where(length[:, None] > 0, way / np.maximum(length, 1e-300)[:, None], 0.0)
         intend_entry(Free())(self._intend)
-        while need := contact_entry(self.contact, self.arena)(self._solid.record()):
+        while (need := contact_entry(self.contact, self.arena)(self._solid.record())) not in (0, FINISHED):
             self._solid.grow(need)
 
     @property
