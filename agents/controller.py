@@ -41,7 +41,7 @@ from teamsight.policies.percept_of_one import percept_of_one
 from teamsight.policies.registry import label
 from teamsight.world.arena import Torus
 from teamsight.world.drive import Drive, Free, drive_of
-from teamsight.world.motion import bodies_at, intend_entry, pack_move
+from teamsight.world.motion import FINISHED, bodies_at, intend_entry, pack_move
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.noise import PERIOD, TICKS_A_BLOCK, Stream, generator, key_of, stream_number, uniforms_of_block
 from teamsight.world.registry import DriveName
@@ -287,6 +287,7 @@ class Controller:
         moved: npt.ArrayLike | None = None,
         relayed: Mapping[int, Relayed] | None = None,
         tick: int | None = None,
+        blocked: bool = False,
         **channels: Detections | None,
     ) -> Command:
         """Return what the robot is to do next.
@@ -299,7 +300,7 @@ class Controller:
             gone since; those that are older than `patience` are ignored. ``Detections()`` says that nobody is there.
         heading : float or array_like, shape (2,), optional
             Of the robot, by its compass or odometry [rad], or as a unit vector. By default it has turned as it was
-            commanded to.
+            commanded to, or as its drive does.
         moved : array_like, shape (2,), optional
             Its displacement since the last decision, by odometry, along the axes of headings [length]. By default it
             has gone as it was commanded to.
@@ -309,6 +310,9 @@ class Controller:
         tick : int, optional
             The present tick, a whole number; by default the one after the last decision's, at first 0. Later decisions
             may leave out some.
+        blocked : bool
+            Whether a bumper, or the motors, say that something was in its way since the last decision: a drive then
+            begins at rest, as in a world. A drive makes one step for each decision.
         **channels : Detections
             What is seen in further channels that the policy reads.
 
@@ -337,7 +341,7 @@ class Controller:
         turn = math.atan2(y * ahead - x * left, x * ahead + y * left) if x or y else 0.0
         turn = min(max(turn, -self._limit), self._limit)
         command = Command(turn, min(max(distance, 0.0), self.speed), (x, y))
-        self._carry_out()
+        self._carry_out(checks.flag("blocked", blocked))
         self.tick, self._last, self._sent, self._command = now, last, sent, command
         self._unnamed, self._named = unnamed, named
         self._track.append(track[-1])
@@ -348,14 +352,16 @@ class Controller:
         """What the drive makes of the last command, such as the speeds of wheels; see `Drive.state`."""
         return dict(zip(self._drive.state, self._body.drive[0].tolist(), strict=True))
 
-    def _carry_out(self) -> None:
+    def _carry_out(self, is_blocked: bool) -> None:
         """Let the drive carry out the action that is in the arrays."""
         if isinstance(self._drive, Free):
             return
-        before = self._body.drive.copy()
-        self._body.heading[:] = self._heading
-        if intend_entry(self._drive)(self._move):
-            self._body.drive[:] = before
+        body = self._body
+        before = {name: body[name].copy() for name in ("drive", "heading", "moved")}
+        body.heading[:], body.speed[:], body.blocked[:] = self._heading, self.speed, is_blocked
+        if intend_entry(self._drive)(self._move) not in (0, FINISHED):
+            for name, values in before.items():
+                body[name][:] = values
             raise ValueError(
                 f"drive={type(self._drive).__name__}: carry returned a way that is not finite or longer than the "
                 "speed, or no turn; check it with check_drive()"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, TypedDict, overload
 from weakref import WeakValueDictionary
 
@@ -482,10 +483,10 @@ class Group(Generic[A]):
         return readonly(self.bodies.bumps)
 
     @property
-    def drive_state(self) -> dict[str, Floats]:
+    def drive_state(self) -> Mapping[str, Floats]:
         """What the drive keeps of each agent, such as wheel speeds, shape (n,) each; see `Drive.state`."""
         numbers = enumerate(self.drive.state)
-        return {name: readonly(self.bodies.drive[:, number]) for number, name in numbers}
+        return MappingProxyType({name: readonly(self.bodies.drive[:, number]) for number, name in numbers})
 
     @property
     def active(self) -> npt.NDArray[np.bool_]:

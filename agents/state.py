@@ -428,8 +428,12 @@ def _identified(group: Group) -> tuple[str, str, str, int, str, str]:
     # A cycle that was set since is in the timetable.
     return (
         group.name, described(group.policy), repr(group.awareness), group.first_size, repr(group.first_cycle),
-        "" if isinstance(group.drive, Free) else _described(group.drive),
+        "" if isinstance(group.drive, Free) else _kept_by(group.drive),
     )  # fmt: skip
+
+
+def _kept_by(drive: Drive) -> str:
+    return f"{_described(drive)} that keeps {' and '.join(drive.state) or 'nothing'}"
 
 
 def _difference(theirs: list[Any], mine: list[Any]) -> str:

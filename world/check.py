@@ -15,7 +15,7 @@ from teamsight.core.kernel import Record, specialise
 from teamsight.core.kernel.guard import Axis, Guard, begin_check
 from teamsight.world.arena import Arena, Points, Torus, farthest_inside
 from teamsight.world.contact import Contact, Stop, contact_of
-from teamsight.world.drive import DifferentialDrive, Drive, Free, drive_of
+from teamsight.world.drive import Drive, Free, drive_of
 from teamsight.world.interaction import (
     Interacting,
     InteractingBodies,
@@ -338,14 +338,14 @@ def check_drive(drive: Drive, *, steps: int = 40, seed: int = 1) -> None:
         call, its result and the cure.
     """
     name = class_name(drive, Drive, "DifferentialDrive(0.1)")
-    drive_of(drive)
-    if isinstance(drive, Free):
+    checks.count("steps", steps, least=1)
+    if isinstance(drive_of(drive), Free):
         return
     begin_check()
     parameters = np.array(numbers(f"{name}.parameters", drive.parameters), float)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(checks.count("seed", seed, least=0))
     speed = rng.choice([0.0, 1e-6, 0.1, 1.0, 50.0], _WALK)
-    entry = specialise(_carry_all, name.lower(), carry=getattr(type(drive), "carry", DifferentialDrive.carry))
+    entry = specialise(_carry_all, name.lower(), carry=type(drive).carry)
     state, few = np.zeros((_WALK, len(drive.state))), slice(None, None, _WALK // _INTERPRETED)
     for number in range(steps):
         turn = rng.uniform(-np.pi, np.pi, _WALK) * rng.choice([0.0, 1e-9, 0.1, 1.0], _WALK)

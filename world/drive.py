@@ -6,6 +6,7 @@ and to the left, and how far it turns. `Drive.state` is what it remembers of the
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
@@ -15,9 +16,10 @@ import numpy.typing as npt
 
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Component
-from teamsight.core.contracts import numbers, parameters_of
+from teamsight.core.contracts import check_names, numbers, parameters_of
 from teamsight.core.elementary import atan2, cos_sin
-from teamsight.core.kernel import inlined
+from teamsight.core.kernel import inlined, plain
+from teamsight.core.kernel.parts import Kernel
 from teamsight.world.registry import DRIVES
 
 Floats = npt.NDArray[np.float64]
@@ -27,7 +29,7 @@ Base = Annotated[float, Allowed(above=0, unit="length", cure="give the distance 
 Change = Annotated[float, Allowed(above=0, cure="give None for wheels that reach any speed in one step")]
 Steering = Annotated[
     float,
-    Allowed(above=0, most=1.5, unit="rad", cure="a wheel that points sideways moves no car; give a smaller angle"),
+    Allowed(above=0, most=1.5, unit="rad", cure="give less than a quarter of a turn"),
 ]
 
 # Of turns below it, the arc is as long as its chord.
@@ -215,16 +217,18 @@ def drive_of(value: Any) -> Drive:
         cure = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else checks.shown(value)
         raise TypeError(f"drive={cure}: must be a Drive, or one of {', '.join(DRIVES)}")
     name = type(drive).__name__
-    if not hasattr(drive, "carry") and not isinstance(drive, Free):
-        raise TypeError(
-            f"drive={name}: has no 'carry'; give carry(turn, distance, speed, is_blocked, state, parameters) -> "
-            "(ahead, left, turn)"
-        )
-    state = drive.state
-    if not isinstance(state, tuple) or not all(isinstance(one, str) and one.isidentifier() for one in state):
-        raise TypeError(f"drive={name}: state={checks.shown(state)}; must be names, as in ('left', 'right')")
-    if len(set(state)) < len(state):
-        raise ValueError(f"drive={name}: state={checks.shown(state)}; give each number a name of its own")
+    if type(drive) is Free:
+        return drive
+    carry, example = getattr(drive, "carry", None), "carry(turn, distance, speed, is_blocked, state, parameters)"
+    if isinstance(drive, Free) or not isinstance(carry, Kernel):
+        cure = "derive from Drive, and give" if isinstance(drive, Free) else "give"
+        raise TypeError(f"drive={name}: has no kernel 'carry'; {cure} {example} -> (ahead, left, turn), with @kernel")
+    taken = list(inspect.signature(plain(carry)).parameters)
+    if len(taken) != example.count(",") + 1:
+        raise TypeError(f"drive={name}: its carry takes ({', '.join(taken)}), and must take those of {example}")
+    check_names(f"{name}.state", drive.state, "('left', 'right')")
+    if len(set(drive.state)) < len(drive.state):
+        raise ValueError(f"{name}.state={drive.state}: give each number a name of its own")
     numbers(f"{name}.parameters", drive.parameters)
     return drive
 

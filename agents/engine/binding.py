@@ -226,8 +226,12 @@ def _of_group(group: Group) -> Iterator[Found]:
         if array.ndim == 1 and array.dtype in _KINDS:
             yield Found(name, array, 0, -1)
     for number, name in enumerate(group.drive.state):
-        if name in group.columns:
-            raise ValueError(f"drive={group.drive}: keeps {name!r}, a column of {group.name!r} too; rename one")
+        shown = [one for policy in group.policies if isinstance(policy, Policy) for one in policy.shows]
+        if name in (*group.columns, *OF_BODIES, *shown):
+            raise ValueError(
+                f"drive={group.drive}: keeps {name!r}, a column of {group.name!r}, or one that a policy shows, too; "
+                "rename one"
+            )
         yield Found(name, group.bodies.drive, number, -1)
     for index, (policy, state) in enumerate(zip(group.policies, group.states, strict=True)):
         if isinstance(policy, Policy) and policy.shows and isinstance(state, PolicyState):

@@ -157,6 +157,18 @@ def test_without_odometry_it_has_gone_as_its_wheels_do() -> None:
         assert controllers[1].drive_state == pytest.approx(controllers[0].drive_state, abs=1e-12)
 
 
+def test_what_was_blocked_begins_at_rest_and_a_lower_speed_holds() -> None:
+    robot = Controller(lambda percept, rng: (0.0, 1.0), speed=0.2, drive=DifferentialDrive(0.2, 0.02))
+    for _ in range(5):
+        robot.decide()
+    assert robot.drive_state["left"] == pytest.approx(0.1)
+    robot.decide(blocked=True)
+    assert robot.drive_state["left"] == pytest.approx(0.02)
+    robot.speed = 0.01
+    robot.decide()
+    assert robot.drive_state["left"] == pytest.approx(0.01)
+
+
 class Polar(Remote):
     """Gives distances and bearings."""
 

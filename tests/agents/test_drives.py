@@ -129,8 +129,10 @@ def test_policies_read_the_numbers_of_a_drive_by_name() -> None:
         assert world.groups[0].drive_state["left"] == pytest.approx(0.01 * step)
     clash = team(DifferentialDrive(0.1), policy=Reads())
     clash.groups[0].add_column("left")
-    with pytest.raises(ValueError, match="'left', a column of 'robots' too; rename one"):
+    with pytest.raises(ValueError, match="keeps 'left', a column of 'robots'.*rename one"):
         clash.run(1)
+    with pytest.raises(ValueError, match="keeps 'speed'"):
+        team(type("Own", (Drive,), {"carry": leaps, "state": ("speed",)})(), policy=Reads()).run(1)
 
 
 @kernel
@@ -168,6 +170,8 @@ def test_mistakes_are_refused() -> None:
         robots.drive = Car()
     with pytest.raises(AttributeError, match="its drive writes it"):
         robots.drive_state = {}  # type: ignore[misc]
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        robots.drive_state["left"] = 1.0  # type: ignore[index]
     with pytest.raises(ValueError, match="assignment destination is read-only"):
         robots.drive_state["left"][0] = 1.0
     with pytest.raises(ValueError, match="drive='bike': unknown"):
@@ -201,3 +205,17 @@ def test_a_drive_that_raises_stops_the_run_before_the_step(contact: str, capfd: 
         with pytest.raises(ValueError, match="RaisesOnce: a kernel raised an exception at tick 4"):
             world.run(3)
         assert (seen(world), world.tick) == (before, 4)
+
+
+def test_a_state_of_a_drive_that_keeps_other_numbers_is_refused() -> None:
+    def kind(*state: str) -> Drive:
+        made: Drive = type("Own", (Drive,), {"carry": leaps, "state": state})()
+        return made
+
+    state = team(kind("one")).state()
+    # The same one, made again, as in a notebook.
+    same, wider = team(kind("one"), seed=2), team(kind("one", "two", "three"))
+    same.restore(state)
+    assert np.array_equal(same.groups[0].position, state.groups[0].bodies.position)
+    with pytest.raises(ValueError, match="that keeps one and two and three"):
+        wider.restore(state)

@@ -23,6 +23,12 @@ pytestmark = pytest.mark.short
 ARENA = Box(1000.0, 1000.0)
 
 
+@kernel
+def glide(turn: float, distance: float, speed: float, is_blocked: bool, state: Any, parameters: Any) -> Any:
+    state[0] += parameters[0] * (distance - state[0])
+    return state[0], 0.0, turn
+
+
 class Ride:
     """One body with a drive, in the middle of a large box."""
 
@@ -172,22 +178,18 @@ def test_headings_stay_unit_vectors() -> None:
         (lambda: DifferentialDrive(math.nan), "wheel_base=nan"),
         (lambda: DifferentialDrive(0.1, 0.0), r"acceleration=0\.0: .*give None for wheels that reach any speed"),
         (lambda: Car(-1.0), r"wheel_base=-1\.0"),
-        (lambda: Car(largest_steering=2.0), r"largest_steering=2\.0: .*at most 1\.5; a wheel that points sideways"),
+        (lambda: Car(largest_steering=2.0), r"largest_steering=2\.0: .*at most 1\.5; give less than a quarter of a turn"),
         (lambda: drive_of("bicycle"), "drive='bicycle': unknown"),
         (lambda: drive_of(Car), "drive=Car: is a class; give an object"),
         (lambda: drive_of(3), "drive=3: must be a Drive, or one of free, differential, car"),
-        (lambda: drive_of(Drive()), "drive=Drive: has no 'carry'"),
+        (lambda: drive_of(Drive()), "drive=Drive: has no kernel 'carry'; give carry"),
+        (lambda: drive_of(type("Mine", (Free,), {"carry": glide})()), "drive=Mine: has no kernel 'carry'; derive from Drive"),
+        (lambda: check_drive(Car(), steps=0), "steps=0: must be at least 1"),
     ],
 )
 def test_wrong_drives_are_refused(made: Any, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
         made()
-
-
-@kernel
-def glide(turn: float, distance: float, speed: float, is_blocked: bool, state: Any, parameters: Any) -> Any:
-    state[0] += parameters[0] * (distance - state[0])
-    return state[0], 0.0, turn
 
 
 @dataclass(frozen=True)
@@ -244,6 +246,11 @@ def writes_constants(turn: float, distance: float, speed: float, is_blocked: boo
     return 0.0, 0.0, 0.0
 
 
+@kernel
+def two_of_six(turn: float, distance: float) -> Any:
+    return distance, 0.0, turn
+
+
 @dataclass(frozen=True)
 class Writes(Drive):
     carry = writes_constants
@@ -260,12 +267,13 @@ class Writes(Drive):
         (own(spins), "turn of too many rounds"),
         (own(beyond), "state"),
         (Writes(), "parameters"),
-        (own(glide, ("not a name",)), "must be names"),
+        (own(glide, "one"), "must be a tuple of names"),
+        (own(two_of_six), r"its carry takes \(turn, distance\), and must take those of carry"),
         (own(glide, ("one", "one")), "a name of its own"),
         (own(lambda turn: turn), "carry"),
         ("car", "must be a Drive|Drive"),
     ],
-    ids=[*"abcdefghij"],
+    ids=[*"abcdefghijk"],
 )
 def test_the_check_finds_what_is_wrong(drive: Any, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=message):
