@@ -13,7 +13,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.interface import OWN_SECTORS, Awareness, check_width
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.core import checks
-from teamsight.policies.compiled import CompiledPolicy, check_declarations, check_state
+from teamsight.policies.compiled import check_declarations, check_state, decides_in_kernel
 from teamsight.policies.interface import IDENTITIES, Policy, PolicyState
 from teamsight.policies.percept_of_one import PerceptOfOne
 from teamsight.policies.registry import POLICIES, label, options_of, policy_named
@@ -353,7 +353,7 @@ def first_state(policy: Any, size: int) -> Any:
         If the policy has a kernel that cannot read the state.
     """
     state = policy.start(size) if isinstance(policy, Policy) else None
-    if isinstance(policy, CompiledPolicy):
+    if decides_in_kernel(policy):
         check_state(policy, state, size)
     return state
 
@@ -371,7 +371,7 @@ def first_state_of_members(policy: Any, members: Integers, members_so_far: int) 
     if len(members) == members_so_far:
         return first_state(policy, members_so_far)
     state = take_rows(first_state(policy, members_so_far), members, members_so_far)
-    if isinstance(policy, CompiledPolicy):
+    if decides_in_kernel(policy):
         check_state(policy, state, len(members))
     return state
 

@@ -14,6 +14,7 @@ if __name__ != "teamsight.policies":
 if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
+    from teamsight.policies.avoiding import Avoiding
     from teamsight.policies.basis import BasisBehaviours
     from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
     from teamsight.policies.braitenberg.vehicle import FixedPriority
@@ -47,6 +48,7 @@ _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
     "Action": "teamsight.policies.interface",
     "AdaptiveNetwork": "teamsight.policies.braitenberg.adaptive_network",
+    "Avoiding": "teamsight.policies.avoiding",
     "BCmommt": "teamsight.policies.handmade.b_cmommt",
     "BasisBehaviours": "teamsight.policies.basis",
     "Centroid": "teamsight.policies.handmade.centroid",
@@ -86,11 +88,11 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "BCmommt", "BasisBehaviours", "Centroid", "CompiledPolicy",
-    "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ",
-    "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy",
-    "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey",
-    "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
+    "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "Avoiding", "BCmommt", "BasisBehaviours", "Centroid",
+    "CompiledPolicy", "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree", "LatticeWalk", "LazyQ",
+    "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept", "PerceptOfOne",
+    "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ",
+    "Stationary", "SurroundPrey", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

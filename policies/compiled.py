@@ -88,6 +88,11 @@ class CompiledPolicy(Policy):
     kernel: ClassVar[Callable[..., None]]
 
     @property
+    def is_compiled(self) -> bool:
+        """Whether it decides by its kernel alone, so that a world needs no Python; not with a `decide` of its own."""
+        return type(self).decide is CompiledPolicy.decide
+
+    @property
     def is_sound(self) -> bool:
         """Whether the kernel's actions are valid for every percept, so that worlds need not check them."""
         return False
@@ -186,8 +191,8 @@ def dense(value: Any) -> Any:
 
 
 def decides_in_kernel(policy: Any) -> bool:
-    """Return whether a policy is compiled and has no `decide` of its own."""
-    return isinstance(policy, CompiledPolicy) and type(policy).decide is CompiledPolicy.decide
+    """Return whether a policy decides by a kernel alone."""
+    return isinstance(policy, CompiledPolicy) and policy.is_compiled
 
 
 def check_declarations(name: str, policy: Policy) -> None:
