@@ -106,9 +106,34 @@ def _drives() -> bytes:
     return to_picture(figure)
 
 
+def _avoiding() -> bytes:
+    import runpy
+
+    from matplotlib import colormaps
+    from matplotlib.collections import EllipseCollection
+
+    from teamsight.analysis.plot.style import canvas
+
+    example = runpy.run_path(str(ROOT / "examples" / "avoiding.py"))
+    robots, size = example["ROBOTS"], 2 * example["RADIUS"]
+    world = example["circle"](example["Avoiding"](example["Cross"]()))
+    figure = canvas(8.0, 2.2)
+    for place, tick in enumerate((0, 400, 700, 1100)):
+        world.run(tick - world.tick)
+        axes = figure.add_axes((place / 4, 0, 1 / 4, 0.9))
+        axes.set(aspect="equal", xlim=(-16, 16), ylim=(-16, 16), title=f"step {tick}")
+        axes.set_axis_off()
+        axes.add_collection(EllipseCollection(
+            [size] * robots, [size] * robots, [0] * robots, units="xy", offsets=world.groups[0].position.copy(),
+            offset_transform=axes.transData, color=[colormaps["hsv"](robot / robots) for robot in range(robots)],
+        ))  # fmt: skip
+    return to_picture(figure)
+
+
 #: What draws a picture at once, most from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
+    "avoiding.png": _avoiding,
     "bodies.png": _bodies,
     "drives.png": _drives,
     "evolved.png": _evolved,

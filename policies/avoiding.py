@@ -27,9 +27,9 @@ from teamsight.policies.steered import Steered
 MOST = 64
 # Lines between which the sine of the angle is not above this are taken for parallel.
 _PARALLEL = 1e-9
-# Of each body two half planes: that of the cell, and that of the velocity obstacle.
+# Of each body two half planes: that of the Voronoi cell, and that of the velocity obstacle.
 _PLANES = 2 * MOST
-# By which share cells keep farther from each other than bodies must, so that rounding makes no bumps.
+# By which share Voronoi cells are farther apart than bodies must be, so that rounding makes no bumps.
 _RIM = 1e-6
 # The parameters, which stand behind those of the wrapped policy.
 _HORIZON, _MARGIN, _NEIGHBOURS, _TARGETS, _STRICT, _OWN = range(6)
@@ -312,9 +312,9 @@ def _pair(percept: Any, i: int, at: int) -> tuple[bool, float, float, float, flo
 
 @inlined
 def _stay_in_cell(i: int, percept: Any, chosen: Any, count: int, planes: Any) -> int:
-    """Write the half planes of velocities with which robot `i` stays in its cell for a tick; return their number.
+    """Write the half planes of velocities with which robot `i` stays in its Voronoi cell; return their number.
 
-    Of the gap to a teammate each may use one half. To stay where it is is always allowed.
+    Of the gap to a teammate each may use one half in a step. The velocity 0 is in all of them.
     """
     hard = 0
     for at in range(count):
@@ -479,8 +479,8 @@ class Avoiding(CompiledPolicy):
     to what the policy prefers or, in a crowd that leaves none, another the one that is least far outside of all half
     planes. D. Zhou, Z. Wang, S. Bandyopadhyay, M. Schwager, "Fast, on-line collision avoidance for dynamic vehicles
     using buffered Voronoi cells" (IEEE RA-L 2, 2017): robots that each stay in their own cell do not meet. *Departs:*
-    the static obstacles of §6 are left out. A cell is that of one step; its half planes are constraints of both linear
-    programmes, which always have a solution, since to stay is allowed.
+    the static obstacles of §6 are left out. The cell is that of one step; its half planes are constraints of both
+    linear programmes, which always have a solution, since to stay is allowed.
     """
 
     policy: Annotated[Any, Allowed(check=_wrapped)]

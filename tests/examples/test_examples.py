@@ -406,6 +406,16 @@ def test_wheels_cut_no_corners_and_cost_a_team_much(run: Run) -> None:
     assert min(means[:1]) > max(means[1:])
 
 
+def test_robots_that_avoid_exchange_places_without_a_bump(run: Run) -> None:
+    printed = run("avoiding")
+    found = re.findall(r"(\w+): (\d+) of 200 have arrived after (\d+) steps, with (\d+) bumps; path: compiled", printed)
+    (alone, *jam), (avoiding, *done) = found
+    assert (alone, avoiding) == ("alone", "avoiding")
+    assert int(jam[2]) > 500
+    assert done[0] == "200"
+    assert done[2] == "0"
+
+
 def test_boids_flock(run: Run) -> None:
     printed = run("boids")
     lengths = [float(number) for number in re.findall(r"length (0\.\d+)", printed)]

@@ -27,6 +27,7 @@ from teamsight.agents.recording.explore import explore
 from teamsight.policies import (
     ACmommt,
     Action,
+    Avoiding,
     Centroid,
     Evolved,
     LazyQ,
@@ -232,14 +233,15 @@ WORLDS: dict[str, Callable[..., World]] = {
     "interaction": lambda rng: hunt(Capture(), rng), "interaction in turn": lambda rng: hunt(CaptureInTurn(), rng),
     "interaction that fails": lambda rng: failing(rng=rng),
     "bodies that stop, come and fail": lambda rng: crowd(rng=rng),
+    "bodies that avoid each other": lambda rng: crowd(Avoiding("a-cmommt", targets=True), rng=rng),
     "bodies that move in turn": lambda rng: hunt(CaptureInTurn(), rng, contact="slide", radius=0.2, prey_radius=0.3),
 }  # fmt: skip
 
 
-def crowd(*, rng: Any) -> World:
+def crowd(policy: Any = "a-cmommt", *, rng: Any) -> World:
     """Return a world of bodies of several sizes between obstacles, of which some fail, and others come and leave."""
     world = World(_BLOCKED, contact="stop", rng=rng)
-    robots = world.add(Robot, 8, policy="a-cmommt", awareness="shared", radius=0.1, speed=0.15)
+    robots = world.add(Robot, 8, policy=policy, awareness="shared", radius=0.1, speed=0.15)
     targets = world.add(Target, 9, policy="random-walk", radius=[0.05, 0.1, 0.0] * 3)
     world.senses(robots, targets)
     world.attach(Failures(15, 5), robots)

@@ -92,7 +92,7 @@ def crowd(seed: int, size: int, share: float, targets: int = 0) -> Crowd:
     angle = rng.uniform(0, 2 * math.pi, (2, size))
     way = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * (speed * rng.random((2, size)))[..., None]
     values = (rng.uniform(0, side, (size, 2)), *way, radius, speed)
-    return Crowd(*(np.float32(one) for one in values), targets)
+    return Crowd(*(np.float32(one) for one in values), targets=targets)
 
 
 # ORCA alone: what the reference library has.
