@@ -360,8 +360,7 @@ def _avoid(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         scratch(_PLANES, np.float64),
     )  # fmt: skip
     for i in range(percept.heading.shape[0]):
-        # What is NaN is left for the check of actions.
-        if not column_of(percept.columns.radius, percept.identity[i]) > 0.0 or math.isnan(action.distance[i]):
+        if not column_of(percept.columns.radius, percept.identity[i]) > 0.0:
             continue
         count = _nearest(percept.teammates, i, percept, most, chosen, distance, 0, 1)
         if parameters[_TARGETS] > 0.0:
@@ -375,6 +374,7 @@ def _avoid(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         speed = percept.speed[i]
         way = min(max(action.distance[i], 0.0), speed)
         x, y = way * x, way * y
+        # What is NaN is outside of nothing, and left for the check of actions.
         is_safe = True
         for at in range(count):
             is_safe = is_safe and not _outside(planes, at, x, y) > 0.0

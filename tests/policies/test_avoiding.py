@@ -137,25 +137,30 @@ def test_velocities_are_those_of_the_reference_library(share: float) -> None:
 @given(
     seed=st.integers(0, 2**32 - 1), size=st.integers(2, 7), share=st.floats(0.02, 0.8), targets=st.integers(0, 2),
     horizon=st.floats(1, 20), margin=st.floats(0, 1), strict=st.booleans(), neighbours=st.integers(1, 8),
+    length=st.floats(0, 3),
 )  # fmt: skip
 @settings(max_examples=150)
 def test_velocities_are_those_of_the_slow_twin(
-    seed: int, size: int, share: float, targets: int, horizon: float, margin: float, strict: bool, neighbours: int
-) -> None:
+    seed: int, size: int, share: float, targets: int, horizon: float, margin: float, strict: bool, neighbours: int,
+    length: float,
+) -> None:  # fmt: skip
     one = crowd(seed, size + targets, share, targets)
+    one.aim *= length
     options: dict[str, Any] = {"horizon": horizon, "margin": margin, "strict": strict, "neighbours": neighbours}
     found = one.avoided(**options, targets=True)
     policy = Avoiding(STEERED, **options)
     for i in range(size):
         own, others = one.body(i, i), [one.body(i, j) for j in range(size + targets) if j != i]
         planes, cells = naive.half_planes(policy, own, others)
-        expected = naive.avoid(policy, own, others, one.aim[i])
+        # Nobody can be faster than its speed.
+        aim = one.aim[i] * min(1.0, own.speed / max(math.hypot(*one.aim[i]), 1e-9))
+        expected = naive.avoid(policy, own, others, aim)
         # There is one best velocity, but two that are far apart can be about equally good.
         assert math.hypot(*found[i]) <= own.speed + 1e-9
         assert naive.farthest(cells, found[i]) <= 1e-9
         if (most := naive.farthest([*cells, *planes], expected)) <= 1e-9:
             assert naive.farthest(planes, found[i]) <= 1e-9
-            assert math.hypot(*(found[i] - one.aim[i])) == pytest.approx(math.hypot(*(expected - one.aim[i])), abs=1e-7)
+            assert math.hypot(*(found[i] - aim)) == pytest.approx(math.hypot(*(expected - aim)), abs=1e-7)
         else:
             assert naive.farthest(planes, found[i]) == pytest.approx(most, abs=1e-7)
 
@@ -213,6 +218,26 @@ def test_where_no_velocity_is_safe_it_is_the_one_that_is_least_far_outside() -> 
     planes, _ = naive.half_planes(Avoiding(STEERED, horizon=2.0, **ORCA), one.body(0, 0), [one.body(0, j) for j in (1, 2, 3)])
     assert [plane.outside(found) for plane in planes] == pytest.approx([0.125] * 3)
     assert found == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_between_two_that_close_in_from_opposite_sides_it_is_as_far_outside_of_both() -> None:
+    one = Crowd([[0, 0], [1.1, 0], [-1.3, 0]], [[0, 0], [-0.3, 0], [0.4, 0]], np.zeros((3, 2)), 0.5, 0.3)
+    found = one.avoided(horizon=2.0, **ORCA)[0]
+    planes, _ = naive.half_planes(Avoiding(STEERED, horizon=2.0, **ORCA), one.body(0, 0), [one.body(0, j) for j in (1, 2)])
+    # Half planes with parallel lines: v_x ≤ -0.125, and v_x ≥ 0.125.
+    assert [plane.outside(found) for plane in planes] == pytest.approx([0.125] * 2)
+
+
+@pytest.mark.parametrize("way", [0.0, 0.2, -0.1])
+def test_an_action_without_a_direction_keeps_the_heading_and_one_backwards_stays(way: float) -> None:
+    one = Crowd([[0, 0], [0.9, 0.1]], np.zeros((2, 2)), np.zeros((2, 2)), 0.5, 0.3)
+    policy, found = Avoiding(STEERED), []
+    for heading, distance in (([0.0, 0.0], way), ([1.0, 0.0], max(way, 0.0))):
+        state = PolicyState(np.array([[[*heading, distance]]] * 2), np.zeros((2, 0, 0), np.int64))
+        found.append(policy.decide(one.percept(policy), state, np.zeros((0, 2)))[0])
+    # That of the first, which is not safe.
+    assert all(np.array_equal(a[0], b[0]) for a, b in zip(*found, strict=True))
+    assert found[0].distance[0] > 0
 
 
 def test_what_is_safe_is_not_changed() -> None:
@@ -277,6 +302,8 @@ def test_all_paths_and_a_policy_in_python_give_the_same_bits(policy: Any, cycle:
     for world in worlds[1:]:
         for group, other in zip(world.groups, worlds[0].groups, strict=True):
             assert group.position.tobytes() == other.position.tobytes()
+    states = [worlds[0].groups[0].policy_state, worlds[2].groups[0].policy_state[0]]
+    assert all(one.tobytes() == other.tobytes() for one, other in zip(*states, strict=True))
     assert worlds[0].groups[0].position.tobytes() != teams(policy, cycle=cycle).groups[0].position.tobytes()
 
 
@@ -406,6 +433,17 @@ def test_a_percept_that_does_not_say_who_the_robots_are_is_refused() -> None:
 def test_what_is_no_policy_is_refused(policy: Any, text: str) -> None:
     with pytest.raises((TypeError, ValueError), match=text):
         Avoiding(policy)
+
+
+def test_an_action_that_is_no_number_is_left_for_the_check_of_actions() -> None:
+    # Two that overlap, so that what they prefer is not safe.
+    one, policy = Crowd([[0, 0], [0.5, 0]], np.zeros((2, 2)), np.zeros((2, 2)), 0.5, 0.3), Avoiding(STEERED)
+    for part in range(3):
+        state = np.zeros((2, 1, 3))
+        state[0, 0, part] = math.nan
+        action, _ = policy.decide(one.percept(policy), PolicyState(state, np.zeros((2, 0, 0), np.int64)), np.zeros((0, 2)))
+        assert math.isnan(np.column_stack([*action])[0, part])
+        assert action.distance[1] > 0
 
 
 def test_an_action_of_a_policy_in_python_that_cannot_be_carried_out_is_named() -> None:
