@@ -1,4 +1,4 @@
-"""What a policy reads of all bodies like a column: heading, speed and radius, of those that it perceives and its own."""
+"""What a policy reads of all bodies like a column: heading, displacement, speed and radius, of those that it perceives and its own."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from teamsight.core.kernel import kernel
 from teamsight.policies import Action, CompiledPolicy, Policy, column_of, go
 from teamsight.policies.channels import OF_BODIES
 
-NAMES = ("heading_x", "heading_y", "speed", "radius")
+NAMES = ("heading_x", "heading_y", "moved_x", "moved_y", "speed", "radius")
 
 
 class Follow(Policy):
@@ -80,12 +80,12 @@ def test_they_are_those_of_all_agents_at_the_decision() -> None:
     world = flock(policy)
     prey = world.add(Target, 3, policy="random-walk")
     for _ in range(3):
-        before = [group.heading.copy() for group in world.groups]
+        before = [(group.heading.copy(), group.bodies.moved.copy()) for group in world.groups]
         world.step()
-        for group, heading in zip(world.groups, before, strict=True):
+        for group, (heading, moved) in zip(world.groups, before, strict=True):
             for name, values in (
                 ("heading_x", heading[:, 0]), ("heading_y", heading[:, 1]), ("speed", group.speed),
-                ("radius", group.radius),
+                ("radius", group.radius), ("moved_x", moved[:, 0]), ("moved_y", moved[:, 1]),
             ):  # fmt: skip
                 assert np.array_equal(policy.seen[name][group.identity], values)
     prey[0].remove()
