@@ -240,6 +240,14 @@ def test_an_action_without_a_direction_keeps_the_heading_and_one_backwards_stays
     assert found[0].distance[0] > 0
 
 
+@pytest.mark.parametrize("strict", [True, False])
+def test_a_robot_that_cannot_move_stays(strict: bool) -> None:
+    for seed in range(5):
+        one = crowd(seed, 8, 0.8)
+        one.speed[::2] = 0.0
+        assert not one.avoided(strict=strict)[::2].any()
+
+
 def test_what_is_safe_is_not_changed() -> None:
     one = Crowd([[0, 0], [50, 0], [0, 60]], np.zeros((3, 2)), [[0.3, 0.1], [0.0, 0.0], [2.0, 1.0]], 0.5, 0.5)
     policy, state = Avoiding(STEERED), one.state()
