@@ -20,6 +20,7 @@ from teamsight.policies.registry import POLICIES
 _LISTED = {
     "CMOMMT": "teamsight.agents.cmommt:CMOMMT",
     "Sensor": "teamsight.agents.sensing.sensor:Sensor",
+    "Lidar": "teamsight.agents.sensing.lidar:Lidar",
     "Cycle": "teamsight.agents.decisions:Cycle",
     "Failures": "teamsight.agents.components.failures:Failures",
     "Batteries": "teamsight.agents.components.batteries:Batteries",

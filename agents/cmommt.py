@@ -158,7 +158,7 @@ class CMOMMT(World):
             Robot, settings.robots, policy=policy, awareness=degree, sensing_range=numbers.sensing_range,
             awareness_range=numbers.awareness_range, range_shape=settings.range_shape, speed=numbers.robot_speed,
             placement="spread" if isinstance(policy, Stationary) else "uniform", cycle=settings.cycle,
-            radius=settings.robot_radius, drive=settings.drive,
+            radius=settings.robot_radius, drive=settings.drive, lidar=settings.lidar,
         )  # fmt: skip
         self._targets = self.add(
             Target, settings.targets, policy=moving, speed=self._target_speeds(np.arange(settings.targets)),
@@ -198,6 +198,7 @@ class CMOMMT(World):
     drive: _Fixed = _fixed("build another model")
     robot_radius: _Fixed = _fixed("build another model")
     target_radius: _Fixed = _fixed("build another model")
+    lidar: _Fixed = _fixed("build another model")
     preset: _Fixed = _fixed("build another model")
     seed: _Fixed = _fixed("start again with reset(rng)")
     delta: _Fixed = _fixed("give the robots another degree, as in model.awareness = RingAwareness(8)", _delta_of)
@@ -255,7 +256,9 @@ class CMOMMT(World):
 
         The plan has all settings; only those of `REWRITTEN` may differ from those of this model.
         """
-        numbers = _Numbers.of(plan)
+        numbers, lidar = _Numbers.of(plan), self.robots.lidar
+        if lidar is not None:
+            numbers.limits.range("lidar.range", lidar.range)
         self.settings.update(plan)
         self._data.arena, self._data.limits = numbers.arena, numbers.limits
         self._data.arena_size[:] = numbers.arena.size
@@ -264,8 +267,9 @@ class CMOMMT(World):
             group.members.sensing_range[:] = numbers.sensing_range
             group.founders = [one._replace(spacing=numbers.sensing_range) for one in group.founders]
         self.robots.members.awareness_range[:] = numbers.awareness_range
-        # The width of cells is the range; and bodies meet the walls of the arena.
-        if any(relation.search.has_cells for relation in self._engine.relations) or self._data.solid:
+        # The width of cells is the range; and bodies and rays meet the walls of the arena.
+        has_cells = any(relation.search.has_cells for relation in self._engine.relations)
+        if has_cells or self._data.solid or lidar is not None:
             self._engine.is_bound = False
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:

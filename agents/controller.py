@@ -718,7 +718,7 @@ def _list(values: Any) -> str:
 
 def _check(policy: Policy, awareness: Awareness, size: int) -> None:
     """Refuse a policy that needs what a controller, or its degree of awareness, does not deliver."""
-    group: Any = SimpleNamespace(policy=policy, awareness=awareness)
+    group: Any = SimpleNamespace(policy=policy, awareness=awareness, lidar=None)
     team: Any = [range(size)]
     check_fit(group, team)
     if policy.columns:

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from teamsight.agents.engine.due import DueArrays
     from teamsight.agents.engine.relation import Relation
     from teamsight.agents.host import WorldHost
+    from teamsight.agents.sensing.lidar import Lidar
 
 
 def rows_of(index: Any, size: int, group: str) -> list[int]:
@@ -154,6 +155,8 @@ class Group(Generic[A]):
         The cycle with which the group was added.
     drive : Drive
         How its agents carry out their actions.
+    lidar : Lidar or None
+        The lidar of each robot, if they have one. It cannot be changed.
     time : ndarray, shape (1,), float64
         The present tick, which percepts show: an array of the world.
     channels : dict of str to Channel
@@ -205,6 +208,7 @@ class Group(Generic[A]):
     timetable: Timetable | None = Kept("set the cycle, as in robots.cycle = Cycle(5)")  # type: ignore[assignment]
     first_cycle: Cycle = EVERY_STEP
     drive: Drive = Kept("give the drive when a group is added, as in world.add(…, drive='car')")  # type: ignore[assignment]
+    lidar: Lidar | None = Kept("give the lidar when a group is added, as in world.add(…, lidar=Lidar())")  # type: ignore[assignment]
     time: npt.NDArray[np.float64]
     relations: dict[str, Relation]
     perceived_columns: dict[str, Floats]
@@ -222,6 +226,7 @@ class Group(Generic[A]):
         host: WorldHost,
         range_shape: str,
         drive: Drive,
+        lidar: Lidar | None,
     ) -> None:
         self.name, self.number, self._team, self._range_shape = name, number, team, range_shape
         self.agent_class, self.first_size = agent_class, size
@@ -229,9 +234,11 @@ class Group(Generic[A]):
         self.bodies.member[:] = np.arange(size)
         begun = [field for field in BODIES if field.reset == "first"]
         self.members = Table([*begun, Field("arrived_at", np.int64, unit="ticks")], size)
-        put(self, rules=(policy, awareness), others=(), timetable=None, drive=drive)
+        put(self, rules=(policy, awareness), others=(), timetable=None, drive=drive, lidar=lidar)
         if not isinstance(drive, Free):
             self.bodies.declare(Field("drive", shape=(len(drive.state),), reset="fill"))
+        if lidar is not None:
+            self.bodies.declare(lidar.field)
         self.columns = Columns(name, self.bodies, host.bind_again)
         self._agents: list[A] = []
         # The state of each policy that is not in the table.
@@ -654,6 +661,7 @@ class Group(Generic[A]):
             *body, targets, teammates, relayed, self.perception.situation, others, self.time,
             bodies.reward, bodies.ended, bodies.identity,
             columns_of(tuple(self.perceived_columns), self.perceived_columns.values()),
+            np.zeros((len(bodies), 0)) if self.lidar is None else bodies.lidar,
         )  # fmt: skip
 
     def noise(self, tick: int) -> Floats:

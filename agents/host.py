@@ -37,6 +37,7 @@ from teamsight.agents.resolve import (
     state_of_more,
     take_rows,
 )
+from teamsight.agents.sensing.lidar import lidar_of
 from teamsight.agents.settings import MOST_AGENTS
 from teamsight.agents.world_data import LATER
 from teamsight.core import checks
@@ -89,7 +90,8 @@ def make_group(
     name = given["name"] or _free_name(data, plural(agent_class.__name__.lower()))
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
-    group: Group[A] = Group(name, number, team, agent_class, size, policy, awareness, host, range_shape, drive)
+    lidar = lidar_of(given["lidar"], data)
+    group: Group[A] = Group(name, number, team, agent_class, size, policy, awareness, host, range_shape, drive, lidar)
     check_needs(group)
     group.founders = [founders]
     group.members.arrived_at[:] = data.timeline.tick

@@ -192,6 +192,13 @@ def check_needs(group: Group) -> None:
     if not isinstance(policy, Policy):
         return
     name = label(policy)
+    rays = group.lidar.rays if group.lidar else 0
+    if policy.rays not in (0, rays):
+        have = f"a lidar with {rays}" if rays else "no lidar"
+        raise ValueError(
+            f"policy={name}: reads {policy.rays} rays, and its robots have {have}; give them one, as in world.add(…, "
+            f"lidar=Lidar(rays={policy.rays}))"
+        )
     for need in policy.needs:
         checks.choice(f"{name}.needs", need, ("targets", "teammates", "relayed", IDENTITIES))
         if not _delivers(awareness, need):

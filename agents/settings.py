@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from teamsight.agents.attributes import AwarenessLike, PolicyLike, SeedLike
     from teamsight.agents.decisions import CycleLike
     from teamsight.agents.events.sources import EventSource
+    from teamsight.agents.sensing.lidar import Lidar
     from teamsight.agents.sensing.sensor import Sensor
     from teamsight.world.contact import Contact
     from teamsight.world.drive import Drive
@@ -90,6 +91,8 @@ class Settings(Component):
     sensor : Sensor, optional
         The sensor with which robots sense targets; by default exact. That of teammates is
         ``robots.sensors["teammates"]``.
+    lidar : Lidar, optional
+        A lidar that each robot has; by default none.
     robot_speed : float
         Largest distance of a robot's step.
     target_speed : float
@@ -133,6 +136,7 @@ class Settings(Component):
     robot_radius: Annotated[_BODY, _TEAM] = 0.0
     target_radius: Annotated[_BODY, _TARGETS] = 0.0
     sensor: Sensor | None = None
+    lidar: Lidar | None = None
     robot_speed: Annotated[_SPEED, _TEAM] = 0.1
     target_speed: Annotated[_SPEED, _TARGETS] = 0.075
     uniform_target_speed: Annotated[Flag, _TARGETS, Allowed(label="own speeds")] = False

@@ -24,6 +24,7 @@ from teamsight.agents.mesa.compat import Generators
 from teamsight.agents.recording.history import History
 from teamsight.agents.recording.recording import HistoryCollector, collecting_once
 from teamsight.agents.resolve import IN_TABLE, columns_of_state, first_state_of_members, layout
+from teamsight.agents.sensing.lidar import Lidar
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
 from teamsight.core import checks
@@ -202,6 +203,8 @@ class GroupState(NamedTuple):
         Whether the table has the columns of a timetable; and as in `Group`.
     drive : str
         The description of the drive; nothing for `Free`.
+    lidar : Lidar or None
+        As in `Group`.
     """
 
     name: str
@@ -219,6 +222,7 @@ class GroupState(NamedTuple):
     has_timetable: bool
     has_decided: bool
     drive: str = ""
+    lidar: Lidar | None = None
 
 
 #: The number of the form of states; a state of another form is refused.
@@ -278,7 +282,7 @@ class StateKeeper:
                 *_identified(group)[:-1], group.bodies, group.members, group.founders, group._states,
                 tuple(SavedPolicy(policy, group) for policy in group.others),
                 {name: channel.sensor for name, channel in group.channels.items()}, group.readings,
-                group.timetable is not None, group.has_decided, _identified(group)[-1],
+                group.timetable is not None, group.has_decided, _identified(group)[-1], group.lidar,
             )
             for group in self._data.groups
         )  # fmt: skip
@@ -392,6 +396,11 @@ def _check_fits(saved: State, data: WorldData) -> None:
                 f"restore(…): the state is of a world in which {group.name} have another radius than here, "
                 f"{_shown_radius(old.members)} and not {_shown_radius(group.members)}; restore it in a world built in "
                 "the same way"
+            )
+        if old.lidar != group.lidar:
+            raise ValueError(
+                f"restore(…): the state is of a world in which {group.name} have lidar={old.lidar}, and here "
+                f"{group.lidar}; restore it in a world built in the same way"
             )
         if lost := lost_members(group, old.bodies.member):
             raise ValueError(

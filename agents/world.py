@@ -28,6 +28,7 @@ from teamsight.agents.group import Changes, Group
 from teamsight.agents.host import WorldHost
 from teamsight.agents.mesa.model import MesaModel
 from teamsight.agents.recording.recording import Recording
+from teamsight.agents.sensing.lidar import Lidar
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.settings import RangeShape
 from teamsight.agents.state import State, StateKeeper
@@ -195,6 +196,7 @@ class World(MesaModel):
         cycle: CycleLike = EVERY_STEP,
         radius: Numbers = 0.0,
         drive: Drive | DriveName = "free",
+        lidar: Lidar | None = None,
         name: str | None = None,
         **arguments: Any,
     ) -> Group[A]:
@@ -239,6 +241,8 @@ class World(MesaModel):
             `contact` of the world says; see `World`. By default they are points.
         drive : Drive or {"free", "differential", "car"}
             How they carry out their actions; it cannot be changed. By default they turn at once and go straight ahead.
+        lidar : Lidar, optional
+            A lidar that each of them has; its readings are ``percept.lidar``.
         name : str, optional
             The group's name; by default the class's, in lower case and plural.
         **arguments
@@ -255,7 +259,7 @@ class World(MesaModel):
             "policy": policy, "policy_options": policy_options, "awareness": awareness, "team": team,
             "sensing_range": sensing_range, "awareness_range": awareness_range, "range_shape": range_shape,
             "speed": speed, "turn_limit": turn_limit, "placement": placement, "position": position, "heading": heading,
-            "cycle": cycle, "radius": radius, "drive": drive, "name": name,
+            "cycle": cycle, "radius": radius, "drive": drive, "lidar": lidar, "name": name,
         }  # fmt: skip
         return self._host.add(agent_class, count, given, arguments)
 

@@ -38,6 +38,7 @@ PERCEPT_AXES = {
     "n + 1": Axis("elements", "there is one more than robots; robot i's are start[i] and start[i + 1]"),
     "k": Axis("neighbours", "those of robot i are start[i] up to, not including, start[i + 1]"),
     "width": Axis("inputs", "declare as many as it needs as `inputs`"),
+    "rays": Axis("rays", "declare as many as it reads as `rays`"),
     "identities": Axis("identities", "hidden ones are −1; read elements by column_of(column, identity)"),
     "p": Axis("parameters", "add what it needs to `parameters`"),
 }
@@ -99,6 +100,8 @@ _LARGE_TABLE = 1_000_000
 
 # Largest numbers of neighbours in consecutive decisions: a few, a crowd, none, a large crowd, and a few from then on.
 _MOST_SEEN = (3, 40, 0, 250)
+# What functions for one robot are shown, which declare nothing.
+_RAYS = 32
 
 
 def sample_percept(
@@ -109,6 +112,7 @@ def sample_percept(
     most: int = 3,
     channels: tuple[str, ...] = (),
     columns: tuple[str, ...] = (),
+    rays: int = 0,
 ) -> Percept:
     """Return a random percept of `size` robots, some of which see nothing.
 
@@ -126,6 +130,8 @@ def sample_percept(
         The names of further channels.
     columns : tuple of str, default ()
         The names of columns.
+    rays : int, default 0
+        Number of rays of a lidar.
     """
     heading, identities = random_headings(size, rng), size + most + 51
     percept = Percept(
@@ -143,6 +149,8 @@ def sample_percept(
         reward=np.round(heading[:, 0]),
         ended=heading[:, 0] > 0.75,
         identity=1 + np.arange(size),
+        # From 0 to the range; some rays meet nothing.
+        lidar=np.minimum(np.abs(heading[:, :1]) * (0.5 * np.arange(rays) % 2), 1.0),
     )
     # Some of the others do not have the column, but all have a body.
     without = (rng.random(identities) < 0.2) & (np.arange(identities) > size)
@@ -192,7 +200,7 @@ def check_policy(policy: Policy | Rule, *, sizes: tuple[int, ...] = (1, 7), step
         if hasattr(policy, "decide") or not callable(policy):
             raise TypeError(f"{name}: is not a policy; derive it from teamsight.policies.Policy, or give a function")
         for size in sizes:
-            _check_rule(name, policy, sample_percept(size, np.random.default_rng(size)))
+            _check_rule(name, policy, sample_percept(size, np.random.default_rng(size), rays=_RAYS))
         return
     check_declarations(name, policy)
     for size in sizes:
@@ -220,7 +228,9 @@ def _check_steps(name: str, policy: Policy, size: int, steps: int) -> None:
 def _percepts(steps: int, size: int, rng: np.random.Generator, policy: Policy) -> Iterator[Percept]:
     for step in range(steps):
         most = _MOST_SEEN[step] if step < len(_MOST_SEEN) else _MOST_SEEN[0]
-        percept = sample_percept(size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns)
+        percept = sample_percept(
+            size, rng, policy.inputs, most=most, channels=policy.channels, columns=policy.columns, rays=policy.rays
+        )
         if step % 2 and IDENTITIES not in policy.needs:
             # Some degrees of awareness hide the identities of teammates.
             percept.teammates.identity[:] = -1

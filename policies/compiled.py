@@ -212,7 +212,7 @@ def check_declarations(name: str, policy: Policy) -> None:
     """
     if decides_in_kernel(policy) and not hasattr(type(policy), "kernel"):
         raise TypeError(f"{name}: has no 'kernel'; give kernel(percept, arrays, noise, action)")
-    for attribute in ("draws", "inputs", "effort"):
+    for attribute in ("draws", "inputs", "rays", "effort"):
         checks.count(f"{name}.{attribute}", getattr(policy, attribute), least=0)
     for attribute in ("channels", "columns", "shows", "needs"):
         check_names(f"{name}.{attribute}", getattr(policy, attribute), "('predators',)")

@@ -25,6 +25,8 @@ _NO_TIME = np.zeros(1)
 _NO_TIME.flags.writeable = False
 # Those of percepts that were made without rewards; see `Percept.completed`.
 _NO_REWARD, _NOT_ENDED = np.zeros(0), np.zeros(0, np.bool_)
+# Those of percepts of robots without a lidar.
+_NO_RAYS = np.zeros((0, 0))
 # Those of percepts in which robots do not know their own identity.
 _NOBODY = np.zeros(0, np.int64)
 
@@ -64,6 +66,8 @@ class Percept(NamedTuple):
     columns : NamedTuple of ndarray, shape (identities,), float64
         Properties of agents, by identity, as they are at this decision; NaN for those without. Of a robot itself:
         ``percept.columns.load[percept.identity[i]]``. Those that the policy declares as `Policy.columns`.
+    lidar : ndarray, shape (n, rays), float64
+        The distance along each ray of the group's `Lidar` [length]; without one there are no rays.
     """
 
     heading: Annotated[Floats, "n", 2]
@@ -81,6 +85,7 @@ class Percept(NamedTuple):
     ended: Annotated[npt.NDArray[np.bool_], "n"] = _NOT_ENDED
     identity: Annotated[Integers, "n"] = _NOBODY
     columns: PerceivedColumns = NO_COLUMNS
+    lidar: Annotated[Floats, "n", "rays"] = _NO_RAYS
 
     def _repr_html_(self) -> str | None:
         from teamsight.policies.percept_card import percepts_html
@@ -88,12 +93,14 @@ class Percept(NamedTuple):
         return shown(lambda: percepts_html(self))
 
     def completed(self) -> Percept:
-        """Return a percept with what it was made without: no rewards, and robots that know no identity of their own."""
+        """Return a percept with what it was made without: no rewards, no rays, and robots that know no identity."""
         size, percept = len(self.heading), self
         if len(self.reward) != size:
             percept = percept._replace(reward=np.zeros(size), ended=np.zeros(size, np.bool_))
         if len(self.identity) != size:
             percept = percept._replace(identity=np.full(size, -1))
+        if len(self.lidar) != size:
+            percept = percept._replace(lidar=np.zeros((size, 0)))
         return percept
 
 
@@ -157,6 +164,9 @@ class Policy(Component, ABC):
     inputs : int, default 0
         Width of the situation vector that the policy reads; 0 if it reads none. A world whose degree of awareness has
         another width refuses the policy.
+    rays : int, default 0
+        Number of rays of the lidar that the policy reads; 0 if it reads none. A group whose lidar has another number
+        refuses the policy.
     degree : str or None, default None
         Name of the only degree of awareness under which the policy works. Learners declare it, because situations of
         equal width can mean different things.
@@ -185,6 +195,7 @@ class Policy(Component, ABC):
 
     draws: int = 0
     inputs: int = 0
+    rays: int = 0
     degree: str | None = None
     channels: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()

@@ -43,6 +43,7 @@ class PerceptOfOne(NamedTuple):
     ended: bool = False
     identity: int = -1
     columns: PerceivedColumns = NO_COLUMNS
+    lidar: Floats = np.zeros(0)
 
     def _repr_html_(self) -> str | None:
         from teamsight.policies.percept_card import percept_html
@@ -71,6 +72,7 @@ def percept_of_one(percept: Percept, i: int) -> PerceptOfOne:
         *(float(percept.reward[i]), bool(percept.ended[i])) if len(percept.reward) else (0.0, False),
         int(percept.identity[i]) if len(percept.identity) else -1,
         percept.columns,
+        percept.lidar[i] if len(percept.lidar) else np.zeros(0),
     )
 
 
@@ -111,6 +113,9 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
     situation = np.asarray(percept.situation, np.float32)
     if situation.ndim != 1:
         raise ValueError(f"percept.situation: has the shape {situation.shape}; it must be (width,)")
+    lidar = np.asarray(percept.lidar, float)
+    if lidar.ndim != 1:
+        raise ValueError(f"percept.lidar: has the shape {lidar.shape}; it must be (rays,)")
     return Percept(
         _row("heading", percept.heading),
         _row("moved", percept.moved),
@@ -127,6 +132,7 @@ def percept_of_group_of_one(percept: PerceptOfOne) -> Percept:
         np.array([checks.flag("percept.ended", percept.ended)]),
         np.array([int(percept.identity)]),
         percept.columns,
+        np.ascontiguousarray(lidar[None]),
     )
 
 
@@ -167,7 +173,7 @@ def percept_of_rows(percept: Percept, rows: Integers) -> Percept:
         percept.situation[rows],
         channels_of(channels._fields, (neighbours_of_rows(seen, rows) for seen in channels)),
         percept.time, percept.reward[rows], percept.ended[rows], percept.identity[rows],
-        percept.columns,
+        percept.columns, percept.lidar[rows],
     )  # fmt: skip
 
 

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from teamsight.agents.decisions import Cycle
     from teamsight.agents.events.sources import EventSource
     from teamsight.agents.sensing.check import check_sensor
+    from teamsight.agents.sensing.lidar import Lidar
     from teamsight.agents.sensing.sensor import Sensor
     from teamsight.agents.world import World
     from teamsight.analysis.runs.run_many import run_many
@@ -69,6 +70,7 @@ _HOMES = {
     "Cycle": "teamsight.agents.decisions",
     "World": "teamsight.agents.world",
     "Robot": "teamsight.agents.body",
+    "Lidar": "teamsight.agents.sensing.lidar",
     "Sensor": "teamsight.agents.sensing.sensor",
     "Target": "teamsight.agents.body",
     "Disc": "teamsight.world.arena",
@@ -101,10 +103,10 @@ _HOMES = {
 __all__ = [
     "CMOMMT", "TASKS", "Allowed", "Arrivals", "Batteries", "Body", "Box", "Bumps", "Car", "ChargingPlaces", "Circle",
     "Component", "Constant", "Contact", "Controller", "Cycle", "Departures", "Detections", "DifferentialDrive", "Disc",
-    "Drive", "EventSource", "Exponential", "Failures", "Interaction", "Objective", "Obstructed", "Polygon", "Relayed",
-    "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness", "Weibull",
-    "World", "__version__", "check_arena", "check_awareness", "check_contact", "check_drive", "check_interaction",
-    "check_policy", "check_sensor", "check_task", "open_study", "run_many",
+    "Drive", "EventSource", "Exponential", "Failures", "Interaction", "Lidar", "Objective", "Obstructed", "Polygon",
+    "Relayed", "Robot", "Sensor", "SensorDropouts", "Study", "Target", "Task", "Times", "Torus", "UnreliableAwareness",
+    "Weibull", "World", "__version__", "check_arena", "check_awareness", "check_contact", "check_drive",
+    "check_interaction", "check_policy", "check_sensor", "check_task", "open_study", "run_many",
 ]  # fmt: skip
 
 # In a checkout without symbolic links, as under Windows, the four packages are at the top of the repository only.

@@ -19,6 +19,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
+#: The number of bodies is filled up to a multiple of this with bodies of radius 0, for SIMD lanes.
+BODIES_AT_ONCE = 16
 # With more bodies than these, those near a line of sight are found in cells.
 _FEW = 64
 
@@ -29,7 +31,7 @@ class Opaque(NamedTuple):
     Attributes
     ----------
     x, y, radius : ndarray, shape (b,), float64
-        Their positions and radii [length]. A body of radius 0 blocks nothing.
+        Their positions and radii [length]. A body of radius 0 blocks nothing. The last ones stand for none.
     identity : ndarray, shape (b,), int64
         Their identities: nobody is hidden by its own body, or by that of the observer.
     next_one : ndarray, shape (b,), int64
@@ -55,6 +57,7 @@ class Opaque(NamedTuple):
     @classmethod
     def of(cls, size: int, period: tuple[float, float] = (0.0, 0.0)) -> Opaque:
         """Return room for so many bodies."""
+        size = -(-size // BODIES_AT_ONCE) * BODIES_AT_ONCE
         (x, y, radius), (identity, next_one, cells) = np.zeros((3, size)), np.zeros((3, size), np.int64)
         return cls(x, y, radius, identity, next_one, cells, np.zeros(7), np.array(period, float))
 
@@ -177,7 +180,7 @@ def _count_hiding(x: float, y: float, way_x: float, way_y: float, mine: int, oth
 
 
 @kernel
-def _lines(low: float, high: float, corner: float, wide: float, count: int, period: float) -> tuple[int, int]:
+def lines_of(low: float, high: float, corner: float, wide: float, count: int, period: float) -> tuple[int, int]:
     """Return the first and the last line of cells in an interval; numbers beyond the grid are of images."""
     first = math.floor((low - corner) / wide)
     last = math.floor((high - corner) / wide)
@@ -214,7 +217,7 @@ def is_hidden(x: float, y: float, way_x: float, way_y: float, mine: int, other: 
     reach = grid[6]
     left = x + min(way_x, 0.0) - reach
     right = x + max(way_x, 0.0) + reach
-    first, last = _lines(left, right, grid[2], grid[4], across, opaque.period[0])
+    first, last = lines_of(left, right, grid[2], grid[4], across, opaque.period[0])
     for column in range(first, last + 1):
         # The part of the way from which a body in this column can be near.
         begin = 0.0
@@ -226,7 +229,7 @@ def is_hidden(x: float, y: float, way_x: float, way_y: float, mine: int, other: 
             end = min(max(max(one, two), 0.0), 1.0)
         low = y + min(begin * way_y, end * way_y) - reach
         high = y + max(begin * way_y, end * way_y) + reach
-        lowest, highest = _lines(low, high, grid[3], grid[5], up, opaque.period[1])
+        lowest, highest = lines_of(low, high, grid[3], grid[5], up, opaque.period[1])
         for row in range(lowest, highest + 1):
             j = opaque.cells[(row % up) * across + column % across]
             while j >= 0:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.angles import ANGLE_MARGIN, near_angle
 from teamsight.core.component import Component
 from teamsight.core.contracts import parameters_of
 from teamsight.core.elementary import atan2
@@ -93,23 +94,6 @@ class Scene(NamedTuple):
 OWN_SECTORS = 16
 
 _FULL_TURN = 2.0 * math.pi
-# Twice the largest error of `_near_angle` [rad].
-_MARGIN = 2e-5
-
-
-@inlined
-def _near_angle(left: float, ahead: float) -> float:
-    """Return atan2(left, ahead) to within 1e-5, in a third of the time; NaN for (0, 0).
-
-    Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 4.4.49.
-    """
-    wide, high = abs(ahead), abs(left)
-    t = min(wide, high) / max(wide, high)
-    s = t * t
-    angle = t * (0.999866 + s * (-0.3302995 + s * (0.180141 + s * (-0.085133 + s * 0.0208351))))
-    angle = 0.5 * math.pi - angle if high > wide else angle
-    angle = math.pi - angle if ahead < 0.0 else angle
-    return -angle if left < 0.0 else angle
 
 
 @inlined
@@ -118,10 +102,10 @@ def sector_of(x: float, y: float, heading_x: float, heading_y: float, sectors: i
     ahead = x * heading_x + y * heading_y
     left = y * heading_x - x * heading_y
     scale = sectors / _FULL_TURN
-    at = _near_angle(left, ahead) * scale + 0.5
+    at = near_angle(left, ahead) * scale + 0.5
     number = math.floor(at)
     # Near the edge of a sector, and for NaN, the exact angle decides, so that it decides everywhere.
-    if not _MARGIN * scale < at - number < 1.0 - _MARGIN * scale:
+    if not ANGLE_MARGIN * scale < at - number < 1.0 - ANGLE_MARGIN * scale:
         number = math.floor(atan2(left, ahead) * scale + 0.5)
     return number + sectors if number < 0 else number % sectors
 

@@ -52,6 +52,7 @@ from teamsight.agents.engine.records import (
 from teamsight.agents.engine.relation import counted_groups
 from teamsight.agents.group import team_of
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE
+from teamsight.agents.sensing.lidar import MEASURE, bound_lidar
 from teamsight.core.kernel import Entry, Packed, Record, array_at
 from teamsight.core.kernel.record import address_of
 from teamsight.policies.channels import OF_BODIES
@@ -63,7 +64,7 @@ from teamsight.world.drive import is_own as is_own_drive
 from teamsight.world.limits import farthest_of
 from teamsight.world.motion import advance_entry, intend_entry, is_watched, pack_move
 from teamsight.world.noise import LANES, Stream, stream_number
-from teamsight.world.occlusion import GATHER_BODIES
+from teamsight.world.occlusion import GATHER_BODIES, gathering
 from teamsight.world.search import FAR_AWAY
 
 if TYPE_CHECKING:
@@ -301,6 +302,12 @@ class Binding:
         # Listed when they are first needed.
         self._sizes: Sizes | Literal[False] | None = None
         self._relays = relays_of(groups, data.moment)
+        lidars = [group for group in groups if group.lidar is not None]
+        self._bodies = next((relation.bodies for relation in relations if relation.bodies is not None), None)
+        if self._bodies is None and lidars and has_bodies(data):
+            self._bodies = gathering([group.bodies for group in groups], data.arena)
+        opaque = self._bodies.value.opaque if self._bodies else None
+        self._lidars = [(group, bound_lidar(group, data, opaque if has_bodies(data) else None)) for group in lidars]
         self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
@@ -371,9 +378,9 @@ class Binding:
             move += solid.phases(None)
         if interactions:
             move += interactions.phases(None)
-        # All relations have the same bodies.
-        blocking = [relation.bodies for relation in self._relations if relation.bodies is not None]
-        search += [Phase("gather bodies", GATHER_BODIES, bodies) for bodies in blocking[:1]]
+        if self._bodies is not None:
+            search.append(Phase("gather bodies", GATHER_BODIES, self._bodies))
+        search += [Phase("measure", MEASURE, lidar, group) for group, lidar in self._lidars]
         for relation, found in zip(self._relations, self._relation_records, strict=True):
             search.append(Phase("search", loop.SEARCH, found, relation))
             if found.value.detection:
@@ -513,6 +520,8 @@ class Binding:
             return False
         if self._trail or any(group.inputs or group.has_decided for group in data.groups):
             return False
+        if self._lidars:
+            return False
         # A sensor keeps what it has measured, or has a range of its own.
         return not any(relation.detection or relation.has_own_range for relation in self._relations)
 
@@ -646,6 +655,11 @@ def can_fail(data: WorldData) -> bool:
     own = any(sensor is not None and is_checked(sensor) for sensor in sensors)
     own = own or (bool(data.solid) and is_own(data.contact)) or any(is_own_drive(group.drive) for group in data.groups)
     return own or is_watched(data.arena) or bool(data.interactions)
+
+
+def has_bodies(data: WorldData) -> bool:
+    """Whether an agent has a radius, so that rays can meet it."""
+    return any(bool(group.bodies.radius.any()) for group in data.groups)
 
 
 def _side(relation: Relation) -> str | int:

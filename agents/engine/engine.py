@@ -15,7 +15,7 @@ from teamsight.agents.awareness.interface import perceive_entry, situate_entry
 from teamsight.agents.channel import TEAMMATES, leave
 from teamsight.agents.decisions import give_timetables, is_every_step
 from teamsight.agents.engine import loop
-from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail, move_entry
+from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail, has_bodies, move_entry
 from teamsight.agents.engine.contacts import RECORD_BUMPS
 from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of
 from teamsight.agents.engine.interactions import (
@@ -33,6 +33,7 @@ from teamsight.agents.group import Group, team_of
 from teamsight.agents.recording.history import Trail
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE, TransitionLogs
 from teamsight.agents.resolve import check_channels, check_fit, put_rows, take_rows
+from teamsight.agents.sensing.lidar import MEASURE
 from teamsight.agents.sensing.sensor import BODIES, Sensor, sense_entry
 from teamsight.agents.world_data import DECIDE
 from teamsight.core import checks
@@ -307,8 +308,11 @@ def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
         sensors = (channel.sensor or Sensor() for channel in group.channels.values())
         sensing = [sense_entry(sensor) for sensor in sensors if needs_detection(sensor, data.arena)]
         found += [DETECT, *sensing] if sensing else []
-    if _bodies_block_sight(data):
+    has_lidar = any(group.lidar is not None for group in groups)
+    if _bodies_block_sight(data) or (has_lidar and has_bodies(data)):
         found.append(GATHER_BODIES)
+    if has_lidar:
+        found.append(MEASURE)
     if any(delay_of(group) for group in groups):
         found.append(SHOW_LATE)
     if data.interactions:

@@ -8,9 +8,11 @@ from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
     from teamsight.agents.sensing.check import check_sensor
+    from teamsight.agents.sensing.lidar import Lidar
     from teamsight.agents.sensing.sensor import NOBODY, Sensor, View, normals, rotation, uniform, words_of
 
 _HOMES = {
+    "Lidar": "teamsight.agents.sensing.lidar",
     "NOBODY": "teamsight.agents.sensing.sensor",
     "Sensor": "teamsight.agents.sensing.sensor",
     "View": "teamsight.agents.sensing.sensor",
@@ -21,6 +23,6 @@ _HOMES = {
     "words_of": "teamsight.agents.sensing.sensor",
 }
 
-__all__ = ["NOBODY", "Sensor", "View", "check_sensor", "normals", "rotation", "uniform", "words_of"]
+__all__ = ["NOBODY", "Lidar", "Sensor", "View", "check_sensor", "normals", "rotation", "uniform", "words_of"]
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

@@ -54,7 +54,7 @@ _ONE = np.uint64(_BIAS << 52)
 
 _ROOT = math.sqrt(2.0)
 _LOG_2 = math.log(2.0)
-_FULL_TURN = 2.0 * math.pi
+FULL_TURN = 2.0 * math.pi
 
 #: What blocks the sight of a sensor, beside obstacles and walls.
 BODIES = "bodies"
@@ -120,7 +120,7 @@ def normals(word: np.uint64, other: np.uint64) -> tuple[float, float]:
 def rotation(turns: float) -> tuple[float, float]:
     """Return cosine and sine of any number of full turns, to within 1e-12; faster than `direction`."""
     quarter = np.rint(4.0 * turns)
-    t = (turns - 0.25 * quarter) * _FULL_TURN
+    t = (turns - 0.25 * quarter) * FULL_TURN
     s = t * t
     ss = s * s
     sine = (1.0 - s * (1 / 6)) + ss * (1 / 120 - s * (1 / 5040)) + ss * ss * (1 / 362880 - s * (1 / 39916800))
@@ -424,10 +424,11 @@ MOST_DELAY = 1_000
 Delay = Annotated[int, Allowed(least=0, most=MOST_DELAY, cure="it is a number of ticks", unit="ticks")]
 
 
-def _field_of_view(name: str, value: Any) -> float:
-    found = checks.angle(name, value, _FULL_TURN)
+def checked_view(name: str, value: Any, *, cure: str) -> float:
+    """Return a field of view [rad]; raise an error with this cure if it is 0."""
+    found = checks.angle(name, value, FULL_TURN)
     if found == 0:
-        raise ValueError(f"{name}=0.0: must be above 0 [rad]; to sense nothing, use missed=1")
+        raise ValueError(f"{name}=0.0: must be above 0 [rad]; {cure}")
     return found
 
 
@@ -488,7 +489,12 @@ class Sensor(Component):
     *Departs:* the paper's sensors are exact and see all around (§3, §5).
     """
 
-    field_of_view: Annotated[float, Allowed(above=0, most=_FULL_TURN, check=_field_of_view, unit="rad")] = _FULL_TURN
+    field_of_view: Annotated[
+        float,
+        Allowed(
+            above=0, most=FULL_TURN, check=partial(checked_view, cure="to sense nothing, use missed=1"), unit="rad"
+        ),
+    ] = FULL_TURN
     range_noise: Annotated[NonNegative, Allowed(unit="length")] = 0.0
     bearing_noise: Annotated[
         float, Allowed(least=0, most=math.pi, check=partial(checks.angle, most=math.pi), unit="rad")
@@ -509,7 +515,7 @@ class Sensor(Component):
     @property
     def parameters(self) -> npt.NDArray[np.float64]:
         """The constants that the kernel reads, shape (p,)."""
-        is_all_round = self.field_of_view >= _FULL_TURN
+        is_all_round = self.field_of_view >= FULL_TURN
         return np.array([
             -2.0 if is_all_round else math.cos(0.5 * self.field_of_view), self.field_of_view * PER_RADIAN,
             self.range_noise, self.bearing_noise * PER_RADIAN,
@@ -521,7 +527,7 @@ class Sensor(Component):
         """Whether it senses exactly what is in range, at once; if `occluded`, where no obstacle blocks its sight."""
         is_standard = type(self).sense is Sensor.sense and type(self).parameters is Sensor.parameters
         is_noisy = self.range_noise or self.bearing_noise or self.missed or self.false_positives or self.delay
-        misses_some = self.field_of_view < _FULL_TURN or self.occluded == BODIES
+        misses_some = self.field_of_view < FULL_TURN or self.occluded == BODIES
         return is_standard and not misses_some and not is_noisy
 
     def detect(

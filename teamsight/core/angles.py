@@ -1,10 +1,14 @@
-"""Unit vectors from uniform numbers, without trigonometry: the same bits on every machine."""
+"""Unit vectors from uniform numbers, and angles, without trigonometry: the same bits on every machine."""
 
 from __future__ import annotations
+
+import math
 
 from teamsight.core.kernel import inlined
 
 _FULL_TURN = 6.283185307179586
+#: Twice the largest error of `near_angle` [rad].
+ANGLE_MARGIN = 2e-5
 
 
 @inlined
@@ -57,3 +61,18 @@ def direction_after(turns: float) -> tuple[float, float]:
     # Not `math.floor`: on some processors that is a call of the mathematics library.
     whole = int(turns)
     return direction(turns - (whole - (turns < whole)))
+
+
+@inlined
+def near_angle(left: float, ahead: float) -> float:
+    """Return atan2(left, ahead) to within 1e-5, in a third of the time; NaN for (0, 0).
+
+    Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 4.4.49.
+    """
+    wide, high = abs(ahead), abs(left)
+    t = min(wide, high) / max(wide, high)
+    s = t * t
+    angle = t * (0.999866 + s * (-0.3302995 + s * (0.180141 + s * (-0.085133 + s * 0.0208351))))
+    angle = 0.5 * math.pi - angle if high > wide else angle
+    angle = math.pi - angle if ahead < 0.0 else angle
+    return -angle if left < 0.0 else angle

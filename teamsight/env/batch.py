@@ -284,7 +284,7 @@ class Place:
         observable = sum(len(group) for groups in counted_groups(relations) for group in groups)
         roles = [1 if one.counts else 2 * (one.name == TEAMMATES) for one in relations]
         sensing = group.perception.record
-        seen = type(sensing)(sensing.record, self._observation.seen(sensing.value, shown.observations[shown.world]))
+        seen = self._observation.seen(sensing, shown.observations[shown.world])
         bodies = sum(map(len, self._world.groups))
         kept = targets.true_lists if targets else (np.zeros(len(group) + 1, np.int64), np.zeros(0, np.int64))
         arrays = SightArrays(

@@ -87,7 +87,9 @@ class Live(NamedTuple):
         data, binding = world._data, world._engine._binding
         whole = [binding.state, data.key, data.moment, data.time, sight.before, sight.is_new, *binding._met.values()]
         for group, record in zip(data.groups, binding._group_records, strict=True):
-            whole += [group.bodies[name] for name in group.bodies.fields if name not in _SAME]
+            # Of robots that are steered, the lidar is shown at once.
+            left_out = {*_SAME, "lidar"} if group is place.group else _SAME
+            whole += [group.bodies[name] for name in group.bodies.fields if name not in left_out]
             whole += [group._numbers, record.value.block]
         lists: list[tuple[Array, ...]] = [(sight.kept_start, sight.kept_index)]
         for relation in world._engine.relations:

@@ -62,8 +62,8 @@ class SightArrays(NamedTuple):
         The kernel of the percept, and its record; see `Observation.perceive`.
     room : int
         The number of entries that `perceive` can write.
-    show, seen : Entry, Packed of Sensing
-        The kernel that writes the observations, and its record.
+    show, seen : Entry, Packed
+        The kernel that writes the observations, and its record; see `Observation.seen`.
     of_robots : ndarray, shape (robots, facts), float64
         The facts of the robots; see `Facts`.
     shown : ndarray, shape (facts, worlds, robots), float64
@@ -94,7 +94,7 @@ class SightArrays(NamedTuple):
     percept: Packed[Sensing]
     room: int
     show: Entry
-    seen: Packed[Sensing]
+    seen: Packed[Any]
     of_robots: Annotated[Floats, "robots", "facts"]
     shown: Annotated[Floats, "facts", "worlds", "robots"]
     number: int

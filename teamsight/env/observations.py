@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight.agents.awareness.degrees import next_nearest
 from teamsight.agents.awareness.interface import Sensing, check_width, perceive_entry, sensing_at, situate_entry
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Component
-from teamsight.core.kernel import Entry, kernel
+from teamsight.core.kernel import Entry, Packed, Record, call, kernel
 
 if TYPE_CHECKING:
     import gymnasium
@@ -127,6 +128,53 @@ def _nearest_entry() -> Entry:
     return Entry(_show_nearest)
 
 
+class WithRays(NamedTuple):
+    """The record of observations that end with the readings of a lidar.
+
+    Attributes
+    ----------
+    show, seen : Entry, Packed of Sensing
+        The kernel that writes the rest, and its record.
+    rest : ndarray, shape (n, rest), float32
+        The rest.
+    readings : ndarray, shape (n, rays), float64
+        Distances [length].
+    range : float
+        The range of the lidar [length].
+    situation : ndarray, shape (n, width), float32
+        The observations: the rest, and distances in ranges.
+    """
+
+    show: Entry
+    seen: Packed[Sensing]
+    rest: Annotated[npt.NDArray[np.float32], "n", "rest"]
+    readings: Annotated[npt.NDArray[np.float64], "n", "rays"]
+    range: float
+    situation: Annotated[npt.NDArray[np.float32], "n", "width"]
+
+
+_WITH_RAYS = Record(WithRays)
+_with_rays_at = _WITH_RAYS.at
+
+
+def _show_with_rays(address: int) -> int:
+    here = _with_rays_at(address)
+    call(here.show, here.seen)
+    rest = here.rest.shape[1]
+    for i in range(here.situation.shape[0]):
+        row = here.situation[i]
+        for k in range(rest):
+            row[k] = here.rest[i, k]
+        for j in range(here.readings.shape[1]):
+            row[rest + j] = here.readings[i, j] / here.range
+    return 0
+
+
+@cache
+def _rays_entry() -> Entry:
+    return Entry(_show_with_rays)
+
+
 class Observation:
     """How the robots of a group are shown what they perceive.
 
@@ -152,23 +200,32 @@ class Observation:
     """
 
     def __init__(self, group: Group, team_size: int, layout: Nearest | None) -> None:
-        self._layout, self._degree = layout, group.awareness
+        self._layout, self._degree, self._group = layout, group.awareness, group
         self.teammates = max(team_size - 1, 0)
-        self.width = check_width(group.awareness, max(team_size, 1)) if layout is None else layout.width
+        self._rest = check_width(group.awareness, max(team_size, 1)) if layout is None else layout.width
+        self.width = self._rest + (group.lidar.rays if group.lidar else 0)
         needs_lists = layout is not None and (layout.teammates or layout.relayed)
         self.perceive = perceive_entry(group.awareness) if needs_lists else None
-        self.show = situate_entry(group.awareness) if layout is None else _nearest_entry()
+        self._show_rest = situate_entry(group.awareness) if layout is None else _nearest_entry()
+        self.show = _rays_entry() if group.lidar else self._show_rest
         # Readings of sensors of this package are at most the range, with noise too.
         self._is_limited = type(group.awareness).__module__.startswith("teamsight.agents.awareness.") and all(
             channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values()
         )
 
-    def seen(self, sensing: Sensing, situation: Any) -> Sensing:
+    def seen(self, sensing: Packed[Sensing], situation: Any) -> Packed[Any]:
         """Return the record of a group with which `show` writes into `situation`, shape (robots, width), float32."""
-        if self._layout is None:
-            return sensing._replace(situation=situation)
-        numbers = (self._layout.targets, self._layout.teammates, self._layout.relayed, self._degree.shows_teammates)
-        return sensing._replace(situation=situation, parameters=np.array(numbers, float))
+        lidar, value = self._group.lidar, sensing.value
+        rest = situation if lidar is None else np.zeros((len(situation), self._rest), np.float32)
+        value = value._replace(situation=rest)
+        if self._layout is not None:
+            numbers = (self._layout.targets, self._layout.teammates, self._layout.relayed, self._degree.shows_teammates)
+            value = value._replace(parameters=np.array(numbers, float))
+        seen = type(sensing)(sensing.record, value)
+        if lidar is None:
+            return seen
+        readings = self._group.bodies.lidar
+        return _WITH_RAYS.pack(WithRays(self._show_rest, seen, rest, readings, float(lidar.range), situation))
 
     def space(self) -> gymnasium.spaces.Box:
         """Return a new space of the observations of one robot."""
@@ -183,4 +240,5 @@ class Observation:
         most[len(most) - self._layout.relayed :, 1:] = np.inf
         least = -most
         least[:, 0] = 0.0
-        return spaces.Box(least.ravel(), most.ravel(), dtype=np.float32)
+        rays = np.zeros(self.width - self._rest, np.float32)
+        return spaces.Box(np.append(least, rays), np.append(most, rays + 1), dtype=np.float32)

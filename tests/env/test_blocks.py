@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, Cycle, DifferentialDrive, Failures, Sensor
+from teamsight import CMOMMT, Cycle, DifferentialDrive, Failures, Lidar, Sensor
 from teamsight.core.kernel import kernel
 from teamsight.env import TeamVectorEnv, parallel_env, vector_env
 from teamsight.policies.compiled import CompiledPolicy
@@ -29,6 +29,7 @@ KINDS: list[dict[str, Any]] = [
     {"sensor": Sensor(range_noise=0.2, missed=0.1, false_positives=0.3), "observation": "pairwise", "reward": GAINS},
     {"sensor": Sensor(occluded="bodies"), "robot_radius": 0.6, "target_radius": 0.4},
     {"drive": DifferentialDrive(0.1, 0.02), "observation": "pairwise"},
+    {"lidar": Lidar(8, 2.0, 3.0, range_noise=0.1), "robot_radius": 0.3},
 ]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from naive import environments as naive
 
-from teamsight import CMOMMT, Sensor
+from teamsight import CMOMMT, Lidar, Sensor
 from teamsight.agents.awareness import RingAwareness
 from teamsight.env import Nearest, parallel_env
 
@@ -53,6 +53,27 @@ def test_nearest_lists_what_the_percept_shows(degree: str) -> None:
             filled += shown[[0, 12, 21]] == 1
         observations, *_ = env.step(dict(zip(env.agents, rng.uniform(-1, 1, (12, 2)), strict=True)))
     assert (filled > 0).tolist() == [True, degree != "none", degree == "shared"]
+
+
+@pytest.mark.parametrize("layout", ["sectors", Nearest(2, 1, 1)])
+def test_observations_end_with_the_lidar_in_ranges(layout: Any) -> None:
+    given: dict[str, Any] = {**CROWD, "robot_radius": 0.1, "layout": layout, "observation": "shared"}
+    env, other = parallel_env(**given, lidar=Lidar(12, 1.5)), parallel_env(**given)
+    observations, _ = env.reset(seed=1)
+    before, _ = other.reset(seed=1)
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        readings = env.world.robots.percept.lidar
+        assert readings.min() < 0.5
+        for i, (agent, shown) in enumerate(observations.items()):
+            assert np.array_equal(shown[:-12], before[agent])
+            assert np.array_equal(shown[-12:], (readings[i] / 1.5).astype(np.float32))
+            space = env.observation_space(agent)
+            assert space.shape == shown.shape
+            assert space.contains(shown)
+            assert (space.low[-12:].tolist(), space.high[-12:].tolist()) == ([0.0] * 12, [1.0] * 12)
+        actions = dict(zip(env.agents, rng.uniform(-1, 1, (12, 2)), strict=True))
+        observations, before = env.step(actions)[0], other.step(actions)[0]
 
 
 @dataclass(frozen=True)

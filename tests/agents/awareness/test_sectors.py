@@ -9,7 +9,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from teamsight.agents.awareness.interface import _MARGIN, _near_angle, sector_of
+from teamsight.agents.awareness.interface import sector_of
+from teamsight.core.angles import ANGLE_MARGIN, near_angle
 
 pytestmark = pytest.mark.short
 
@@ -39,5 +40,5 @@ def test_at_the_edges_of_sectors_too(sectors: int, number: int, off: float) -> N
 
 def test_the_margin_is_twice_the_error_of_the_fast_angle() -> None:
     angles = np.linspace(-math.pi, math.pi, 20_001)[1:-1]
-    error = max(abs(_near_angle(math.sin(a), math.cos(a)) - a) for a in angles)
-    assert 0.3 * _MARGIN < error <= 0.6 * _MARGIN
+    error = max(abs(near_angle(math.sin(a), math.cos(a)) - a) for a in angles)
+    assert 0.3 * ANGLE_MARGIN < error <= 0.6 * ANGLE_MARGIN
