@@ -12,7 +12,7 @@ from typing import Any
 
 from measure import cpu_seconds, interleave
 
-from teamsight import CMOMMT, Box, Car, DifferentialDrive, Robot, Sensor, World
+from teamsight import CMOMMT, Box, Car, DifferentialDrive, Lidar, Robot, Sensor, World
 
 ROUNDS, STEPS = 11, 1500
 CROWD, SIDE = 5000, 100.0
@@ -68,6 +68,14 @@ def main() -> None:
         "sight past bodies": team(**bodies),
         "sight blocked by bodies": team(**bodies, sensor=Sensor(occluded="bodies")),
     }, STEPS, ROUNDS)  # fmt: skip
+    lidar = Lidar(32, 2.0)
+    for name, given in {
+        "points": {}, "radius 0.1, pass": bodies, "radius 0.1, slide": {**bodies, "contact": "slide"}
+    }.items():  # fmt: skip
+        compare({
+            f"30 robots, {name}": team(**given), "with a lidar of 32 rays": team(**given, lidar=lidar),
+            "of a range of 5": team(**given, lidar=Lidar(32, 5.0)),
+        }, STEPS, ROUNDS)  # fmt: skip
     compare({
         "5,000 robots, points": crowd("pass", 0.4),
         "40 % of the area, stop": crowd("stop", 0.4),

@@ -11,13 +11,13 @@ from teamsight.cli.options import Options
 
 
 def worlds() -> Iterator[Callable[[], Any]]:
-    """Yield functions that make the worlds of commands: policies with degrees, bodies, drives, tasks, records.
+    """Yield functions that make the worlds of commands: policies with degrees, sensors, bodies, drives, tasks, records.
 
     What each makes has ``run(steps)`` and ``step()``.
     """
     from teamsight.agents.awareness import AWARENESS
     from teamsight.agents.cmommt import CMOMMT
-    from teamsight.agents.sensing import Sensor
+    from teamsight.agents.sensing import Lidar, Sensor
     from teamsight.policies.registry import POLICIES, policy_named
     from teamsight.tasks import TASKS
     from teamsight.world.registry import CONTACTS, DRIVES
@@ -28,7 +28,7 @@ def worlds() -> Iterator[Callable[[], Any]]:
         fitting = [name for name, kind in AWARENESS.items() if needs <= set(kind.delivers)]
         for awareness in fitting if degree is None else (degree,):
             yield partial(CMOMMT, **small, policy=policy, awareness=awareness)
-    yield partial(CMOMMT, **small, sensor=Sensor(field_of_view=2.0))
+    yield partial(CMOMMT, **small, sensor=Sensor(field_of_view=2.0), lidar=Lidar(), robot_radius=0.1)
     for drive, contact in product(DRIVES, CONTACTS):
         bodies: dict[str, Any] = {"drive": drive, "contact": contact, "robot_radius": 0.1}
         yield partial(CMOMMT, **small, **bodies)

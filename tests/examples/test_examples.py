@@ -416,6 +416,13 @@ def test_robots_that_avoid_exchange_places_without_a_bump(run: Run) -> None:
     assert done[2] == "0"
 
 
+def test_robots_with_a_lidar_bump_less(run: Run) -> None:
+    printed = run("lidar")
+    bumps = [float(number) for number in re.findall(r"(\d+\.\d) bumps a robot, path: compiled", printed)]
+    assert len(bumps) == 2
+    assert bumps[1] < 0.1 * bumps[0]
+
+
 def test_boids_flock(run: Run) -> None:
     printed = run("boids")
     lengths = [float(number) for number in re.findall(r"length (0\.\d+)", printed)]

@@ -69,6 +69,7 @@ def _seen(world: Any) -> Iterator[Any]:
         if len(group):
             group[0].percept  # noqa: B018  (brings the group's up to date)
             yield from (*group.percept.targets, *group.percept.teammates, *group.percept.relayed, group.percept.situation)
+            yield from () if group.lidar is None else [group.percept.lidar]
     for table in (world.recording.history, world.recording.trajectory):
         yield from (table[name].to_numpy() for name in table if table[name].dtype.kind in "biuf")
     yield world.events.to_csv()

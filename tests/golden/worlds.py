@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
 from interactions import Capture, CaptureInTurn, hunt
 
-from teamsight import CMOMMT, Box, Car, Circle, DifferentialDrive, Disc, Polygon, Robot, Sensor, Target, Torus, World
+from teamsight import (
+    CMOMMT,
+    Box,
+    Car,
+    Circle,
+    DifferentialDrive,
+    Disc,
+    Lidar,
+    Polygon,
+    Robot,
+    Sensor,
+    Target,
+    Torus,
+    World,
+)
 from teamsight.agents.awareness import NearestAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
 from teamsight.agents.components import (
     Arrivals,
@@ -24,11 +38,13 @@ from teamsight.agents.components import (
 )
 from teamsight.agents.decisions import Cycle
 from teamsight.agents.recording.explore import explore
+from teamsight.core.kernel import inlined
 from teamsight.policies import (
     ACmommt,
     Action,
     Avoiding,
     Centroid,
+    CompiledPolicy,
     Evolved,
     LazyQ,
     LazyRegression,
@@ -38,6 +54,7 @@ from teamsight.policies import (
     RandomWalk,
     SeekCharger,
     SheppardLazyQ,
+    go,
 )
 from teamsight.policies.eager import LinearQ, TabularQ
 from teamsight.policies.memory import LazyMemory
@@ -177,6 +194,7 @@ _CMOMMT: dict[str, dict[str, Any]] = {
     "square ranges": {"policy": "a-cmommt", "awareness": "shared", "range_shape": "square"},
     "evenness": {"policy": "p-cmommt", "policy_options": {"evenness": 0.6}},
     "differential drive": {"drive": DifferentialDrive(0.1, 0.02)}, "car": {"drive": Car(0.1, 0.6, 0.2, 0.02), "policy": "evolved"},
+    "lidar": {"robots": 12, "radius": 2.0, "robot_radius": 0.15, "target_radius": 0.1, "lidar": Lidar(16, 1.5)},
     "bodies that slide": {"robots": 12, "radius": 2.0, "robot_radius": 0.15, "target_radius": 0.1, "contact": "slide"},
 }  # fmt: skip
 _MIXED: dict[str, dict[str, Any]] = {
@@ -234,6 +252,7 @@ WORLDS: dict[str, Callable[..., World]] = {
     "interaction that fails": lambda rng: failing(rng=rng),
     "bodies that stop, come and fail": lambda rng: crowd(rng=rng),
     "bodies that avoid each other": lambda rng: crowd(Avoiding("a-cmommt", targets=True), rng=rng),
+    "a lidar": lambda rng: rooms(rng=rng),
     "bodies that move in turn": lambda rng: hunt(CaptureInTurn(), rng, contact="slide", radius=0.2, prey_radius=0.3),
 }  # fmt: skip
 
@@ -246,6 +265,35 @@ def crowd(policy: Any = "a-cmommt", *, rng: Any) -> World:
     world.senses(robots, targets)
     world.attach(Failures(15, 5), robots)
     world.attach(Arrivals(9.0, 40.0, most=12), robots)
+    return world
+
+
+@inlined
+def _turn_from_near(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    for i in range(percept.heading.shape[0]):
+        turn, rays = 0.0, percept.lidar.shape[1]
+        for j in range(rays):
+            turn += percept.lidar[i, j] * (2 * j + 1 - rays)
+        x, y = percept.heading[i, 0], percept.heading[i, 1]
+        go(action, i, x - 0.02 * turn * y, y + 0.02 * turn * x, min(percept.speed[i], percept.lidar[i, rays // 2]))
+
+
+@dataclass(frozen=True)
+class TurnFromNear(CompiledPolicy):
+    """Turn to the side where more is free."""
+
+    rays: int = 11
+    kernel = _turn_from_near
+
+
+def rooms(*, rng: Any) -> World:
+    """Return a world of robots that steer by a lidar with noise between obstacles on a torus, of which some fail."""
+    arena = Torus(6.0, 5.0).with_obstacles(Circle((2.7, 0.5), 0.6), Polygon([(-1.5, -1), (-0.5, -1), (-1, 0)]))
+    world = World(arena, contact="slide", rng=rng)
+    lidar = Lidar(11, 1.5, 4.0, range_noise=0.02)
+    robots = world.add(Robot, 9, policy=TurnFromNear(), radius=0.1, lidar=lidar, speed=0.15)
+    world.senses(robots, world.add(Target, 5, policy="random-walk", radius=[0.05, 0.1, 0.0, 0.3, 0.1]))
+    world.attach(Failures(15, 5), robots)
     return world
 
 
