@@ -19,8 +19,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
-#: The number of bodies is filled up to a multiple of this with bodies of radius 0, for SIMD lanes.
-BODIES_AT_ONCE = 16
+# The number of bodies is filled up to a multiple of this, for SIMD lanes.
+_LANES = 8
 # With more bodies than these, those near a line of sight are found in cells.
 _FEW = 64
 
@@ -31,7 +31,8 @@ class Opaque(NamedTuple):
     Attributes
     ----------
     x, y, radius : ndarray, shape (b,), float64
-        Their positions and radii [length]. A body of radius 0 blocks nothing. The last ones stand for none.
+        Their positions and radii [length]. A body of radius 0 blocks nothing. The last ones, infinitely far
+        away, fill lanes up.
     identity : ndarray, shape (b,), int64
         Their identities: nobody is hidden by its own body, or by that of the observer.
     next_one : ndarray, shape (b,), int64
@@ -57,8 +58,10 @@ class Opaque(NamedTuple):
     @classmethod
     def of(cls, size: int, period: tuple[float, float] = (0.0, 0.0)) -> Opaque:
         """Return room for so many bodies."""
-        size = -(-size // BODIES_AT_ONCE) * BODIES_AT_ONCE
-        (x, y, radius), (identity, next_one, cells) = np.zeros((3, size)), np.zeros((3, size), np.int64)
+        size = -(-size // _LANES) * _LANES
+        (x, y), radius, (identity, next_one, cells) = (
+            np.full((2, size), np.inf), np.zeros(size), np.zeros((3, size), np.int64)
+        )  # fmt: skip
         return cls(x, y, radius, identity, next_one, cells, np.zeros(7), np.array(period, float))
 
 

@@ -12,14 +12,15 @@ import numpy.typing as npt
 
 from teamsight.agents.sensing.sensor import FULL_TURN, checked_view, normals, salt_of
 from teamsight.core import checks
-from teamsight.core.angles import ANGLE_MARGIN, direction_after, near_angle
+from teamsight.core.angles import ANGLE_MARGIN, angle_of_ratio, direction_after
 from teamsight.core.component import Allowed, Component, NonNegative, Positive
-from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, plain, scratch
+from teamsight.core.kernel import Entry, Packed, Record, below_64, inlined, kernel, lowest_bit, plain, scratch
+from teamsight.core.kernel.intrinsics import near_eight
 from teamsight.core.table import Field
 from teamsight.world.arena import states_walls
 from teamsight.world.noise import Stream, philox, stream_number
-from teamsight.world.occlusion import BODIES_AT_ONCE, Opaque, lines_of, no_bodies
-from teamsight.world.walls import ROUNDING, Walls, is_behind, joined, repeated
+from teamsight.world.occlusion import Opaque, lines_of, no_bodies
+from teamsight.world.walls import ROUNDING, is_behind, joined, repeated
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
@@ -108,22 +109,23 @@ class Lidar(Component):
 
 #: The number of round things that are processed at once.
 CHUNK = 64
-# In place of the index of the own body.
-_NOBODY, _WALLS = -1, -2
+LANES = 8
+#: Room for these, and for what fills up the lanes.
+ROOM = CHUNK + LANES
 
 
-class Round(NamedTuple):
-    """Round things.
+class Near(NamedTuple):
+    """Round things that are noted, bodies or obstacles: room for `ROOM`.
 
     Attributes
     ----------
-    x, y, radius : ndarray, shape (k,), float64
-        Their centres and radii [length].
+    x, y, radius : ndarray, shape (ROOM,), float64
+        Their centres as seen from the robot, and their radii [length].
     """
 
-    x: Annotated[Floats, ".things"]
-    y: Annotated[Floats, ".things"]
-    radius: Annotated[Floats, ".things"]
+    x: Floats
+    y: Floats
+    radius: Floats
 
 
 class LidarArrays(NamedTuple):
@@ -135,10 +137,10 @@ class LidarArrays(NamedTuple):
         As in `BODIES`.
     readings : ndarray, shape (n, rays), float64
         What is written: distances [length].
-    turned : ndarray, shape (2, rays), float64
-        Cosine and sine of the angle of each ray from the heading.
-    way : ndarray, shape (2, rays), float64
-        Room for the directions of the rays of a robot: unit vectors.
+    turned : ndarray, shape (2, rays + LANES), float64
+        Cosine and sine of the angle of each ray from the heading; 0 after the last ray.
+    way, row : ndarray, shape (2, rays + LANES) and (rays + LANES,), float64
+        Room for the directions of the rays of a robot, unit vectors, and for their distances.
     first : float
         The angle of the first ray from the heading [rad].
     per_radian, turn : float
@@ -149,8 +151,6 @@ class LidarArrays(NamedTuple):
         Walls and obstacles, with all images that are near; see `Walls`.
     slack : float
         A robot beyond a wall by at most this distance is on the wall [length].
-    round : Round
-        The discs that are seen from outside.
     opaque : Opaque
         The bodies; none if all are points.
     own : int
@@ -164,8 +164,9 @@ class LidarArrays(NamedTuple):
     active: Annotated[npt.NDArray[np.bool_], "n"]
     member: Annotated[Integers, "n"]
     readings: Annotated[Floats, "n", "rays"]
-    turned: Annotated[Floats, 2, "rays"]
-    way: Annotated[Floats, 2, "rays"]
+    turned: Annotated[Floats, 2, f"rays + {LANES}"]
+    way: Annotated[Floats, 2, f"rays + {LANES}"]
+    row: Annotated[Floats, f"rays + {LANES}"]
     first: float
     per_radian: float
     turn: float
@@ -174,7 +175,6 @@ class LidarArrays(NamedTuple):
     segments: Annotated[Floats, ".segments", 4]
     discs: Annotated[Floats, ".discs", 3]
     slack: float
-    round: Round
     opaque: Opaque
     own: int
     tick: Annotated[Integers, 1]
@@ -188,76 +188,97 @@ lidar_at = LIDAR.at
 
 
 @kernel
-def _meet_round(
-    here: Any, i: int, things: Any, span: tuple[int, int], from_x: float, from_y: float, own: int
-) -> None:
-    """Let the rays of robot `i`, from (from_x, from_y), end at round things, but for that of index `own`.
+def _meet_near(here: Any, i: int, near: Any, count: int, are_walls: bool) -> None:
+    """Let the rays of robot `i` end at the round things that are noted, `count` bodies or obstacles.
 
-    `span` is the first and their number, a multiple of `BODIES_AT_ONCE` of at most `CHUNK`; if `own` is `_WALLS`, they
-    are obstacles. Which rays may meet each is computed from near angles, in SIMD lanes; whether they do, exactly.
+    Which rays may meet each is computed from near angles, in SIMD lanes; whether they do, exactly.
     """
-    first, count = span
-    are_walls = own == _WALLS
-    # The angle at which each is seen, from the first ray on, and at least half the angle that it takes up [rays].
-    middle = scratch(CHUNK, np.float64)
-    half = scratch(CHUNK, np.float64)
+    # The first and the last ray that may meet each.
+    begin = scratch(CHUNK, np.float64)
+    end = scratch(CHUNK, np.float64)
+    gap = scratch(CHUNK, np.float64)
+    # Below 0 where some ray may meet it.
+    miss = scratch(CHUNK, np.float32)
     ahead_x = here.heading[i, 0]
     ahead_y = here.heading[i, 1]
-    last = here.way.shape[1] - 1.0
-    # The number as the compiler needs it, which then leaves no lanes over.
-    lanes = np.uint64(count // BODIES_AT_ONCE) * np.uint64(BODIES_AT_ONCE)
+    last = here.readings.shape[1] - 1.0
+    # A number of whole lanes, as the compiler sees; it leaves none over.
+    lanes = np.uint64((count + LANES - 1) // LANES) * np.uint64(LANES)
+    for k in range(np.uint64(count), np.uint64(count) + np.uint64(LANES)):
+        near.radius[k] = 0.0
     for k in range(lanes):
-        at = np.uint64(first) + k
-        x = things.x[at] - from_x
-        y = things.y[at] - from_y
-        radius = things.radius[at]
-        reach = here.range + radius
-        gap = x * x + y * y - radius * radius
-        bearing = near_angle(y * ahead_x - x * ahead_y, x * ahead_x + y * ahead_y) - here.first
+        x = near.x[k]
+        y = near.y[k]
+        radius = near.radius[k]
+        ahead = x * ahead_x + y * ahead_y
+        left = y * ahead_x - x * ahead_y
+        wide = abs(ahead)
+        high = abs(left)
+        larger = wide if wide > high else high
+        smaller = high if wide > high else wide
+        away_2 = x * x + y * y
+        gap[k] = away_2 - radius * radius
+        edge = math.sqrt(gap[k] if gap[k] > 1e-300 else 1e-300)
+        # One division for two quotients: the ratio, and the tangent of half the angle, which is larger than that.
+        inverse = 1.0 / (larger * edge)
+        bearing = angle_of_ratio(smaller * edge * inverse, left, ahead) - here.first
         bearing = bearing if bearing >= 0.0 else bearing + FULL_TURN
-        # The tangent of half the angle, which is larger than that.
-        wide = radius / math.sqrt(gap if gap > 1e-300 else 1e-300)
-        wide = ((wide if wide < 0.5 * math.pi else 0.5 * math.pi) + ANGLE_MARGIN) * here.per_radian
-        centre = bearing * here.per_radian
-        middle[k] = centre
-        # Whether there is a ray within it, or within that of the next turn. Things of radius 0 are points.
-        is_between = (abs(centre - np.rint(centre)) <= wide) & (centre - wide <= last)
-        is_seen = is_between | (centre + wide >= here.turn) | (gap <= 0.0)
-        is_near = (radius > 0.0) & (gap + radius * radius <= reach * reach * _BEYOND) & (np.int64(at) != own)
-        half[k] = wide if is_seen & is_near else -1.0
-    for k in range(lanes):
-        if half[k] >= 0.0:
-            at = np.uint64(first) + k
-            x = things.x[at] - from_x
-            y = things.y[at] - from_y
-            _meet_disc(here, i, x, y, things.radius[at], middle[k], half[k], are_walls)
-
-
-@kernel
-def _meet_disc(
-    here: Any, i: int, x: float, y: float, radius: float, middle: float, half: float, is_wall: bool
-) -> None:
-    """Let the rays of robot `i` end at a disc, whose centre is at (x, y) from it, if they are within this angle."""
-    row = here.readings[i]
+        tangent = radius * larger * inverse
+        half = ((tangent if tangent < 0.5 * math.pi else 0.5 * math.pi) + ANGLE_MARGIN) * here.per_radian
+        middle = bearing * here.per_radian
+        # There is a ray within it, or within that of another turn; then any ray may be.
+        is_between = (abs(middle - np.rint(middle)) <= half) & (middle - half <= last)
+        is_at_seam = (middle + half >= here.turn) | (middle - half + here.turn <= last) | (gap[k] <= 0.0)
+        low = np.rint(middle - half - 0.5)
+        high = np.rint(middle + half + 0.5)
+        begin[k] = 0.0 if is_at_seam | (low < 0.0) else low
+        end[k] = last if is_at_seam | (high > last) else high
+        # Of radius 0 are points.
+        longest = here.range + radius
+        is_near = (radius > 0.0) & (away_2 <= longest * longest * _BEYOND)
+        miss[k] = np.float32(-1.0) if (is_between | is_at_seam) & is_near else np.float32(1.0)
+    for k in range(lanes, np.uint64(CHUNK)):
+        miss[k] = np.float32(1.0)
+    row = here.row
     way = here.way
-    gap = x * x + y * y - radius * radius
-    if gap <= 0.0:
-        # Inside of an obstacle is only what rounding has put there, which is on its wall.
-        for j in range(row.shape[0]):
-            row[j] = row[j] if is_wall and x * way[0, j] + y * way[1, j] <= 0.0 else 0.0
-        return
-    last = way.shape[1] - 1.0
-    # Usually in this turn only: those within the next have numbers that are a turn smaller, and so on.
-    for turn in range(-1 if middle + half >= here.turn else 0, 2 if middle - half + here.turn <= last else 1):
-        low = min(max(middle - half + turn * here.turn, 0.0), last + 1.0)
-        high = min(middle + half + turn * here.turn, last)
-        first = int(low)
-        for j in range(first + (first < low), int(high) + 1 if high >= low else 0):
+    word = below_64(miss, np.uint64(0), np.float32(0.0))
+    while word != 0:
+        k, word = lowest_bit(word)
+        first = np.uint64(begin[k])
+        if gap[k] <= 0.0:
+            _stop_inside(here, near.x[k], near.y[k], are_walls)
+            continue
+        x = near.x[k]
+        y = near.y[k]
+        radius = near.radius[k]
+        # Whole lanes, usually one, since a branch for each ray would be mispredicted.
+        rays = (np.uint64(end[k] - begin[k]) // np.uint64(LANES) + np.uint64(1)) * np.uint64(LANES)
+        for j in range(first, first + rays):
             along = x * way[0, j] + y * way[1, j]
             across = x * way[1, j] - y * way[0, j]
             depth = radius * radius - across * across
-            if along > 0.0 and depth >= 0.0:
-                row[j] = min(row[j], gap / (along + math.sqrt(depth)))
+            distance = gap[k] / (along + math.sqrt(depth if depth > 0.0 else 0.0))
+            is_met = (along > 0.0) & (depth >= 0.0) & (distance < row[j])
+            row[j] = distance if is_met else row[j]
+
+
+@kernel
+def _stop_inside(here: Any, x: float, y: float, is_wall: bool) -> None:
+    """Let all rays end in a disc, whose centre is at (x, y) from the robot, which is inside.
+
+    Inside of an obstacle is only what rounding has put there, which is on its wall.
+    """
+    for j in range(here.readings.shape[1]):
+        here.row[j] = here.row[j] if is_wall and x * here.way[0, j] + y * here.way[1, j] <= 0.0 else 0.0
+
+
+@inlined
+def _note(near: Any, count: int, x: float, y: float, radius: float) -> int:
+    """Note a round thing, whose centre is at (x, y) from the robot, as number `count`; return the next number."""
+    near.x[count] = x
+    near.y[count] = y
+    near.radius[count] = radius
+    return count + 1
 
 
 @kernel
@@ -267,7 +288,7 @@ def _meet_hollow_disc(here: Any, i: int, x: float, y: float, radius: float) -> N
     room = radius - here.range
     if room > 0.0 and away_2 * _BEYOND < room * room:
         return
-    row = here.readings[i]
+    row = here.row
     way = here.way
     gap = max(radius * radius - away_2, 0.0)
     for j in range(np.uint64(row.shape[0])):
@@ -291,7 +312,7 @@ def _meet_wall(here: Any, i: int, x_0: float, y_0: float, x_1: float, y_1: float
         return
     if area > 0.0 and area * area > here.range * here.range * length_2 * _BEYOND:
         return
-    row = here.readings[i]
+    row = here.row
     way = here.way
     area = max(area, 0.0)
     for j in range(np.uint64(row.shape[0])):
@@ -310,53 +331,78 @@ def _meet_wall(here: Any, i: int, x_0: float, y_0: float, x_1: float, y_1: float
         row[j] = distance if is_met else row[j]
 
 
-@inlined
-def _filled_up(near: Any, count: int) -> int:
-    """Fill whole lanes up with things of radius 0; return their number then."""
-    while count % BODIES_AT_ONCE != 0:
-        near.x[count] = 0.0
-        near.y[count] = 0.0
-        near.radius[count] = 0.0
-        count += 1
-    return count
+@kernel
+def _meet_obstacles(here: Any, i: int, near: Any) -> None:
+    """Let the rays of robot `i` end at round obstacles and at round walls."""
+    count = 0
+    for k in range(here.discs.shape[0]):
+        x = here.discs[k, 0] - here.position[i, 0]
+        y = here.discs[k, 1] - here.position[i, 1]
+        if here.discs[k, 2] < 0.0:
+            _meet_hollow_disc(here, i, x, y, -here.discs[k, 2])
+        else:
+            count = _note(near, count, x, y, here.discs[k, 2])
+        if count == CHUNK or (count > 0 and k == here.discs.shape[0] - 1):
+            _meet_near(here, i, near, count, True)
+            count = 0
+
+
+@kernel
+def _meet_all(here: Any, i: int, near: Any, x: float, y: float) -> None:
+    """Let the rays of robot `i`, which is at (x, y), end at bodies of which all are compared."""
+    opaque = here.opaque
+    reach = here.range + opaque.grid[6]
+    limit = reach * reach * _BEYOND
+    own = np.uint64(here.own + i)
+    for begin in range(np.uint64(0), np.uint64(opaque.x.shape[0]), np.uint64(CHUNK)):
+        word = np.uint64(0)
+        for k in range(begin, min(begin + np.uint64(CHUNK), np.uint64(opaque.x.shape[0])), np.uint64(LANES)):
+            word |= near_eight(opaque.x, opaque.y, k, x, y, limit) << (k - begin)
+        count = 0
+        while word != 0:
+            bit, word = lowest_bit(word)
+            j = begin + bit
+            # Its own is noted as a point, which is no branch.
+            radius = opaque.radius[j] if j != own else 0.0
+            count = _note(near, count, opaque.x[j] - x, opaque.y[j] - y, radius)
+        if count > 0:
+            _meet_near(here, i, near, count, False)
 
 
 @kernel
 def _meet_bodies(here: Any, i: int, near: Any) -> None:
-    """Let the rays of robot `i` end at the bodies of others; `near` is room for some."""
+    """Let the rays of robot `i` end at the bodies of others."""
     opaque = here.opaque
     grid = opaque.grid
     across = int(grid[0])
     up = int(grid[1])
     x = here.position[i, 0]
     y = here.position[i, 1]
+    if across * up == 1 and opaque.period[0] == 0.0 and opaque.period[1] == 0.0:
+        _meet_all(here, i, near, x, y)
+        return
     reach = here.range + grid[6]
-    count = 0
     first, last = lines_of(x - reach, x + reach, grid[2], grid[4], across, opaque.period[0])
     lowest, highest = lines_of(y - reach, y + reach, grid[3], grid[5], up, opaque.period[1])
+    count = 0
     for column in range(first, last + 1):
         # Cells beyond the grid are images of others.
         from_x = x - (column // across) * opaque.period[0]
         for line in range(lowest, highest + 1):
             from_y = y - (line // up) * opaque.period[1]
             if across * up == 1:
-                for k in range(0, opaque.x.shape[0], CHUNK):
-                    span = k, min(opaque.x.shape[0] - k, CHUNK)
-                    _meet_round(here, i, opaque, span, from_x, from_y, here.own + i)
+                _meet_all(here, i, near, from_x, from_y)
                 continue
             j = opaque.cells[(line % up) * across + column % across]
             while j >= 0:
                 if j != here.own + i:
-                    near.x[count] = opaque.x[j] - from_x
-                    near.y[count] = opaque.y[j] - from_y
-                    near.radius[count] = opaque.radius[j]
-                    count += 1
-                    if count == CHUNK:
-                        _meet_round(here, i, near, (0, count), 0.0, 0.0, _NOBODY)
-                        count = 0
+                    count = _note(near, count, opaque.x[j] - from_x, opaque.y[j] - from_y, opaque.radius[j])
                 j = opaque.next_one[j]
+                if count == CHUNK:
+                    _meet_near(here, i, near, count, False)
+                    count = 0
     if count > 0:
-        _meet_round(here, i, near, (0, _filled_up(near, count)), 0.0, 0.0, _NOBODY)
+        _meet_near(here, i, near, count, False)
 
 
 @kernel
@@ -372,40 +418,44 @@ def _disturb(here: Any, i: int) -> None:
             row[j] = min(max(row[j] + here.range_noise * normals(first, second)[0], 0.0), here.range)
 
 
+@kernel
+def _look(here: Any, i: int, near: Any) -> None:
+    """Write how far the rays of robot `i` go; `near` is room."""
+    turned, way = here.turned, here.way
+    x = here.position[i, 0]
+    y = here.position[i, 1]
+    ahead_x = here.heading[i, 0]
+    ahead_y = here.heading[i, 1]
+    # A policy's heading is a unit vector to within 1e-6.
+    scale = 1.0 / math.sqrt(ahead_x * ahead_x + ahead_y * ahead_y)
+    ahead_x *= scale
+    ahead_y *= scale
+    for j in range(np.uint64(way.shape[1])):
+        way[0, j] = turned[0, j] * ahead_x - turned[1, j] * ahead_y
+        way[1, j] = turned[1, j] * ahead_x + turned[0, j] * ahead_y
+    _meet_obstacles(here, i, near)
+    for k in range(here.segments.shape[0]):
+        _meet_wall(
+            here, i, here.segments[k, 0] - x, here.segments[k, 1] - y, here.segments[k, 2] - x,
+            here.segments[k, 3] - y,
+        )  # fmt: skip
+    if here.opaque.x.shape[0] > 0:
+        _meet_bodies(here, i, near)
+
+
 def _measure(address: int) -> int:
     """Write the readings of all robots of a group."""
     here: Any = lidar_at(address)
-    turned, way = here.turned, here.way
-    near = Round(scratch(CHUNK, np.float64), scratch(CHUNK, np.float64), scratch(CHUNK, np.float64))
+    near = Near(scratch(ROOM, np.float64), scratch(ROOM, np.float64), scratch(ROOM, np.float64))
     for i in range(here.position.shape[0]):
-        row = here.readings[i]
-        for j in range(row.shape[0]):
+        row = here.row
+        for j in range(np.uint64(row.shape[0])):
             row[j] = here.range
-        if not here.active[i]:
-            continue
-        x = here.position[i, 0]
-        y = here.position[i, 1]
-        ahead_x = here.heading[i, 0]
-        ahead_y = here.heading[i, 1]
-        # A policy's heading is a unit vector to within 1e-6.
-        scale = 1.0 / math.sqrt(ahead_x * ahead_x + ahead_y * ahead_y)
-        ahead_x *= scale
-        ahead_y *= scale
-        for j in range(np.uint64(way.shape[1])):
-            way[0, j] = turned[0, j] * ahead_x - turned[1, j] * ahead_y
-            way[1, j] = turned[1, j] * ahead_x + turned[0, j] * ahead_y
-        for k in range(here.discs.shape[0]):
-            if here.discs[k, 2] < 0.0:
-                _meet_hollow_disc(here, i, here.discs[k, 0] - x, here.discs[k, 1] - y, -here.discs[k, 2])
-        for k in range(0, here.round.x.shape[0], CHUNK):
-            _meet_round(here, i, here.round, (k, min(here.round.x.shape[0] - k, CHUNK)), x, y, _WALLS)
-        for k in range(here.segments.shape[0]):
-            _meet_wall(
-                here, i, here.segments[k, 0] - x, here.segments[k, 1] - y, here.segments[k, 2] - x,
-                here.segments[k, 3] - y,
-            )  # fmt: skip
-        if here.opaque.x.shape[0] > 0:
-            _meet_bodies(here, i, near)
+        if here.active[i]:
+            _look(here, i, near)
+        readings = here.readings[i]
+        for j in range(np.uint64(readings.shape[0])):
+            readings[j] = row[j]
         if here.range_noise > 0.0:
             _disturb(here, i)
     return 0
@@ -436,14 +486,6 @@ def lidar_of(value: Any, data: WorldData) -> Lidar | None:
     return value
 
 
-def _round(walls: Walls) -> Floats:
-    """Return x, y and radius of the discs that are seen from outside, filled up for SIMD lanes, shape (3, k)."""
-    discs = walls.discs[walls.discs[:, 2] > 0.0]
-    found = np.zeros((3, -(-len(discs) // BODIES_AT_ONCE) * BODIES_AT_ONCE))
-    found[:, : len(discs)] = discs.T
-    return found
-
-
 def bound_lidar(group: Group, data: WorldData, opaque: Opaque | None) -> Packed[LidarArrays]:
     """Return the argument of `MEASURE` for a group that has a lidar; `opaque` are the bodies, if some have a radius."""
     lidar, bodies, arena = group.lidar, group.bodies, data.arena
@@ -451,12 +493,13 @@ def bound_lidar(group: Group, data: WorldData, opaque: Opaque | None) -> Packed[
     walls = repeated(joined([arena.walls]), arena.period, arena.bounds)
     largest = max(float(np.abs(part).max(initial=0.0)) for part in (np.array(arena.bounds), *walls))
     spacing = max(lidar.spacing, _FINEST)
-    turned = np.array([plain(direction_after)(turn) for turn in lidar.turns.tolist()]).T
+    turned = np.zeros((2, lidar.rays + LANES))
+    turned[:, : lidar.rays] = np.array([plain(direction_after)(turn) for turn in lidar.turns.tolist()]).T
     return LIDAR.pack(LidarArrays(
         bodies.position, bodies.heading, bodies.active, bodies.member, bodies.lidar,
-        np.ascontiguousarray(turned), np.zeros((2, lidar.rays)), float(lidar.bearings[0]), 1.0 / spacing,
+        turned, np.zeros_like(turned), np.zeros(len(turned[0])), float(lidar.bearings[0]), 1.0 / spacing,
         FULL_TURN / spacing, float(lidar.range), float(lidar.range_noise), walls.segments, walls.discs,
-        10.0 * ROUNDING * largest, Round(*_round(walls)), opaque or no_bodies(),
+        10.0 * ROUNDING * largest, opaque or no_bodies(),
         sum(map(len, data.groups[: group.number])), data.moment, data.key, salt_of("rays of lidar"),
         stream_number(Stream.SENSOR, group.number),
     ))  # fmt: skip

@@ -70,9 +70,14 @@ def near_angle(left: float, ahead: float) -> float:
     Abramowitz and Stegun, Handbook of Mathematical Functions (1964), 4.4.49.
     """
     wide, high = abs(ahead), abs(left)
-    t = min(wide, high) / max(wide, high)
+    return angle_of_ratio(min(wide, high) / max(wide, high), left, ahead)
+
+
+@inlined
+def angle_of_ratio(t: float, left: float, ahead: float) -> float:
+    """Return `near_angle` for the ratio of the smaller to the larger of both numbers, where that is known."""
     s = t * t
     angle = t * (0.999866 + s * (-0.3302995 + s * (0.180141 + s * (-0.085133 + s * 0.0208351))))
-    angle = 0.5 * math.pi - angle if high > wide else angle
+    angle = 0.5 * math.pi - angle if abs(left) > abs(ahead) else angle
     angle = math.pi - angle if ahead < 0.0 else angle
     return -angle if left < 0.0 else angle

@@ -244,10 +244,18 @@ def test_a_reading_is_where_the_free_area_ends(seed: int, arena: Any) -> None:
     assert ends.any() == (arena != Torus(4.0, 5.0))
 
 
-@pytest.mark.parametrize("arena", [Torus(30.0, 20.0), Torus(3.0, 40.0), Box(12.0, 8.0)], ids=str)
-def test_many_bodies_are_found_in_cells(arena: Any) -> None:
-    world = _world(arena, Lidar(16, 1.5), 90, np.random.default_rng(fresh_seed()))
+_PILLARS = [Circle((x - 4.5, y - 3.5), 0.1) for x in range(10) for y in range(8)]
+
+
+@pytest.mark.parametrize(("arena", "reach"), [
+    (Torus(30.0, 20.0), 1.5), (Torus(3.0, 40.0), 1.5), (Box(12.0, 8.0), 1.5), (Box(12.0, 8.0), 20.0),
+    (Box(12.0, 8.0).with_obstacles(*_PILLARS), 20.0),
+], ids=str)  # fmt: skip
+def test_many_bodies_and_obstacles(arena: Any, reach: float) -> None:
+    # More than are compared one by one, and than are processed at once.
+    world = _world(arena, Lidar(16, reach), 90, np.random.default_rng(fresh_seed()))
     np.testing.assert_array_equal(world.groups[0].percept.lidar, _expected(world))
+    assert (world.groups[0].percept.lidar < reach).any()
 
 
 def test_noise_depends_on_the_robot_the_ray_and_the_tick_alone() -> None:
