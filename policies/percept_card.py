@@ -30,8 +30,9 @@ def percept_html(percept: PerceptOfOne) -> str:
         ("heading", f"{heading:.0f}°"), ("sensing range", f"{percept.sensing_range:.4g}"),
         ("awareness range", f"{percept.awareness_range:.4g}"), ("speed", f"{percept.speed:.4g}"),
         *((name, str(len(seen.distance))) for name, seen in senses.items()),
-        *[("lidar", f"{len(percept.lidar)} rays, nearest {percept.lidar.min():.3g}")] * bool(len(percept.lidar)),
     ]  # fmt: skip
+    if len(percept.lidar):
+        facts.append(("lidar", f"{len(percept.lidar)} rays, nearest {percept.lidar.min():.3g}"))
     rows = [row for name, seen in senses.items() for row in _rows(name, seen, percept)]
     listed = table(("senses", "agent", "range", "bearing"), rows) if rows else "<small>It senses nobody.</small>"
     title = f"Percept of robot {percept.identity}" if percept.identity >= 0 else "Percept of a robot"
