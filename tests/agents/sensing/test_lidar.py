@@ -19,14 +19,26 @@ from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.core.angles import direction_after
 from teamsight.core.kernel import inlined, plain
 from teamsight.policies import Action, CompiledPolicy, Policy
-from teamsight.world.walls import ROUNDING
+from teamsight.world.walls import ROUNDING, Walls
 
 _STAR = [(0, -2), (0.5, -0.5), (2, 0), (0.5, 0.5), (0, 2), (-0.5, 0.5), (-2, 0), (-0.5, -0.5)]
 _OBSTACLES = Circle((0.7, 0.2), 0.4), Polygon([(-1.5, -1), (-0.5, -1), (-1, 0)]), Polygon([(-1, 1), (1, 1), (0, 1.2)])
+
+
+@dataclass(frozen=True)
+class Pipe(Cylinder):
+    """An arena of a user's, which repeats along x and says where its walls are."""
+
+    @property
+    def walls(self) -> Walls:
+        x, y = self.around / 2, self.height / 2
+        return Walls(np.array([(-x, -y, x, -y), (x, y, -x, y)]), np.empty((0, 3)))
+
+
 ARENAS = [
     Disc(2.0), Box(4.0, 3.0), Torus(4.0, 5.0), Polygon(_STAR), Polygon([(0, 0), (3, 0), (0, 2)]),
     Box(4.0, 4.0).with_obstacles(*_OBSTACLES), Disc(2.2).with_obstacles(*_OBSTACLES),
-    Torus(4.0, 5.0).with_obstacles(*_OBSTACLES, Circle((1.9, -2.4), 0.5), Polygon([(1.5, 1), (2.6, 1.2), (2, 2.8)])),
+    Pipe(4.0, 1.5), Torus(4.0, 5.0).with_obstacles(*_OBSTACLES, Circle((1.9, -2.4), 0.5), Polygon([(1.5, 1), (2.6, 1.2), (2, 2.8)])),
 ]  # fmt: skip
 
 
