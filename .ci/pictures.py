@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib
+import numpy as np
 import pandas as pd
 
 from teamsight.analysis.plot.style import to_picture
@@ -130,6 +131,34 @@ def _avoiding() -> bytes:
     return to_picture(figure)
 
 
+def _lidar() -> bytes:
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle as Round
+    from matplotlib.patches import Polygon as Ring
+
+    from teamsight import Box, Circle, Lidar, Robot, World
+
+    world = World(Box(8, 4).with_obstacles(Circle((1.6, 0.9), 0.6)), contact="slide", rng=5)
+    lidar = Lidar(rays=33, range=2.5, field_of_view=4.0)
+    robots = world.add(Robot, 9, policy="random-walk", radius=0.2, lidar=lidar)
+    figure = Figure(figsize=(6.4, 3.2), layout="constrained")
+    axes, outline = figure.add_subplot(), world.arena.outline()
+    axes.add_patch(Ring(outline.wall, facecolor="white", edgecolor="black"))
+    for corners in outline.obstacles:
+        axes.add_patch(Ring(corners, facecolor="0.75", edgecolor="black"))
+    (x, y), (ahead, left) = robots.position[0], robots.heading[0]
+    for angle, reading in zip(lidar.bearings, robots.percept.lidar[0], strict=True):
+        way = np.cos(angle) * np.array([ahead, left]) + np.sin(angle) * np.array([-left, ahead])
+        is_met = reading < lidar.range
+        axes.plot(*zip((x, y), (x, y) + reading * way, strict=True), color="C1" if is_met else "C0", alpha=0.5, lw=1)
+        axes.plot(*((x, y) + reading * way), "." if is_met else "", color="C1")
+    for place in robots.position:
+        axes.add_patch(Round(tuple(place), 0.2, facecolor="C0", zorder=3))
+    axes.set(aspect="equal", xlim=(-4.05, 4.05), ylim=(-2.05, 2.05))
+    axes.axis("off")
+    return to_picture(figure)
+
+
 #: What draws a picture at once, most from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
@@ -139,6 +168,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "evolved.png": _evolved,
     "figure-3.png": _figure_3,
     "lazy-q.png": _lazy_q,
+    "lidar.png": _lidar,
     "learning-curves.png": _learning_curves,
 }
 
