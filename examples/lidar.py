@@ -8,7 +8,7 @@ from teamsight import Box, Circle, Lidar, Polygon, Robot, World, check_policy
 from teamsight.core.kernel import kernel
 from teamsight.policies import Action, CompiledPolicy, Floats, Percept, Policy, PolicyArrays, go
 
-ROOMS = Box(8, 6).with_obstacles(
+ARENA = Box(8, 6).with_obstacles(
     Circle((2.2, 1.2), 0.7), Circle((-1.5, -1.4), 0.5), Polygon([(-0.2, 0.4), (0.1, 0.4), (0.1, 3.1), (-0.2, 3.1)])
 )
 LIDAR = Lidar(rays=33, range=2.0, field_of_view=4.0, range_noise=0.01)
@@ -41,8 +41,8 @@ class GoFree(CompiledPolicy):
 
 
 def explored(policy: Policy | str, steps: int = 1500) -> World:
-    """Return a world in which twelve robots have gone through the rooms."""
-    world = World(ROOMS, contact="slide", rng=1)
+    """Return a world in which twelve robots have gone between the obstacles."""
+    world = World(ARENA, contact="slide", rng=1)
     world.add(Robot, 12, policy=policy, radius=0.15, speed=0.05, turn_limit=0.3, lidar=LIDAR)
     world.run(steps)
     return world

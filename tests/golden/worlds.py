@@ -252,7 +252,7 @@ WORLDS: dict[str, Callable[..., World]] = {
     "interaction that fails": lambda rng: failing(rng=rng),
     "bodies that stop, come and fail": lambda rng: crowd(rng=rng),
     "bodies that avoid each other": lambda rng: crowd(Avoiding("a-cmommt", targets=True), rng=rng),
-    "a lidar": lambda rng: rooms(rng=rng),
+    "a lidar": lambda rng: steered_by_rays(rng=rng),
     "bodies that move in turn": lambda rng: hunt(CaptureInTurn(), rng, contact="slide", radius=0.2, prey_radius=0.3),
 }  # fmt: skip
 
@@ -286,7 +286,7 @@ class TurnFromNear(CompiledPolicy):
     kernel = _turn_from_near
 
 
-def rooms(*, rng: Any) -> World:
+def steered_by_rays(*, rng: Any) -> World:
     """Return a world of robots that steer by a lidar with noise between obstacles on a torus, of which some fail."""
     arena = Torus(6.0, 5.0).with_obstacles(Circle((2.7, 0.5), 0.6), Polygon([(-1.5, -1), (-0.5, -1), (-1, 0)]))
     world = World(arena, contact="slide", rng=rng)
