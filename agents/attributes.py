@@ -37,7 +37,7 @@ PolicyName: TypeAlias = Literal[
     "random-walk",
     "stationary",
 ]
-AwarenessName: TypeAlias = Literal["none", "ring", "nearest", "pairwise", "shared"]
+AwarenessName: TypeAlias = Literal["none", "ring", "nearest", "pairwise", "shared", "relayed"]
 PlacementName: TypeAlias = Literal["uniform", "spread", "cells"]
 
 PolicyLike: TypeAlias = Policy | Rule | PolicyName | str

@@ -108,7 +108,9 @@ def degree_of(plan: Mapping[str, Any]) -> Awareness:
     # Checked for every degree, so that a wrong one is never ignored.
     delta = RingAwareness(plan["delta"]).delta
     degree = plan["awareness"]
-    return awareness_named(degree, {"delta": delta}) if isinstance(degree, str) else awareness_of(degree)
+    made = awareness_named(degree, {"delta": delta}) if isinstance(degree, str) else awareness_of(degree)
+    made.check_team(plan["robots"])
+    return made
 
 
 Floats = npt.NDArray[np.float64]

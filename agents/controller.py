@@ -25,13 +25,14 @@ from teamsight.agents.awareness.interface import (
     Scene,
     Sensing,
     TeamGroup,
+    no_past,
     perceive_entry,
     situate_entry,
 )
 from teamsight.agents.resolve import awareness_of, check_fit, policy_of, take_rows
 from teamsight.core import checks
 from teamsight.core.kernel import Packed
-from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room
+from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room, no_neighbours
 from teamsight.core.table import Field
 from teamsight.policies.actions import check_action, check_answer
 from teamsight.policies.channels import channels_of
@@ -522,7 +523,10 @@ class Controller:
         # A list shows its part in use where it is read.
         perception.make_room(degree, size, max(size, len(self._their_targets.identity)), self._inputs)
         reach, wide = np.array([self._ranges["targets"]]), np.array([self._ranges["teammates"]])
-        team = [TEAM_GROUP.pack(TeamGroup(0, self._headings, self._reaches, self._their_targets))]
+        team = [TEAM_GROUP.pack(TeamGroup(
+            0, np.array(self.team), self._headings, self._reaches, self._their_targets, no_neighbours(size),
+            np.zeros(0, np.int64), no_past(size),
+        ))]  # fmt: skip
         scene = Scene(
             self._heading, reach, wide, self._seen["targets"], self._seen["teammates"], self._places, self._own, team
         )
@@ -721,6 +725,11 @@ def _check(policy: Policy, awareness: Awareness, size: int) -> None:
     group: Any = SimpleNamespace(policy=policy, awareness=awareness, lidar=None)
     team: Any = [range(size)]
     check_fit(group, team)
+    if awareness.spreads:
+        raise ValueError(
+            f"awareness={awareness.name!r}: needs what teammates sense of each other, which no controller is given; "
+            "use 'shared', and pass the reports on by your own radio"
+        )
     if policy.columns:
         raise ValueError(f"policy={label(policy)}: reads the column {policy.columns[0]!r}, which only a world has")
     if policy.decides_together:

@@ -773,7 +773,10 @@ class WorldHost:
         try:
             put(group, rules=(policy, awareness))
             stay = group.policies if policy is before[0] else [policy]
-            check_policies(group, stay, team_of(data.groups, group))
+            team = team_of(data.groups, group)
+            check_policies(group, stay, team)
+            if team and "awareness" in given:
+                awareness.check_team(sum(len(other.members) for other in team))
             state = first_state(policy, size) if policy is not before[0] else None
         except BaseException:
             put(group, rules=before)

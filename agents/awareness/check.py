@@ -11,10 +11,13 @@ from teamsight.agents.awareness.interface import (
     SENSING,
     TEAM_GROUP,
     Awareness,
+    Past,
     Scene,
     Sensing,
     TeamGroup,
     check_width,
+    kept_lists,
+    no_past,
     perceive_entry,
     situate_entry,
 )
@@ -66,7 +69,7 @@ class Sample(NamedTuple):
 
 def sample_scene(
     sizes: tuple[int, ...], group: int, targets: int, side: float, rng: np.random.Generator, *, coincide: bool = False,
-    square: bool = False,
+    square: bool = False, memory: int = -1,
 ) -> Sample:  # fmt: skip
     """Return a random sample.
 
@@ -86,6 +89,8 @@ def sample_scene(
         Whether all robots and the first target are at one place.
     square : bool, default False
         Whether ranges are squares.
+    memory : int, default -1
+        The number of ticks before the present for which reports are kept; −1 for no past.
     """
     size = sum(sizes)
     robots = np.zeros((size, 2)) if coincide else rng.uniform(0, side, (size, 2))
@@ -101,21 +106,51 @@ def sample_scene(
     far = farthest_of(shape)
     team, sensed = (proximity_graph(robots, *others, range_shape=shape) for others in ((None, aware), (prey, reach)))
     groups = [
-        TeamGroup(of.start, heading[of], reach[of], neighbours_of(of, sensed, what), far) for of in members
-    ]
+        TeamGroup(
+            of.start, who[of], heading[of], reach[of], neighbours_of(of, sensed, what), neighbours_of(of, team, who),
+            neighbours_of(of, team).identity, no_past(of.stop - of.start), far,
+        )
+        for of in members
+    ]  # fmt: skip
+    if memory >= 0:
+        groups = _with_past(groups, memory, rng)
     mine = members[group]
     place = neighbours_of(mine, team).identity
     scene = Scene(
         heading[mine], reach[mine], aware[mine], groups[group].targets, neighbours_of(mine, team, who), place,
-        mine.start, [], far,
+        mine.start, [], far, np.zeros((size, 4), np.int64), np.zeros((size, 7)),
     )  # fmt: skip
     return Sample(scene, groups, who, what)
+
+
+def _with_past(groups: list[TeamGroup], memory: int, rng: np.random.Generator) -> list[TeamGroup]:
+    """Return the groups with reports of so many ticks; at each but the newest, half of the entries of now."""
+    made = []
+    for group in groups:
+        robots = len(group.identity)
+        lists = [kept_lists(memory + 1, robots, len(one.identity)) for one in (group.teammates, group.targets)]
+        places = group.place, np.zeros(len(group.targets.identity), np.int64)
+        for kept, now, place in zip(lists, (group.teammates, group.targets), places, strict=True):
+            # So the oldest ticks were never reported.
+            for tick in range(memory // 2, memory + 1):
+                chosen = np.flatnonzero(rng.random(len(place)) < (1.0 if tick == memory else 0.5))
+                kept.tick[tick] = tick
+                kept.start[tick] = np.searchsorted(chosen, now.start)
+                for column, values in zip(kept[2:], (now.identity, place, now.offset, now.distance), strict=True):
+                    column[tick, : len(chosen)] = values[chosen]
+        heading, none = np.repeat(group.heading[None], memory + 1, axis=0), np.zeros(0)
+        past = Past(np.array([memory]), lists[0], lists[1], heading, none, none, none)
+        made.append(group._replace(past=past))
+    return made
 
 
 def without_team(sample: Sample) -> Sample:
     """Return the scene of the same group without a team, as targets are."""
     empty = np.zeros(0, np.int64)
-    scene = sample.scene._replace(teammates=no_neighbours(len(sample.scene.heading)), place=empty, first=0)
+    scene = sample.scene._replace(
+        teammates=no_neighbours(len(sample.scene.heading)), place=empty, first=0, marks=np.zeros((0, 4), np.int64),
+        sums=np.zeros((0, 7)),
+    )  # fmt: skip
     return sample._replace(scene=scene, groups=[], team_identity=empty)
 
 
@@ -123,11 +158,20 @@ _ENTRY = Axis("entries", "write no more than there is room for, and return how m
 _AXES = PERCEPT_AXES | {
     "n": Axis("robots", "robots are 0 to n − 1, and n is scene.heading.shape[0]"),
     "records": Axis("groups", "find a robot's group by its place"),
+    "1": Axis("ticks", "it is one"), "4": Axis("columns", "they are 0 to 3"), "7": Axis("columns", "they are 0 to 6"),
+    "work": Axis("robots of the team", "places in the team are 0 to scene.marks.shape[0] − 1"),
+    "slots": Axis("ticks", "a tick is in slot tick % slots; without slots, read the present lists"),
+    "kept": Axis("entries", "stay below start[slot, n]"),
+    "reach": Axis("robots", "it can be empty"), "x": Axis("robots of the team", "it can be empty"),
+    "targets": Axis("targets", "it can be empty"),
     "width": Axis("inputs", "width(team_size) says how many there are"),
     **{f"{kind}.{name} k": _ENTRY for kind in ("teammates", "relayed") for name in ("identity", "offset", "distance")},
 }
 # The teammates of a degree that shows all of them, including `start`, may only be read.
-_GUARDS = {hides: Guard(SENSING, ("relayed", "situation") + ("teammates",) * hides, _AXES) for hides in (False, True)}
+_GUARDS = {
+    hides: Guard(SENSING, ("relayed", "situation", "scene.marks", "scene.sums") + ("teammates",) * hides, _AXES)
+    for hides in (False, True)
+}
 
 
 def _run(degree: Awareness, kernel: str, entry: Entry, sample: Sample, **written: Any) -> tuple[int, Sensing]:
@@ -184,13 +228,19 @@ def check_awareness(degree: Awareness, *, seed: int = 1) -> None:
     _check_members(name, degree)
     begin_check()
     rng = np.random.default_rng(seed)
-    samples = [sample_scene(sizes, group, targets, side, rng) for sizes, group, targets, side in _SCENES]
-    samples.append(sample_scene((3,), 0, 2, 1.0, rng, coincide=True))
-    samples.append(sample_scene((3, 4), 1, 9, 2.0, rng, square=True))
-    samples.append(without_team(sample_scene((3,), 0, 5, 1.0, rng)))
-    for sample in samples:
-        _check_perceive(name, degree, sample)
-        _check_situate(name, degree, sample)
+
+    def sample(sizes: tuple[int, ...], group: int, targets: int, side: float, **options: Any) -> Sample:
+        memory = degree.memory(sum(sizes))
+        kept = memory if memory or degree.loss else -1
+        return sample_scene(sizes, group, targets, side, rng, memory=kept, **options)
+
+    samples = [sample(sizes, group, targets, side) for sizes, group, targets, side in _SCENES]
+    samples.append(sample((3,), 0, 2, 1.0, coincide=True))
+    samples.append(sample((3, 4), 1, 9, 2.0, square=True))
+    samples.append(without_team(sample((3,), 0, 5, 1.0)))
+    for one in samples:
+        _check_perceive(name, degree, one)
+        _check_situate(name, degree, one)
 
 
 def _check_members(name: str, degree: Awareness) -> None:

@@ -19,6 +19,7 @@ from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specia
 from teamsight.core.neighbour_list import Filled, NeighbourList, neighbour_room, no_neighbours
 
 Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
 
 
 class Width(NamedTuple):
@@ -28,6 +29,66 @@ class Width(NamedTuple):
     added: int
 
 
+class KeptLists(NamedTuple):
+    """The neighbour lists of the last ticks, one per slot; that of tick t is in slot ``t % slots``.
+
+    Attributes
+    ----------
+    tick : ndarray, shape (slots,), int64
+        The tick of each list; −1 for none.
+    start, identity, place, offset, distance
+        As in `NeighbourList`, with an axis of slots; `place` holds indices among the observed.
+    """
+
+    tick: Annotated[Integers, ".slots"]
+    start: Annotated[Integers, ".slots", "n + 1"]
+    identity: Annotated[Integers, ".slots", ".kept"]
+    place: Annotated[Integers, ".slots", ".kept"]
+    offset: Annotated[Floats, ".slots", ".kept", 2]
+    distance: Annotated[Floats, ".slots", ".kept"]
+
+
+def kept_lists(slots: int, observers: int, room: int) -> KeptLists:
+    """Return empty lists of this many observers, with room for this many entries each."""
+    return KeptLists(
+        np.full(slots, -1), np.zeros((slots, observers + 1), np.int64), np.zeros((slots, room), np.int64),
+        np.zeros((slots, room), np.int64), np.zeros((slots, room, 2)), np.zeros((slots, room)),
+    )  # fmt: skip
+
+
+class Past(NamedTuple):
+    """What the robots of one group have reported at the last ticks; without slots for a degree that keeps nothing.
+
+    Attributes
+    ----------
+    newest : ndarray, shape (1,), int64
+        The tick of the newest reports, which is the present one.
+    links, targets : KeptLists
+        The teammates and the targets that they sensed. Teammates whose reports were lost are left out.
+    heading : ndarray, shape (slots, n, 2), float64
+        Where they faced.
+    reach : ndarray, shape (n,) or (0,), float64
+        Below 0 for a robot that senses no teammates now; empty if that is never so.
+    x, target_x : ndarray, shape (robots,) or (0,), and (targets,) or (0,), float64
+        NaN for a robot of the team, and for a target, that is inactive now; empty if none ever is. Their indices are
+        those of `place`.
+    """
+
+    newest: Annotated[Integers, 1]
+    links: KeptLists
+    targets: KeptLists
+    heading: Annotated[Floats, ".slots", "n", 2]
+    reach: Annotated[Floats, ".reach"]
+    x: Annotated[Floats, ".x"]
+    target_x: Annotated[Floats, ".targets"]
+
+
+def no_past(robots: int) -> Past:
+    """Return the past of a group of this many robots that keeps nothing."""
+    nothing, none = kept_lists(0, robots, 0), np.zeros(0)
+    return Past(np.full(1, -1), nothing, nothing, np.zeros((0, robots, 2)), none, none, none)
+
+
 class TeamGroup(NamedTuple):
     """One group of a team.
 
@@ -35,20 +96,30 @@ class TeamGroup(NamedTuple):
     ----------
     first : int
         The index in the team of the group's first robot.
+    identity : ndarray, shape (n,), int64
+        The identities of its robots.
     heading : ndarray, shape (n, 2), float64
         Unit vectors.
     sensing_range : ndarray, shape (n,), float64
         [length].
-    targets : NeighbourList
-        The targets that its robots sense.
+    targets, teammates : NeighbourList
+        The targets and the teammates that its robots sense.
+    place : ndarray, shape (k,), int64
+        For each entry of `teammates`, its index in the team.
+    past : Past
+        The same at the last ticks, for a degree with `Awareness.memory` or `Awareness.loss`.
     farthest : float
         As in `Scene`.
     """
 
     first: int
+    identity: Annotated[Integers, "n"]
     heading: Annotated[Floats, "n", 2]
     sensing_range: Annotated[Floats, "n"]
     targets: Filled
+    teammates: Filled
+    place: Annotated[Integers, ".k"]
+    past: Past
     farthest: float = 1.0
 
 
@@ -77,6 +148,10 @@ class Scene(NamedTuple):
     farthest : float
         The largest distance in range, over the range: 1 for discs, √2 for squares. Readings are shares of
         ``awareness_range[i] * farthest``.
+    marks : ndarray, shape (team, 4) or (0, 4), int64
+        Room to work in, with a row for each robot of the team, if `Awareness.spreads`. Kernels write before they read.
+    sums : ndarray, shape (team, 7) or (0, 7), float64
+        As `marks`.
     """
 
     heading: Annotated[Floats, "n", 2]
@@ -88,6 +163,8 @@ class Scene(NamedTuple):
     first: int
     team: list[Packed[TeamGroup]]
     farthest: float = 1.0
+    marks: Annotated[Integers, ".work", 4] = np.zeros((0, 4), np.int64)
+    sums: Annotated[Floats, ".work", 7] = np.zeros((0, 7))
 
 
 #: Number of sectors of the ring with which a robot senses targets: the inputs of its own.
@@ -176,6 +253,11 @@ class Awareness(Component):
         The neighbour lists of the percept that may have entries: by default "targets", and "teammates" if they are
         shown or there is a kernel `perceive`. Add "relayed" if that writes relayed targets, and "identities" if it
         writes those of teammates.
+    spreads : bool
+        Whether its kernels use `Scene.marks` and `Scene.sums`, which have a row for each robot of the team.
+    loss : float
+        The probability that a report of a teammate is lost on its way, for each pair of robots and tick on its own; 0
+        by default. Above 0, kernels find what has arrived in `TeamGroup.past`.
     """
 
     name: ClassVar[str] = ""
@@ -188,6 +270,7 @@ class Awareness(Component):
     situate: ClassVar[Callable[..., None]] = situate_targets
     added: ClassVar[int] = 0
     delivers: ClassVar[tuple[str, ...]] = ("targets",)
+    spreads: ClassVar[bool] = False
 
     def __init_subclass__(cls, **named: Any) -> None:
         super().__init_subclass__(**named)
@@ -210,6 +293,23 @@ class Awareness(Component):
         """Return the number of inputs of a robot in a team of this size; by default its own and `added`."""
         checks.count("team_size", team_size)
         return Width(OWN_SECTORS, self.added)
+
+    @property
+    def loss(self) -> float:
+        return 0.0
+
+    def memory(self, team_size: int) -> int:
+        """Return the number of ticks before the present one that its kernels read in `TeamGroup.past`; 0 by default."""
+        return 0
+
+    def check_team(self, team_size: int) -> None:
+        """Refuse a team that the options do not fit; by default all fit.
+
+        Parameters
+        ----------
+        team_size : int
+            The number of robots, those included that have left.
+        """
 
     def rings(self, team_size: int) -> tuple[int, ...]:
         """Return the numbers of sectors of the rings with which the added inputs begin; none by default.

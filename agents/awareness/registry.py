@@ -20,6 +20,7 @@ AWARENESS: Registry[type[Awareness]] = Registry(
         "nearest": "teamsight.agents.awareness.degrees:NearestAwareness",
         "pairwise": "teamsight.agents.awareness.degrees:PairwiseAwareness",
         "shared": "teamsight.agents.awareness.degrees:SharedAwareness",
+        "relayed": "teamsight.agents.awareness.relayed:RelayedAwareness",
     },
     group="teamsight.awareness",
     by_reference="awareness",

@@ -7,7 +7,7 @@ searches, the transition logs. Arrays can then be rewritten in place; after repl
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import accumulate
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
@@ -21,13 +21,27 @@ from teamsight.agents.awareness.interface import (
     Scene,
     Sensing,
     TeamGroup,
+    no_past,
     perceive_entry,
     situate_entry,
 )
 from teamsight.agents.channel import TARGETS
 from teamsight.agents.engine import loop
 from teamsight.agents.engine.contacts import RECORD_BUMPS, BoundContacts
-from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of, is_checked, relays_of
+from teamsight.agents.engine.detection import (
+    DETECT,
+    KEEP_REPORTS,
+    PAST,
+    SHOW_LATE,
+    Keeping,
+    PastArrays,
+    delay_of,
+    forget_reports,
+    is_checked,
+    keeping_of,
+    relays_of,
+    reports_of,
+)
 from teamsight.agents.engine.due import bind_due, follow_due
 from teamsight.agents.engine.interactions import BEGIN, RECORD_SCORES, BoundInteractions
 from teamsight.agents.engine.records import (
@@ -308,6 +322,7 @@ class Binding:
             self._bodies = gathering([group.bodies for group in groups], data.arena)
         opaque = self._bodies.value.opaque if self._bodies else None
         self._lidars = [(group, bound_lidar(group, data, opaque if has_bodies(data) else None)) for group in lidars]
+        self._reports: dict[tuple[int, Keeping], Packed[PastArrays]] = {}
         self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
@@ -386,6 +401,7 @@ class Binding:
             if found.value.detection:
                 search.append(Phase("detect", DETECT, found.value.detection, relation))
         search += [Phase("relay", SHOW_LATE, relay) for relay in self._relays.values()]
+        search += [Phase("keep reports", KEEP_REPORTS, reports) for reports in self._reports.values()]
         end = [Phase("record after", RECORD_AFTER, log) for log in self._log_records]
         if interactions and RECORD_SCORES in interactions.entries:
             end.append(Phase("record scores", RECORD_SCORES, interactions.record))
@@ -420,12 +436,48 @@ class Binding:
             key: TEAM_GROUP.pack(teams[key[0]].value._replace(heading=relay.shown_heading, targets=relay.shown))
             for key, relay in ((key, packed.value) for key, packed in self._relays.items())
         }
+        known = {group.number: keeping_of(group, team_of(groups, group)) for group in groups}
+        reports = self._keep_reports(teams | late, known)
         records = []
         for group in groups:
-            delay = delay_of(group)
+            delay, keeping = delay_of(group), known[group.number]
             team = [late.get((other.number, delay), teams[other.number]) for other in team_of(groups, group)]
+            if keeping is not None:
+                team = [reports[other.number, keeping[0]] for other in team_of(groups, group)]
             records.append(self._group(group, team))
         return records
+
+    def _keep_reports(
+        self, sensed: Mapping[Any, Packed[TeamGroup]], known: Mapping[int, tuple[Keeping, int] | None]
+    ) -> dict[tuple[int, Keeping], Packed[TeamGroup]]:
+        """Bind what keeps the reports of groups, and return the groups with them, by number and what is kept.
+
+        Parameters
+        ----------
+        sensed : mapping to Packed of TeamGroup
+            What is known of each group without hops: by its number, or number and delay.
+        known : mapping of int to (Keeping, int) or None
+            What the degree of each group needs.
+        """
+        groups, data, found = self._data.groups, self._data, {}
+        for group in groups:
+            needed = [one for other in team_of(groups, group) if (one := known[other.number]) is not None]
+            for keeping in sorted({one for one, _ in needed}):
+                memory = max(ticks for one, ticks in needed if one == keeping)
+                key, targets = (group.number, keeping), group.relations.get(TARGETS)
+                late = self._relays.get((group.number, keeping.delay))
+                place = targets.place if targets else np.zeros(0, np.int64)
+                value = reports_of(
+                    group, keeping, memory, sensed[(group.number, keeping.delay) if late else group.number].value,
+                    late.value.shown_place if late else place, data.moment, data.key,
+                )  # fmt: skip
+                if key in self._reports:
+                    self._reports[key].put(value)
+                else:
+                    self._reports[key] = PAST.pack(value)
+                found[key] = TEAM_GROUP.pack(value.group)
+            forget_reports(group, [one for one, _ in needed])
+        return found
 
     def _group(self, group: Group, team: list[Packed[TeamGroup]]) -> GroupArrays:
         """Bind a group: noise → percept → decision → motion."""
@@ -516,9 +568,13 @@ class Binding:
     def _can_follow(self) -> bool:
         """Whether `follow` knows all that must change with the number of agents of a group."""
         data = self._data
-        if self._logs or self._relays or self._columns or data.interactions or is_watched(data.arena) or data.solid:
+        if self._logs or self._relays or self._reports or self._columns:
             return False
-        if self._trail or any(group.inputs or group.has_decided for group in data.groups):
+        if data.interactions or is_watched(data.arena) or data.solid:
+            return False
+        if self._trail or any(
+            group.inputs or group.has_decided or group.awareness.spreads for group in data.groups
+        ):
             return False
         if self._lidars:
             return False
@@ -672,20 +728,24 @@ def _with_lanes(arrays: GroupArrays, group: Group) -> GroupArrays:
 
 
 def _team_group(group: Group) -> TeamGroup:
-    first = group.relations["teammates"].first[group.number]
+    teammates = group.relations["teammates"]
     return TeamGroup(
-        first, group.bodies.heading, group.bodies.sensing_range, group.room("targets"), farthest_of(group.range_shape)
-    )
+        teammates.first[group.number], group.bodies.identity, group.bodies.heading, group.bodies.sensing_range,
+        group.room("targets"), group.room("teammates"), teammates.place, no_past(len(group)),
+        farthest_of(group.range_shape),
+    )  # fmt: skip
 
 
 def _sensing(group: Group, team: list[Packed[TeamGroup]]) -> Sensing:
     """The true surroundings of a group, and the arrays that its degree of awareness writes."""
     teammates = group.relations.get("teammates")
+    robots = sum(len(other.value.identity) for other in team) if group.awareness.spreads else 0
     scene = Scene(
         group.bodies.heading, group.bodies.sensing_range, group.bodies.awareness_range, group.room("targets"),
         group.room("teammates"),
         teammates.place if teammates else np.zeros(0, np.int64),
         teammates.first[group.number] if teammates else 0, team, farthest_of(group.range_shape),
+        np.zeros((robots, 4), np.int64), np.zeros((robots, 7)),
     )  # fmt: skip
     perception, parameters = group.perception, np.ascontiguousarray(group.awareness.parameters, float)
     return Sensing(scene, parameters, perception.shown, perception.relayed, perception.situation)

@@ -3,40 +3,33 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.agents.awareness.interface import KeptLists, Past, TeamGroup, kept_lists
 from teamsight.agents.channel import TARGETS, TEAMMATES
-from teamsight.agents.sensing.sensor import DETECTING, Detecting, Sensor, View, put, sense_entry
+from teamsight.agents.sensing.sensor import (
+    DETECTING,
+    Detecting,
+    Sensor,
+    View,
+    put,
+    salt_of,
+    sense_entry,
+    uniform,
+)
 from teamsight.core.kernel import Entry, Packed, Record, call, kernel
 from teamsight.core.neighbour_list import NeighbourList, neighbour_room
+from teamsight.world.noise import Stream, philox, stream_number
 
 if TYPE_CHECKING:
     from teamsight.agents.group import Group
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-
-
-class ReadingArrays(NamedTuple):
-    """The neighbour lists of the last ticks, one per slot; that of tick t is in slot ``t % slots``.
-
-    Attributes
-    ----------
-    tick : ndarray, shape (slots,), int64
-        The tick of each list; −1 for none.
-    start, identity, place, offset, distance
-        As in `NeighbourList`, with an axis of slots; `place` holds indices among the observed.
-    """
-
-    tick: Annotated[Integers, "slots"]
-    start: Annotated[Integers, "slots", "n + 1"]
-    identity: Annotated[Integers, "slots", "kept"]
-    place: Annotated[Integers, "slots", "kept"]
-    offset: Annotated[npt.NDArray[np.float64], "slots", "kept", 2]
-    distance: Annotated[npt.NDArray[np.float64], "slots", "kept"]
 
 
 class Readings:
@@ -49,7 +42,7 @@ class Readings:
 
     Attributes
     ----------
-    arrays : ReadingArrays
+    arrays : KeptLists
         The lists.
     """
 
@@ -57,46 +50,44 @@ class Readings:
         self.delay = delay
         none = np.zeros(0, np.int64)
         self._observers, self._everyone = none, none
-        self.arrays = reading_room(delay + 1, 0, 0)
+        self.arrays = kept_lists(delay + 1, 0, 0)
 
     def forget(self) -> None:
         """Drop all lists, in place."""
         self.arrays.tick[:] = -1
 
+    def slots(self) -> list[tuple[int, int]]:
+        """Return where each list is, and where it is to be after a change of `delay`, in the order of ticks."""
+        tick = self.arrays.tick
+        kept = [slot for slot in np.argsort(tick).tolist() if tick[slot] >= 0]
+        return [(slot, int(tick[slot]) % (self.delay + 1)) for slot in kept[-self.delay - 1 :]]
+
     def fit(self, observers: Integers, everyone: Integers, room: int) -> None:
-        """Adapt to the present agents, given by their identities, and to a number of entries per list.
+        """Adapt to the present agents, given by their identities, to a number of entries per list, and to `delay`.
 
         The lists of agents that have left, and entries that show them, are dropped; new agents have none.
         """
         old = self.arrays
         is_same = np.array_equal(observers, self._observers) and np.array_equal(everyone, self._everyone)
-        if is_same and room == old.identity.shape[1]:
+        if is_same and (len(old.tick), old.identity.shape[1]) == (self.delay + 1, room):
             return
-        new = reading_room(self.delay + 1, len(observers), room)
-        new.tick[:] = old.tick
+        new = kept_lists(self.delay + 1, len(observers), room)
         row_of = {identity: row for row, identity in enumerate(self._observers.tolist())}
         place_of = {identity: place for place, identity in enumerate(everyone.tolist())}
         rows = [row_of.get(identity, -1) for identity in observers.tolist()]
-        for slot in np.flatnonzero(old.tick >= 0):
+        for slot, into in self.slots():
+            new.tick[into] = old.tick[slot]
             kept: list[int] = []
             for row, before in enumerate(rows):
                 if before >= 0:
                     entries = range(old.start[slot, before], old.start[slot, before + 1])
                     kept += [k for k in entries if int(old.identity[slot, k]) in place_of]
-                new.start[slot, row + 1] = len(kept)
-            new.identity[slot, : len(kept)] = old.identity[slot, kept]
-            new.offset[slot, : len(kept)] = old.offset[slot, kept]
-            new.distance[slot, : len(kept)] = old.distance[slot, kept]
-            new.place[slot, : len(kept)] = [place_of[identity] for identity in old.identity[slot, kept].tolist()]
+                new.start[into, row + 1] = len(kept)
+            new.identity[into, : len(kept)] = old.identity[slot, kept]
+            new.offset[into, : len(kept)] = old.offset[slot, kept]
+            new.distance[into, : len(kept)] = old.distance[slot, kept]
+            new.place[into, : len(kept)] = [place_of[identity] for identity in old.identity[slot, kept].tolist()]
         self.arrays, self._observers, self._everyone = new, observers.copy(), everyone.copy()
-
-
-def reading_room(slots: int, observers: int, room: int) -> ReadingArrays:
-    """Return empty lists of this many observers, with room for this many entries each."""
-    return ReadingArrays(
-        np.full(slots, -1), np.zeros((slots, observers + 1), np.int64), np.zeros((slots, room), np.int64),
-        np.zeros((slots, room), np.int64), np.zeros((slots, room, 2)), np.zeros((slots, room)),
-    )  # fmt: skip
 
 
 class Searched(NamedTuple):
@@ -135,7 +126,7 @@ class DetectionArrays(NamedTuple):
         Whether the list is checked, since the sensor is user-defined.
     delay : int
         The number of ticks until a percept shows a list.
-    readings : ReadingArrays
+    readings : KeptLists
         The lists that are not yet shown; empty without a delay.
     shown : NeighbourList
         What percepts show; with a delay, in arrays of its own.
@@ -156,7 +147,7 @@ class DetectionArrays(NamedTuple):
     tick: Annotated[Integers, 1]
     is_checked: bool
     delay: int
-    readings: ReadingArrays
+    readings: KeptLists
     shown: NeighbourList
     shown_place: Annotated[Integers, ".shown"]
     searched: Searched
@@ -348,7 +339,7 @@ class Detection:
         sensed = neighbour_room(size, room)
         identity, place, true_index = np.zeros((3, room), np.int64)
         shown, shown_place = sensed._replace(identity=identity), place
-        readings = reading_room(0, size, 0)
+        readings = kept_lists(0, size, 0)
         if self._readings:
             self._readings.fit(view.member, view.everyone, room)
             readings, shown, shown_place = self._readings.arrays, neighbour_room(size, room), np.zeros(room, np.int64)
@@ -377,7 +368,7 @@ class RelayArrays(NamedTuple):
         The index of each of them among the observed.
     searched : Searched
         Which targets are inactive: nobody shows them. Without `reach`, since an inactive robot still relays.
-    readings : ReadingArrays
+    readings : KeptLists
         Those of the last ticks.
     headings : ndarray, shape (slots, n, 2), float64
         The headings of the last ticks.
@@ -391,7 +382,7 @@ class RelayArrays(NamedTuple):
     targets: NeighbourList
     place: Annotated[Integers, ".place"]
     searched: Searched
-    readings: ReadingArrays
+    readings: KeptLists
     headings: Annotated[Floats, "slots", "n", 2]
     shown: NeighbourList
     shown_place: Annotated[Integers, ".shown"]
@@ -438,9 +429,10 @@ class RelayReadings(Readings):
         """Adapt to the present agents; see `Readings.fit`."""
         row_of = {member: row for row, member in enumerate(self._observers.tolist())}
         old, self.headings = self.headings, np.zeros((self.delay + 1, len(observers), 2))
-        for row, member in enumerate(observers.tolist()):
-            if member in row_of:
-                self.headings[:, row] = old[:, row_of[member]]
+        for slot, into in self.slots():
+            for row, member in enumerate(observers.tolist()):
+                if member in row_of:
+                    self.headings[into, row] = old[slot, row_of[member]]
         super().fit(observers, everyone, room)
 
 
@@ -481,3 +473,163 @@ def _relay_of(group: Group, delay: int, tick: Integers) -> Packed[RelayArrays]:
         readings.arrays, readings.headings, neighbour_room(len(group), room), np.zeros(room, np.int64),
         group.bodies.heading.copy(),
     ))  # fmt: skip
+
+
+class PastArrays(NamedTuple):
+    """The record of the reports of a group, which are kept for a degree of awareness.
+
+    Attributes
+    ----------
+    tick : ndarray, shape (1,), int64
+        The tick of the present positions.
+    loss : float
+        The probability that a report is lost.
+    key, salt : ndarray, shape (2,), uint64
+        The world's noise key, and the salt of reports. The key of the noise is `key` ^ `salt`.
+    stream : int
+        The stream of the noise.
+    member : ndarray, shape (n,), int64
+        The number of each robot within its group.
+    group : TeamGroup
+        What the group senses now, and `past`, in which it is kept.
+    target_place : ndarray, shape (k,), int64
+        The index of each target among the observed.
+    """
+
+    tick: Annotated[Integers, 1]
+    loss: float
+    key: Annotated[npt.NDArray[np.uint64], 2]
+    salt: Annotated[npt.NDArray[np.uint64], 2]
+    stream: int
+    member: Annotated[Integers, "n"]
+    group: TeamGroup
+    target_place: Annotated[Integers, ".targets"]
+
+
+PAST = Record(PastArrays)
+_past_at = PAST.at
+
+
+def _keep_reports(address: int) -> int:
+    """Keep what a group senses at the present tick, without the teammates whose reports are lost."""
+    here = _past_at(address)
+    group, past, tick = here.group, here.group.past, here.tick[0]
+    _keep(past.targets, tick, group.targets, group.targets.identity, here.target_place)
+    slot = tick % past.links.tick.shape[0]
+    for i in range(group.heading.shape[0]):
+        past.heading[slot, i, 0] = group.heading[i, 0]
+        past.heading[slot, i, 1] = group.heading[i, 1]
+    links = past.links
+    links.tick[slot] = tick
+    at = 0
+    for i in range(group.heading.shape[0]):
+        links.start[slot, i] = at
+        for k in range(group.teammates.start[i], group.teammates.start[i + 1]):
+            if here.loss > 0.0:
+                word = philox(
+                    np.uint64(tick), np.uint64(here.member[i]), np.uint64(group.teammates.identity[k]),
+                    np.uint64(here.stream), here.key[0] ^ here.salt[0], here.key[1] ^ here.salt[1],
+                )[0]  # fmt: skip
+                if uniform(word) < here.loss:
+                    continue
+            links.identity[slot, at] = group.teammates.identity[k]
+            links.place[slot, at] = group.place[k]
+            links.offset[slot, at, 0] = group.teammates.offset[k, 0]
+            links.offset[slot, at, 1] = group.teammates.offset[k, 1]
+            links.distance[slot, at] = group.teammates.distance[k]
+            at += 1
+    links.start[slot, group.heading.shape[0]] = at
+    past.newest[0] = tick
+    return 0
+
+
+KEEP_REPORTS = Entry(_keep_reports)
+
+_SALT = salt_of("reports")
+
+
+class Reports(Readings):
+    """The reports of a group at the last ticks: the teammates that it sensed, less those whose reports were lost.
+
+    Attributes
+    ----------
+    targets : RelayReadings
+        The targets that it sensed, and its headings.
+    newest : ndarray, shape (1,), int64
+        The tick of the newest.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(0)
+        self.targets, self.newest = RelayReadings(0), np.full(1, -1)
+
+    def forget(self) -> None:
+        """Drop all reports, in place."""
+        super().forget()
+        self.targets.forget()
+
+
+class Keeping(NamedTuple):
+    """What a degree of awareness needs of the past of a team."""
+
+    delay: int
+    loss: float
+
+
+def keeping_of(group: Group, team: list[Group]) -> tuple[Keeping, int] | None:
+    """Return what the degree of a group needs of the past, and for how many ticks; None for nothing."""
+    memory = group.awareness.memory(max(sum(map(len, team)), 1))
+    loss = float(group.awareness.loss)
+    return (Keeping(delay_of(group), loss), memory) if team and (memory or loss) else None
+
+
+def reports_of(
+    group: Group, keeping: Keeping, memory: int, sensed: TeamGroup, target_place: Integers, tick: Integers,
+    key: npt.NDArray[np.uint64],
+) -> PastArrays:  # fmt: skip
+    """Return the record that keeps the reports of a group.
+
+    Parameters
+    ----------
+    group : Group
+        The group.
+    keeping, memory : Keeping, int
+        What is needed, and for how many ticks.
+    sensed : TeamGroup
+        What teammates know of the group without hops.
+    target_place : ndarray, shape (k,), int64
+        The index of each of its targets among the observed.
+    tick : ndarray, shape (1,), int64
+        The tick of the present positions.
+    key : ndarray, shape (2,), uint64
+        The key of the world's noise.
+    """
+    kept = group.readings.setdefault(_name_of(keeping), Reports())
+    assert isinstance(kept, Reports)
+    kept.delay = kept.targets.delay = memory
+    relation, targets = group.relations[TEAMMATES], group.relations.get(TARGETS)
+    kept.fit(group.bodies.member, relation.everyone, len(sensed.teammates.identity))
+    kept.targets.fit(
+        group.bodies.member, targets.everyone if targets else np.zeros(0, np.int64), len(sensed.targets.identity)
+    )
+    none = np.zeros(0)
+    past = Past(
+        kept.newest, kept.arrays, kept.targets.arrays, kept.targets.headings, relation.conditions.reach,
+        relation.search.x if relation.is_conditional else none,
+        targets.search.x if targets and targets.is_conditional else none,
+    )
+    stream = stream_number(Stream.SENSOR, group.number)
+    return PastArrays(
+        tick, keeping.loss, key, _SALT, stream, group.bodies.member, sensed._replace(past=past), target_place
+    )
+
+
+def forget_reports(group: Group, needed: Iterable[Keeping]) -> None:
+    """Forget the reports of a group that no degree needs any more."""
+    names = set(map(_name_of, needed))
+    for name in [name for name, kept in group.readings.items() if isinstance(kept, Reports) and name not in names]:
+        del group.readings[name]
+
+
+def _name_of(keeping: Keeping) -> str:
+    return f"reports after {keeping.delay}, loss {keeping.loss!r}"

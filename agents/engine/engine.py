@@ -17,7 +17,7 @@ from teamsight.agents.decisions import give_timetables, is_every_step
 from teamsight.agents.engine import loop
 from teamsight.agents.engine.binding import SHOW_COLUMNS, Binding, can_fail, has_bodies, move_entry
 from teamsight.agents.engine.contacts import RECORD_BUMPS
-from teamsight.agents.engine.detection import DETECT, SHOW_LATE, delay_of
+from teamsight.agents.engine.detection import DETECT, KEEP_REPORTS, SHOW_LATE, delay_of, keeping_of
 from teamsight.agents.engine.interactions import (
     BAD_HEADING,
     BAD_POSITION,
@@ -315,6 +315,8 @@ def _entries_of(data: WorldData, recorded: Sequence[Entry]) -> list[Entry]:
         found.append(MEASURE)
     if any(delay_of(group) for group in groups):
         found.append(SHOW_LATE)
+    if any(keeping_of(group, team_of(groups, group)) for group in groups):
+        found.append(KEEP_REPORTS)
     if data.interactions:
         found += entries_needed(data.interactions)
         found += [one.interaction.entry(one.kinds) for one in data.interactions]
@@ -422,6 +424,8 @@ def connect(data: WorldData) -> list[Relation]:
     teams = {group.number: team_of(data.groups, group) for group in data.groups}
     for group in data.groups:
         check_fit(group, teams[group.number])
+        if team := teams[group.number]:
+            group.awareness.check_team(sum(len(other.members) for other in team))
         check_channels(group, group.policy)
     relations: list[Relation] = []
     bodies = gathering([group.bodies for group in data.groups], data.arena) if _bodies_block_sight(data) else None

@@ -17,7 +17,7 @@ SEQUENTIAL, DIVERGING = "viridis", "RdBu"
 #: After M. Okabe and K. Ito: distinguishable without colour vision.
 COLOURS = ("#767676", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: The colour of each degree of awareness.
-DEGREE = dict(zip(("none", "ring", "pairwise", "shared", "nearest"), COLOURS, strict=False))
+DEGREE = dict(zip(("none", "ring", "pairwise", "shared", "nearest", "relayed"), COLOURS, strict=False))
 #: The colour of each policy of robots, in every figure: none is that of a degree of awareness.
 POLICY = {
     "random-walk": "#999933",

@@ -235,9 +235,10 @@ class Observation:
             return spaces.Box(-np.inf, np.inf, (self.width,), np.float32)
         if self._layout is None:
             return spaces.Box(0.0, 1.0, (self.width,), np.float32)
-        # Relayed targets are seen from the teammate that senses them.
+        # Relayed targets are seen from the teammate that senses them, and teammates over hops from another teammate.
         most = np.ones((self._layout.width // PER_BODY, PER_BODY), np.float32)
-        most[len(most) - self._layout.relayed :, 1:] = np.inf
+        first = self._layout.targets if self._degree.spreads else len(most) - self._layout.relayed
+        most[first:, 1:] = np.inf
         least = -most
         least[:, 0] = 0.0
         rays = np.zeros(self.width - self._rest, np.float32)

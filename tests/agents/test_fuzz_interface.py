@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
-from teamsight.agents.awareness import RingAwareness
+from teamsight.agents.awareness import RelayedAwareness, RingAwareness
 from teamsight.policies import Action, Policy, RandomWalk, Stationary
 
 REFUSALS = (ValueError, TypeError, AttributeError, KeyError)
@@ -60,7 +60,7 @@ POLICIES: list[Any] = [
     "a-cmommt", "centroid", "random-walk", "stationary", "evasive", "evolved", RandomWalk(0.05), Stationary(), Straight(),
     lambda percept, rng: (float(rng.random()), 0.05),
 ]  # fmt: skip
-AWARENESS: list[Any] = ["none", "ring", "nearest", "pairwise", "shared", RingAwareness(3)]
+AWARENESS: list[Any] = ["none", "ring", "nearest", "pairwise", "shared", "relayed", RingAwareness(3), RelayedAwareness(1, 2, 0.3)]
 lengths = st.sampled_from([0.05, 0.3, 1.0, 2.0])
 nonsense = st.sampled_from(NONSENSE)
 

@@ -40,7 +40,7 @@ def test_table_is_tidy_and_covers_the_figure() -> None:
 
 def test_table_takes_an_iterator() -> None:
     assert len(search_space.dimensions_table(iter((1, 2)))) == 2 * len(AWARENESS)
-    assert set(search_space.dimensions_table([1], degrees=search_space.TOUZET)["degree"]) == {*AWARENESS} - {"nearest"}
+    assert set(search_space.dimensions_table([1], degrees=search_space.TOUZET)["degree"]) == {*AWARENESS} - {"nearest", "relayed"}
 
 
 def test_bad_input_names_value_limit_and_cure() -> None:

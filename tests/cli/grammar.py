@@ -34,7 +34,7 @@ def _names(*valid: str) -> tuple[tuple[str, ...], ...]:
 
 
 POLICY = _names("random-walk", "a-cmommt", "centroid", "stationary", "evolved")
-AWARENESS = _names("ring", "none", "nearest", "pairwise", "shared")
+AWARENESS = _names("ring", "none", "nearest", "pairwise", "shared", "relayed")
 PRESET = _names("touzet2000", "touzet2000")
 REWARD = _names("own", "team", "alone", "keep", "interaction")
 LEARNERS = _names("linear", "tabular", "lazy", "pessimistic", "sheppard")

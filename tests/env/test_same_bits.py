@@ -39,7 +39,7 @@ def collected(world: World) -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: ",".join(kind) or "default")
-@pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared"])
+@pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared", "relayed"])
 def test_the_actions_of_a_policy_give_its_world(degree: str, kind: dict[str, Any]) -> None:
     model = CMOMMT(policy="a-cmommt", awareness=degree, seed=7, **kind)
     env = parallel_env(observation=degree, action="heading", **kind)

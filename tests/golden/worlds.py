@@ -25,7 +25,13 @@ from teamsight import (
     Torus,
     World,
 )
-from teamsight.agents.awareness import NearestAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
+from teamsight.agents.awareness import (
+    NearestAwareness,
+    PairwiseAwareness,
+    RelayedAwareness,
+    RingAwareness,
+    SharedAwareness,
+)
 from teamsight.agents.components import (
     Arrivals,
     Batteries,
@@ -176,6 +182,8 @@ _CMOMMT: dict[str, dict[str, Any]] = {
     },
     "ring of 8": {"policy": "a-cmommt", "awareness": "ring", "delta": 8, "uniform_target_speed": True},
     "nearest": {"policy": "a-cmommt", "awareness": "nearest", "delta": 2},
+    "relayed, all hops": {"policy": "a-cmommt", "awareness": "relayed", "radius": 3.0},
+    "relayed, late and lossy": {"policy": "b-cmommt", "awareness": RelayedAwareness(3, 2, 0.2), "radius": 3.0},
     "the paper's preset": {"policy": "a-cmommt", "awareness": "none", "preset": "touzet2000"},
     "centroid": {"policy": "centroid", "awareness": "none", "target_policy": "stationary"},
     "random walk, crowded": {"policy": "random-walk", "robots": 100, "targets": 70},

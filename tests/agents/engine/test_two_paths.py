@@ -13,7 +13,7 @@ import pytest
 from chance import fresh_seed
 
 from teamsight import CMOMMT, Box, Disc, Robot, Target, Torus, World
-from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RingAwareness, SharedAwareness
+from teamsight.agents.awareness import NoAwareness, PairwiseAwareness, RelayedAwareness, RingAwareness, SharedAwareness
 from teamsight.policies import ACmommt, Centroid, Evasive, Evolved, RandomWalk, Stationary, turned
 from teamsight.policies.interface import Action, Policy
 
@@ -87,7 +87,10 @@ POLICIES = [
     Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
     Evolved(),
 ]  # fmt: skip
-DEGREES = [NoAwareness(), RingAwareness(16), RingAwareness(1), RingAwareness(5), PairwiseAwareness(), SharedAwareness()]
+DEGREES = [
+    NoAwareness(), RingAwareness(16), RingAwareness(1), RingAwareness(5), PairwiseAwareness(), SharedAwareness(),
+    RelayedAwareness(), RelayedAwareness(2, 1, 0.2),
+]  # fmt: skip
 
 
 @pytest.mark.short
