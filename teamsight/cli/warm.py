@@ -15,7 +15,7 @@ def worlds() -> Iterator[Callable[[], Any]]:
 
     What each makes has ``run(steps)`` and ``step()``.
     """
-    from teamsight.agents.awareness import AWARENESS
+    from teamsight.agents.awareness import AWARENESS, RelayedAwareness
     from teamsight.agents.cmommt import CMOMMT
     from teamsight.agents.sensing import Lidar, Sensor
     from teamsight.policies.registry import POLICIES, policy_named
@@ -29,6 +29,7 @@ def worlds() -> Iterator[Callable[[], Any]]:
         for awareness in fitting if degree is None else (degree,):
             yield partial(CMOMMT, **small, policy=policy, awareness=awareness)
     yield partial(CMOMMT, **small, sensor=Sensor(field_of_view=2.0), lidar=Lidar(), robot_radius=0.1)
+    yield partial(CMOMMT, **small, awareness=RelayedAwareness(loss=0.1))
     for drive, contact in product(DRIVES, CONTACTS):
         bodies: dict[str, Any] = {"drive": drive, "contact": contact, "robot_radius": 0.1}
         yield partial(CMOMMT, **small, **bodies)
