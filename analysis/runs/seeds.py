@@ -18,6 +18,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "reproduce": (2000,),
         "learning curves": (9000,),
         "unreliable": (2100,),
+        "hops": (2200,),
         "pursuit": (1993,),
         "surround": (1996,),
         "foraging": (1994,),

@@ -14,6 +14,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
@@ -307,6 +308,22 @@ def test_relatives_of_a_cmommt_are_compared(run: Run, monkeypatch: pytest.Monkey
     # The random walk observes less by far, whatever else differs.
     assert all(row[3].startswith("−0.") for row in rows)
     assert [len(line.split("|")) - 2 for line in tables[9].splitlines()] == [5] * 8
+
+
+def test_hops_are_compared_and_who_reads_nothing_of_teammates_gains_nothing(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["hops.py", "1", str(tmp_path / "hops.parquet")])
+    assert run("hops").strip().split("\n\n")[::2] == ["gain", "δ", "known"]
+    found = pd.read_parquet(tmp_path / "hops.parquet").set_index(["team", "neighbours"])
+    assert len(found) == 6 * 2 * 7
+    for team in ("centroid", "forage, ignoring"):
+        assert (found.loc[team][["gain", "more"]] == 0).all(axis=None)
+        for _, part in found.loc[team].groupby(level=0):
+            # The ways of the robots are the same under all kinds of reports.
+            delta = part.set_index("reports")["largest"]
+            assert 0 == delta["0"] < delta["1"] <= delta["2"] <= delta["4"] <= delta["all"] <= 19
+    assert (found[found["reports"] == "0"]["largest"] == 0).all()
 
 
 def test_controllers_in_another_process_observe_what_the_simulator_does(run: Run) -> None:
