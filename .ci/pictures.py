@@ -74,6 +74,12 @@ def _evolved() -> bytes:
     return to_picture(draw(pd.read_parquet(ROOT / "docs" / "evolved.parquet")))
 
 
+def _hops() -> bytes:
+    from teamsight.analysis.papers.hops import draw
+
+    return to_picture(draw(pd.read_parquet(ROOT / "docs" / "hops.parquet")))
+
+
 def _bodies() -> bytes:
     import io
 
@@ -167,6 +173,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "drives.png": _drives,
     "evolved.png": _evolved,
     "figure-3.png": _figure_3,
+    "hops.png": _hops,
     "lazy-q.png": _lazy_q,
     "lidar.png": _lidar,
     "learning-curves.png": _learning_curves,
