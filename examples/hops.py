@@ -45,8 +45,9 @@ def world(team: str, neighbours: int, reports: str, rng: int) -> World:
         reach = round(5 * math.sqrt(neighbours / 19), 1)
         return CMOMMT(20, 15, 5.0, policy=team, awareness=degree, awareness_range=reach, rng=rng)
     reach = round(64 * math.sqrt(neighbours / 15 / math.pi), 1)
-    task = TASKS["forage" if team in CONTROLS else team]
-    made = task.build("skilled", rng=rng, awareness=degree, robots=16, communication_range=reach)
+    name, _, kind = team.partition(", ")
+    scenario = {"robots": 16, "communication_range": reach, "sensing_range": 5.0 if kind == "short-sighted" else 20.0}
+    made = TASKS[name].build("skilled", rng=rng, awareness=degree, **scenario)
     if team in CONTROLS:
         robots: Any = made.groups[1]
         robots.policy = replace(robots.policy, communication="none", robot=0.0, robot_at_work=0.0)

@@ -316,7 +316,7 @@ def test_hops_are_compared_and_who_reads_nothing_of_teammates_gains_nothing(
     monkeypatch.setattr(sys, "argv", ["hops.py", "1", str(tmp_path / "hops.parquet")])
     assert run("hops").strip().split("\n\n")[::2] == ["gain", "δ", "known"]
     found = pd.read_parquet(tmp_path / "hops.parquet").set_index(["team", "neighbours"])
-    assert len(found) == 6 * 2 * 7
+    assert len(found) == 8 * 2 * 7
     for team in ("centroid", "forage, ignoring"):
         assert (found.loc[team][["gain", "more"]] == 0).all(axis=None)
         for _, part in found.loc[team].groupby(level=0):
