@@ -99,16 +99,17 @@ def draw(found: pd.DataFrame) -> Figure:
     """Return the figure: for each team that reads of teammates the gain, and δ, against the hops."""
     teams = [team for team in dict.fromkeys(found["team"]) if team not in CONTROLS]
     kinds = [*dict.fromkeys(found["reports"])]
-    best = found[found["reports"].isin(HOPS) & found["team"].isin(teams)]
-    grows = best[best["reports"] == HOPS[-1]]["delta"]
-    runs = int(found["runs"].min())
+    read = found[found["team"].isin(teams)]
+    one, most = (read[read["reports"] == hops] for hops in (HOPS[1], HOPS[-1]))
     units = ["points" if team in OBSERVE else "steps saved" for team in teams]
+    late, lossy = kinds[len(HOPS) :]
     figure, shown = panels(
-        f"Over all hops a robot knows up to {grows.min()} to {grows.max()} teammates at once",
-        f"{runs} runs each; gain over no awareness, paired, with 95 % intervals; δ for a risk of {RISK:g}. Colours: "
-        "neighbours of a robot in a random placement",
+        f"From one hop to all, δ grows from {_range(one['delta'])} to {_range(most['delta'])}; hops beyond the first "
+        f"pay in {(most['more_low'] > 0).sum()} of {len(most)} cases",
+        f"{int(found['runs'].min())} runs each; gain over no awareness, paired, with 95 % intervals; δ for a risk of "
+        f"{RISK:g}. Colours: neighbours of a robot in a random placement. Late: {late}; lossy: {lossy}",
         [*teams, *("" for _ in teams)], y=[*(f"gain  [{unit}]" for unit in units), *("δ" for _ in teams)],
-        x="hops, and kind of reports", columns=len(teams), size=(3.3, 2.6), sharex="col",
+        x="hops", columns=len(teams), size=(2.5, 2.4), sharex="col",
     )  # fmt: skip
     for column, team in enumerate(teams):
         above, below = shown[column], shown[len(teams) + column]
@@ -121,8 +122,12 @@ def draw(found: pd.DataFrame) -> Figure:
                 label = f"{neighbours:g}" if line else ""
                 draw_means(above, at[places], gains[places], colour, label, as_bars=True, linestyle=line)
                 below.plot(at[places], rows["delta"][places], color=colour, marker="o", markersize=4, linestyle=line)
-        names = [kind.replace("all, ", "all,\n").replace(" a hop", "/hop") for kind in kinds]
-        below.set_xticks(range(len(kinds)), names, fontsize=7.5)
-        below.set_ylim(bottom=0)
+        below.set_xticks(range(len(kinds)), [*HOPS, "late", "lossy"], fontsize=8)
+        below.set_ylim(0, 20)
+        below.set_yticks(range(0, 21, 5))
     shown[0].legend(frameon=False, title="neighbours")
     return figure
+
+
+def _range(values: pd.Series) -> str:
+    return f"{values.min()}–{values.max()}"

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Cycle, DifferentialDrive, Failures, Lidar, Sensor
+from teamsight.agents.awareness import RelayedAwareness
 from teamsight.core.kernel import kernel
 from teamsight.env import TeamVectorEnv, parallel_env, vector_env
 from teamsight.policies.compiled import CompiledPolicy
@@ -30,7 +31,10 @@ KINDS: list[dict[str, Any]] = [
     {"sensor": Sensor(occluded="bodies"), "robot_radius": 0.6, "target_radius": 0.4},
     {"drive": DifferentialDrive(0.1, 0.02), "observation": "pairwise"},
     {"lidar": Lidar(8, 2.0, 3.0, range_noise=0.1), "robot_radius": 0.3},
+    {"observation": "relayed"},
 ]
+# Worlds of their own.
+ALONE: list[dict[str, Any]] = [{"observation": RelayedAwareness(2, delay=1, loss=0.2)}]
 
 
 def still(percept: Any, rng: np.random.Generator) -> tuple[float, float]:
@@ -96,7 +100,7 @@ def is_in_block(env: TeamVectorEnv, world: int) -> bool:
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("kind", [*KINDS, {"target_policy": Waits()}], ids=lambda kind: ",".join(kind))
+@pytest.mark.parametrize("kind", [*KINDS, *ALONE, {"target_policy": Waits()}], ids=lambda kind: ",".join(kind))
 def test_episodes_that_end_at_different_steps(kind: dict[str, Any], threads: int) -> None:
     env = vector_env(5, robots=4, targets=6, max_cycles=12, stagger=True, threads=threads, **kind)
     alone = Alone(5, [12] * 5, robots=4, targets=6, **kind)
