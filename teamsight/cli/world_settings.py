@@ -296,14 +296,17 @@ def check_worlds(
             f"radius={radius:g}: must be from {_LEAST_RADIUS:g} to {_MOST_RADIUS:g} sensing ranges, since otherwise "
             "rounding errors dominate; give another radius"
         )
-    neighbours = float(robots) ** 2 * min(1.0, (awareness_range / radius) ** 2)
+    # Over hops a robot can know all others.
+    spreads = any(degree_named(degree).spreads for degree in degrees)
+    neighbours = float(robots) ** 2 * (1.0 if spreads else min(1.0, (awareness_range / radius) ** 2))
     sensed = targets * min(1.0, 1 / radius**2)
     relayed = any("relayed" in degree_named(degree).delivers for degree in degrees)
     made = neighbours * (1.0 + sensed if relayed else 1.0) + robots * sensed
     if made > _MOST_NEIGHBOURS:
+        other = "another degree of awareness" if spreads else "a larger radius"
         raise ValueError(
             f"robots={robots}, targets={targets}, radius={radius:g}: makes about {made:.1e} neighbours per step, at "
-            f"most {_MOST_NEIGHBOURS:g} fit in memory; give fewer robots, or a larger radius"
+            f"most {_MOST_NEIGHBOURS:g} fit in memory; give fewer robots, or {other}"
         )
 
 

@@ -23,6 +23,7 @@ EXPLORE = ["learn", "explore", "--out", "x"]
         (["run", "--steps", "1" + "0" * 400], ["steps=(about 10^400): must be at most 10000000"]),
         (["run", "--steps", "9" * 10_000], ["steps='999999999999999999999999999999'… (10000 characters): must be a whole number"]),
         (["run", "--robots", "1000000", "--radius", "5"], ["robots=1000000, targets=15, radius=5: makes about 4.0e+10 neighbours per step, at most 2e+08 fit in memory; give fewer"]),
+        (["run", "--robots", "20000", "--radius", "100", "--awareness", "relayed"], ["makes about 4.0e+08 neighbours per step, at most 2e+08 fit in memory; give fewer robots, or another degree"]),
         (["run", "--robots", "1000", "--targets", "1000", "--radius", "1", "--awareness", "shared"], ["makes about 1.0e+09 neighbours per step"]),
         (["run", "--radius", "1e9"], ["radius=1e+09: must be from 0.001 to 1e+08 sensing ranges"]),
         (["run", "--radius", "1e-6"], ["radius=1e-06: must be from 0.001 to 1e+08 sensing ranges"]),
