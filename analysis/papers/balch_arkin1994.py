@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.analysis.papers import reproduction
 from teamsight.analysis.papers.reproduction import RECALLED, Paper, column, judged, rows_of, verdict_of
+from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, mark_values, panels
 from teamsight.analysis.plot.style import ROBOTS_LABEL, minus, shades
 from teamsight.analysis.runs import limits
@@ -78,6 +79,12 @@ known to us. Signs and order can hold or fail; claims that are recalled and not 
 | task | communication | theirs, at most | ours, over all cells (95 %) | ours, at most |
 | :--- | :--- | ---: | ---: | ---: |
 {percentages}
+
+## By number of attractors
+
+Teams of two or more robots. A mean over numbers of attractors hides effects of opposite sign, if there are any.
+
+{by_attractors}
 
 ## Claims
 
@@ -142,6 +149,18 @@ def gain(table: pd.DataFrame, task: str, level: str, over: str) -> Interval:
     return reproduction.saving(*(column(table, "time", task=task, communication=one) for one in (level, over)))
 
 
+def gains_by(table: pd.DataFrame, *names: str) -> str:
+    """Return a table of what levels save over none, for teams of two or more: by task, columns `names`, and in all."""
+    rows, several = [], table[(table["robots"] > 1) & (table["attractors"] > 0)]
+    for task in map(str, several["task"].unique()):
+        cells = rows_of(several, task=task)
+        for values, cell in [*cells.groupby(list(names)), ((), cells)]:
+            saved = (interval_text(gain(cell, task, level, "none"), "%", scale=100) for level in LEVELS[1:])
+            rows.append([task, *([f"{one:g}" for one in values] or ["all"] * len(names)), *saved])
+    heads = ["task", *names, *(f"{level} over none (95 %)" for level in LEVELS[1:])]
+    return markdown.table(heads, rows, align="l" + "r" * (len(heads) - 1))
+
+
 def verdicts(table: pd.DataFrame, plan: Communication | None = None) -> list[Verdict]:
     """Return the verdicts on all claims; `table` has a row for each run."""
     found = [verdict_of(claim, source, gain(table, *of), "%", rule) for claim, source, rule, *of in CLAIMS]
@@ -189,6 +208,7 @@ def page_values(table: pd.DataFrame, plan: Communication) -> dict[str, Any]:
         ours = minus(f"{mean} | {100 * most:+.1f} % at {where}")
         percentages.append(f"| {task} | {level} over {over} | {percent:g} % | {ours} |")
     found = {"times": "\n".join(times), "percentages": "\n".join(percentages), "margin": 100 * MARGIN}
+    found["by_attractors"] = gains_by(table, "attractors")
     return found | {name: ", ".join(map(str, getattr(plan, name))) for name in ("robots", "attractors")}
 
 

@@ -6,7 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from teamsight.analysis.papers.balch_arkin1994 import Communication, UntilDone, gain, page_values, verdicts
+from teamsight.analysis.papers.balch_arkin1994 import (
+    Communication,
+    UntilDone,
+    gain,
+    gains_by,
+    page_values,
+    verdicts,
+)
 from teamsight.analysis.papers.reproduction import column
 from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
@@ -57,6 +64,23 @@ def test_a_gain_is_the_share_of_the_mean_time() -> None:
     data = table(spread=0.0, forage_goal=0.75)
     assert gain(data, "forage", "goal", "none") == pytest.approx((0.25, 0.25, 0.25))
     assert "| forage | goal over none | 19 % | +25.0 % (+25.0 to +25.0) | +25.0 % at N =" in page_values(data, SMALL)["percentages"]
+
+
+def test_gains_of_opposite_sign_that_cancel_in_all_stand_by_number_of_attractors() -> None:
+    one, alone = table(spread=0.0, forage_goal=0.8, forage_state=0.9), table(spread=0.0, forage_goal=0.1)
+    many = table(spread=0.0, forage_goal=1.2).assign(attractors=lambda data: data["attractors"].replace(3, 7))
+    # What a single robot gains is no matter of communication.
+    found = gains_by(pd.concat([many, one, alone.assign(robots=1)], ignore_index=True), "attractors").splitlines()
+    assert found[0] == "| task | attractors | state over none (95 %) | goal over none (95 %) |"
+    assert found[2:5] == [
+        "| forage | 3 | +10.0 % (+10.0 to +10.0) | +20.0 % (+20.0 to +20.0) |",
+        "| forage | 7 | +0.0 % (+0.0 to +0.0) | −20.0 % (−20.0 to −20.0) |",
+        found[4],
+    ]
+    assert found[4].startswith("| forage | all | +5.0 % (")
+    assert "| +0.0 % (−" in found[4]
+    assert [row.split(" | ")[:2] for row in found[5:]] == [["| consume", one] for one in ("3", "7", "all")]
+    assert len(gains_by(alone.assign(robots=1), "attractors").splitlines()) == 2
 
 
 def test_the_interval_of_a_gain_covers_the_ratio_of_means() -> None:
