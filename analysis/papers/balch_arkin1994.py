@@ -149,16 +149,16 @@ def gain(table: pd.DataFrame, task: str, level: str, over: str) -> Interval:
     return reproduction.saving(*(column(table, "time", task=task, communication=one) for one in (level, over)))
 
 
-def gains_by(table: pd.DataFrame, *names: str) -> str:
-    """Return a table of what levels save over none, for teams of two or more: by task, columns `names`, and in all."""
+def gains_by(table: pd.DataFrame, by: str = "task") -> str:
+    """Return a table of what levels save over none, for teams of two or more: by a column and number of attractors."""
     rows, several = [], table[(table["robots"] > 1) & (table["attractors"] > 0)]
-    for task in map(str, several["task"].unique()):
-        cells = rows_of(several, task=task)
-        for values, cell in [*cells.groupby(list(names)), ((), cells)]:
-            saved = (interval_text(gain(cell, task, level, "none"), "%", scale=100) for level in LEVELS[1:])
-            rows.append([task, *([f"{one:g}" for one in values] or ["all"] * len(names)), *saved])
-    heads = ["task", *names, *(f"{level} over none (95 %)" for level in LEVELS[1:])]
-    return markdown.table(heads, rows, align="l" + "r" * (len(heads) - 1))
+    for value in several[by].unique():
+        cells = rows_of(several, **{by: value})
+        for attractors, cell in [*cells.groupby("attractors"), ("all", cells)]:
+            of = (gain(cell, str(cell["task"].iloc[0]), level, "none") for level in LEVELS[1:])
+            shown = value if isinstance(value, str) else f"{value:g}"
+            rows.append([shown, str(attractors), *(interval_text(one, "%", scale=100) for one in of)])
+    return markdown.table([by, "attractors", *(f"{one} over none (95 %)" for one in LEVELS[1:])], rows, align="lrrr")
 
 
 def verdicts(table: pd.DataFrame, plan: Communication | None = None) -> list[Verdict]:
@@ -208,7 +208,7 @@ def page_values(table: pd.DataFrame, plan: Communication) -> dict[str, Any]:
         ours = minus(f"{mean} | {100 * most:+.1f} % at {where}")
         percentages.append(f"| {task} | {level} over {over} | {percent:g} % | {ours} |")
     found = {"times": "\n".join(times), "percentages": "\n".join(percentages), "margin": 100 * MARGIN}
-    found["by_attractors"] = gains_by(table, "attractors")
+    found["by_attractors"] = gains_by(table)
     return found | {name: ", ".join(map(str, getattr(plan, name))) for name in ("robots", "attractors")}
 
 

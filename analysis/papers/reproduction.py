@@ -49,7 +49,7 @@ RECALLED = "recalled, not verified"
 AGREES, DIFFERS = "agrees", "differs"
 
 # The order of runs that are compared in pairs.
-_ORDER = ("robots", "attractors", "replicate")
+_ORDER = ("robots", "attractors", "mass", "replicate")
 
 
 @dataclass(frozen=True)
@@ -367,7 +367,7 @@ def rows_of(table: pd.DataFrame, **values: Any) -> pd.DataFrame:
 
 
 def column(table: pd.DataFrame, name: str, **values: Any) -> Floats:
-    """Return a column of the rows with these values, in the order of robots, attractors and replicates."""
+    """Return a column of the rows with these values, in the order of robots, attractors, masses and replicates."""
     order = [one for one in _ORDER if one in table]
     return np.asarray(rows_of(table, **values).sort_values(order)[name], float)
 

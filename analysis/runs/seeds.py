@@ -22,6 +22,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "pursuit": (1993,),
         "surround": (1996,),
         "foraging": (1994,),
+        "foraging: loads": (1995,),
         "pushing": (1992,),
         "collecting": (1997,),
         "calibration: screen": (-101,),

@@ -70,7 +70,7 @@ def test_gains_of_opposite_sign_that_cancel_in_all_stand_by_number_of_attractors
     one, alone = table(spread=0.0, forage_goal=0.8, forage_state=0.9), table(spread=0.0, forage_goal=0.1)
     many = table(spread=0.0, forage_goal=1.2).assign(attractors=lambda data: data["attractors"].replace(3, 7))
     # What a single robot gains is no matter of communication.
-    found = gains_by(pd.concat([many, one, alone.assign(robots=1)], ignore_index=True), "attractors").splitlines()
+    found = gains_by(pd.concat([many, one, alone.assign(robots=1)], ignore_index=True)).splitlines()
     assert found[0] == "| task | attractors | state over none (95 %) | goal over none (95 %) |"
     assert found[2:5] == [
         "| forage | 3 | +10.0 % (+10.0 to +10.0) | +20.0 % (+20.0 to +20.0) |",
@@ -80,7 +80,7 @@ def test_gains_of_opposite_sign_that_cancel_in_all_stand_by_number_of_attractors
     assert found[4].startswith("| forage | all | +5.0 % (")
     assert "| +0.0 % (−" in found[4]
     assert [row.split(" | ")[:2] for row in found[5:]] == [["| consume", one] for one in ("3", "7", "all")]
-    assert len(gains_by(alone.assign(robots=1), "attractors").splitlines()) == 2
+    assert len(gains_by(alone.assign(robots=1)).splitlines()) == 2
 
 
 def test_the_interval_of_a_gain_covers_the_ratio_of_means() -> None:
