@@ -128,11 +128,12 @@ def verdicts(table: pd.DataFrame, plan: Loads) -> list[Verdict]:
 
 def draw(table: pd.DataFrame, plan: Loads) -> Canvas:
     """Return what communication saves against the number of attractors, for each mass."""
+    goals = (f"{100 * saved(rows_of(table, mass=mass)).mean:.0f} % (mass {mass:g})" for mass in plan.mass)
     figure, shown = panels(
-        "What communication saves depends on the number and the mass of loads",
+        f"Time saved by communicating goals in forage: {minus(', '.join(goals))}",
         f"mean over {min(plan.robots)} to {max(plan.robots)} robots; {plan.runs} runs of each cell; 95 % confidence "
         f"intervals; seed {plan.seed}",
-        [f"mass {one:g}" for one in plan.mass], x="number of attractors", y="time saved over none [%]",
+        [f"mass {one:g}" for one in plan.mass], x="number of attractors", y="time saved over none [%]", sharey=True,
     )  # fmt: skip
     for mass, axes in zip(plan.mass, shown, strict=True):
         for level, colour in zip(LEVELS[1:], shades(2), strict=True):
