@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from teamsight.core.component import Allowed, Probability
+from teamsight.core.component import Allowed, Flag, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.handmade.forces import BEHAVIOURS, TURN_PROBABILITY, idle_step
@@ -29,7 +29,8 @@ def _to_centroid(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         x /= last - first
         y /= last - first
         distance = math.sqrt(x * x + y * y)
-        action.distance[i] = distance
+        # Its speed is the farthest that a robot goes in a step.
+        action.distance[i] = distance if arrays.parameters[2] else percept.speed[i]
         if distance > 0.0:
             action.heading[i, 0] = x / distance
             action.heading[i, 1] = y / distance
@@ -48,6 +49,8 @@ class Centroid(CompiledPolicy):
         Behaviour of a robot that senses no target: turn to a new direction each step, wander, or stay.
     turn_probability : float, default 0.05
         Probability per step with which a robot that wanders turns; other idle behaviours do not use it.
+    arrive : bool, default True
+        Stop at the centre. Otherwise a robot goes on at its speed, and beyond a centre that is nearer than a step.
 
     Raises
     ------
@@ -57,11 +60,13 @@ class Centroid(CompiledPolicy):
     Notes
     -----
     *Source:* §6, "a behavior that places it at the geographical center of the sensed targets; it does not take into
-    account the other robot positions". *Departs:* the paper does not say what a robot without targets does.
+    account the other robot positions". *Departs:* the paper does not say what a robot without targets does,
+    nor whether one that is nearer to the centre than a step stops there; "places it" suggests so.
     """
 
     idle: Annotated[str, Allowed(choices=BEHAVIOURS)] = "redraw"
     turn_probability: Probability = TURN_PROBABILITY
+    arrive: Flag = True
 
     kernel = _to_centroid
 
@@ -71,4 +76,4 @@ class Centroid(CompiledPolicy):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        return BEHAVIOURS[self.idle].number, self.turn_probability
+        return BEHAVIOURS[self.idle].number, self.turn_probability, float(self.arrive)

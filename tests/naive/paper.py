@@ -131,13 +131,13 @@ def walk(policy: Any, one: Any, noise: list[float]) -> tuple[Vector, float]:
 
 
 def centroid(policy: Any, one: Any, noise: list[float]) -> tuple[Vector, float]:
-    """Go to the centre of the sensed targets."""
+    """Go to the centre of the sensed targets, and stop there or go on at its speed."""
     seen = one.targets.offset.tolist()
     if not seen:
         return search(policy, tuple(one.heading), noise, one.speed)
     x, y = (sum(axis) / len(seen) for axis in zip(*seen, strict=True))
     length = math.hypot(x, y)
-    return (x / length, y / length), length
+    return (x / length, y / length), length if policy.arrive else one.speed
 
 
 def evade(policy: Any, one: Any, noise: list[float]) -> tuple[Vector, float]:

@@ -25,6 +25,7 @@ SIMPLE: list[tuple[Any, Callable[..., Any]]] = [
     *((policy, naive.walk) for policy in WALKS),
     *((Centroid(idle=rule), naive.centroid) for rule in ("redraw", "wander", "stay")),
     *((Centroid("wander", turn), naive.centroid) for turn in (0.0, 0.5, 1.0)),
+    (Centroid(arrive=False), naive.centroid),
     (Evasive(), naive.evade), (Evasive(turn_probability=1.0), naive.evade),
     (Stationary(), lambda policy, one, noise: ((0.0, 0.0), 0.0)),
 ]  # fmt: skip

@@ -31,8 +31,20 @@ from teamsight.analysis.stats.paired import (
     percent,
 )
 
-#: What was measured, in words, and its distance from each part of a rule, in tolerances.
-Finding: TypeAlias = tuple[str, *tuple[float, ...]]
+
+class Part(float):
+    """The distance of a measurement from one part of a rule, in tolerances, and by what the part fails, in words."""
+
+    fails_by: str
+
+    def __new__(cls, distance: float, fails_by: str) -> Part:
+        found = super().__new__(cls, distance)
+        found.fails_by = fails_by
+        return found
+
+
+#: What was measured, in words, and its distance from each part of a rule.
+Finding: TypeAlias = tuple[str, *tuple[Part, ...]]
 #: Takes gains and returns what it finds there.
 Rule: TypeAlias = Callable[[Gains], Finding]
 
@@ -70,6 +82,8 @@ class Judgement(NamedTuple):
         Whether a random walk holds under the same rule.
     share : float or None
         Share of further root seeds under which the claim holds, if it is near its limit.
+    parts : tuple of (str, bool)
+        Of each part of the rule by what it could fail, and whether it holds.
     """
 
     holds: bool | None
@@ -78,6 +92,7 @@ class Judgement(NamedTuple):
     beside: tuple[str, ...] = ()
     is_trivial: bool = False
     share: float | None = None
+    parts: tuple[tuple[str, bool], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -172,7 +187,8 @@ class Claim:
     def _apply(self, tables: Tables, names: tuple[str, ...]) -> Judgement:
         measured, *distances = self.decide(*(tables[name] for name in names))
         worst = float(max(distances, default=0.0))
-        return Judgement(worst <= 1.0 if self.rule else None, measured, min(worst, _LARGE))
+        parts = tuple((one.fails_by, one <= 1.0) for one in distances)
+        return Judgement(worst <= 1.0 if self.rule else None, measured, min(worst, _LARGE), parts=parts)
 
 
 #: Every claim by name, in the order of the paper.
@@ -197,29 +213,31 @@ def needed(claims: Iterable[Claim] | None = None, *, beside: bool = True) -> set
     return found
 
 
-def deviation(value: float, target: float, tolerance: float) -> float:
+def deviation(value: float, target: float, tolerance: float) -> Part:
     """Return the distance of `value` from `target`, in tolerances."""
-    return abs(value - target) / tolerance
+    return Part(abs(value - target) / tolerance, f"outside {target - tolerance:g}..{target + tolerance:g}")
 
 
-def at_most(value: float, limit: float) -> float:
+def at_most(value: float, limit: float) -> Part:
     """Return value / limit, at least 0, when `value` is at most `limit`, else 1 plus the relative excess."""
-    return max(0.0, value / limit) if value <= limit else 1.0 + max(_LEAST, (value - limit) / limit)
+    distance = max(0.0, value / limit) if value <= limit else 1.0 + max(_LEAST, (value - limit) / limit)
+    return Part(distance, f"above {limit:.3g}")
 
 
-def at_least(value: float, limit: float) -> float:
+def at_least(value: float, limit: float) -> Part:
     """Return 0 when `value` is at least `limit`, else 1 plus the relative shortfall."""
-    return 0.0 if value >= limit else excess(value, limit)
+    return Part(0.0 if value >= limit else excess(value, limit), f"below {limit:.3g}")
 
 
-def excess(value: float, limit: float) -> float:
+def excess(value: float, limit: float) -> Part:
     """Return 0 when `value` is above `limit`, else 1 plus the relative shortfall."""
-    return 0.0 if value > limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
+    distance = 0.0 if value > limit else 1.0 + max(_LEAST, (limit - value) / max(abs(limit), 1.0))
+    return Part(distance, f"not above {limit:.3g}")
 
 
-def is_so(statement: Any) -> float:
-    """Return 0 when a statement is true, else 2."""
-    return 0.0 if statement else 2.0
+def is_so(statement: Any, otherwise: str) -> Part:
+    """Return 0 when a statement is true, else 2; `otherwise` says in words what is so if it is not."""
+    return Part(0.0 if statement else 2.0, otherwise)
 
 
 def _part(grid: pd.DataFrame, robots: tuple[int, int] = (1, 30), radius: tuple[float, float] = (1, 9)) -> pd.DataFrame:
@@ -261,6 +279,15 @@ def _fades(profile: Any, radius: Any, faded: float) -> float:
     return min((at for at, value in zip(radius[top:], profile[top:], strict=True) if value < faded), default=math.inf)
 
 
+def _preferred(top: float) -> Part:
+    low, high = _PREFERRED
+    return is_so(low <= top <= high, f"a peak outside R = {low:g}..{high:g}")
+
+
+def _later(last: float, first: float) -> Part:
+    return is_so(last > first, "an end at no larger R")
+
+
 def _against(last: float, first: float) -> str:
     return " against ".join("beyond 9" if end == math.inf else f"{end:g}" for end in (last, first))
 
@@ -291,7 +318,7 @@ def degrees() -> Finding:
         or not np.isclose(log10_size(inputs(degree, team), 10), fixed + per_robot * team)
     ]
     largest = ", ".join(str(inputs(degree, 30)) for degree in paper)
-    return wrong[0] if wrong else f"{largest} inputs; at N = 30", is_so(not wrong)
+    return wrong[0] if wrong else f"{largest} inputs; at N = 30", is_so(not wrong, "another number of inputs")
 
 
 def _exceeded(walk: pd.DataFrame) -> str:
@@ -333,14 +360,16 @@ def neighbours_small_arena(walk: pd.DataFrame) -> Finding:
     "§5, Fig. 5",
     "A-CMOMMT with 5–30 robots, unless the arena is ridiculously small: the maximum varies little",
     "around 7",
-    "median over the cells N = 5..30, R = 3..9 of the maximum in 5..9",
+    "median over the cells N = 5..30, R = 3..9 of the maximum in 5..9; at N = 30, R = 3 in 6..8",
     ("a-cmommt",),
     ("random-walk",),
 )
 def neighbours_acmommt(acmommt: pd.DataFrame) -> Finding:
-    cells = _part(maxima(acmommt), (5, 30), (3, 9)).to_numpy()
+    grid = _part(maxima(acmommt), (5, 30), (3, 9))
+    cells, crowded = grid.to_numpy(), _part(grid, (30, 30), (3, 3)).to_numpy().item()
     middle = float(np.median(cells))
-    return f"median {middle:g}, range {cells.min():.0f}..{cells.max():.0f}", deviation(middle, 7, 2)
+    measured = f"median {middle:g}, range {cells.min():.0f}..{cells.max():.0f}; {crowded:g} at N = 30, R = 3"
+    return measured, deviation(middle, 7, 2), deviation(crowded, 7, 1)
 
 
 @Claim(
@@ -550,8 +579,7 @@ def awareness_where(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     _, top, _ = _peak(grid)
     large = _part(grid, radius=(8, 9)).mean()
     measured = ", ".join(f"{value:+.1f} pp at R = {radius:g}" for radius, value in large.items())
-    inside = is_so(_PREFERRED[0] <= top <= _PREFERRED[1])
-    return f"peak at R = {top:g}; {measured}", inside, deviation(float(large.abs().max()), 0, 5)
+    return f"peak at R = {top:g}; {measured}", _preferred(top), deviation(float(large.abs().max()), 0, 5)
 
 
 @Claim(
@@ -567,7 +595,7 @@ def awareness_robots(acmommt: pd.DataFrame, centroid: pd.DataFrame) -> Finding:
     few, many = (float(profile.loc[_PREFERRED[0] : _PREFERRED[1]].mean()) for profile in profiles)
     first, last = (_fades(profile.to_numpy(), profile.index, 10.0) for profile in profiles)
     measured = f"{many:.1f} against {few:.1f} pp; under 10 pp from R = {_against(last, first)}"
-    return measured, excess(many, few), is_so(last > first)
+    return measured, excess(many, few), _later(last, first)
 
 
 @Claim(
@@ -582,10 +610,10 @@ def repulsion() -> Finding:
 
     distance, d1, d2 = np.linspace(0.0, 1.5, 3001), 0.481, 0.769
     worst = float(np.abs(forces.repulsion(distance, d1, d2) - np.interp(distance, [d1, d2], [-1.0, 0.0])).max())
-    return f"largest deviation {worst:.1g}", worst / 1e-12
+    return f"largest deviation {worst:.1g}", at_most(worst, 1e-12)
 
 
-def _never_less(cells: pd.DataFrame) -> tuple[str, float]:
+def _never_less(cells: pd.DataFrame) -> tuple[str, Part]:
     """Return how far the worst cell lies below 0, in words, and its distance from the limit."""
     mean, se = grid_of(cells), pooled(grid_of(cells, "se"))
     worst, _, cell = _peak((-mean / se).where(mean < 0, 0.0))
@@ -683,8 +711,8 @@ def memory_size(cooperative: pd.DataFrame) -> Finding:
     return (
         f"{measured}, in {_explored(cooperative)}; rotations and distances: smallest of {likelihoods.size} p-values "
         f"{likelihoods.min():.2g}",
-        is_so(sizes.tolist() == [[600, 5, 120, 10]]),
-        at_least(float(likelihoods.min()) / (_UNLIKELY / likelihoods.size), 1.0),
+        is_so(sizes.tolist() == [[600, 5, 120, 10]], "another size"),
+        at_least(float(likelihoods.min()), _UNLIKELY / likelihoods.size),
     )
 
 
@@ -772,10 +800,10 @@ def learned_shape(gains: Gains) -> Finding:
     return (
         f"peak at R = {top:g}; mean over N {places}; many less few robots {growth.mean:+.1f} pp {_ends(growth)}; under "
         f"{faded:.2g} pp from R = {_against(last, first)}",
-        is_so(_PREFERRED[0] <= top <= _PREFERRED[1]),
+        _preferred(top),
         deviation(np.abs(by_radius[np.isin(radius, (8, 9))]).max(initial=0.0), 0, 5),
         excess(growth.low, 0),
-        is_so(last > first),
+        _later(last, first),
     )
 
 

@@ -28,7 +28,10 @@ _REASONS = ("by construction", "for a random walk too", "by a constant chosen so
 # Parameters of CMOMMT that are the same in all experiments of a setting, unless the experiment says otherwise.
 _WORLD = ("robot_speed", "target_speed", "uniform_target_speed", "sensing_range", "awareness_range")
 # Options of policies that decide what a robot does; the constants of the forces are those of docs/model.md.
-_OPTIONS = ("idle", "idle_when", "weights", "gain", "turn_probability", "repulsion_scale", "k", "discount", "bandwidth")
+_OPTIONS = (
+    "idle", "idle_when", "weights", "gain", "turn_probability", "arrive", "repulsion_scale", "k", "discount",
+    "bandwidth",
+)  # fmt: skip
 
 
 def scenario(claim: Claim, tables: Mapping[str, Tables], steps: int) -> str:
@@ -53,9 +56,30 @@ def scenario(claim: Claim, tables: Mapping[str, Tables], steps: int) -> str:
         parts = (world if len(worlds) == 1 else f"{', '.join(names)}: {world}" for world, names in worlds.items())
         by_setting[setting] = "; ".join(parts)
     # A cell that the results of a setting choose is not that of another.
+    return f"{_in_all(by_setting)}; {steps} steps"
+
+
+def could_fail_by(claim: Claim, judgements: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return what decides on a claim, and by what each part of its rule could fail, in words.
+
+    Parameters
+    ----------
+    claim : Claim
+        The claim.
+    judgements : mapping of str to mapping
+        What its judgements have, by name of the setting. A limit that is measured differs between settings.
+    """
+    if not claim.rule:
+        return "nothing"
+    limits = {setting: " or ".join(by for by, _ in one["parts"]) for setting, one in judgements.items()}
+    decides = "a mistake in the code" if claim.by_construction else f"runs of {', '.join(claim.needs)}"
+    return f"{decides}: {_in_all(limits)}"
+
+
+def _in_all(by_setting: Mapping[str, str]) -> str:
+    """Return texts by the name of a setting as one text, without the names if all are equal."""
     same = set(by_setting.values())
-    found = same if len(same) == 1 else (f"{setting}: {text}" for setting, text in by_setting.items())
-    return f"{'; '.join(found)}; {steps} steps"
+    return "; ".join(same if len(same) == 1 else (f"{setting}: {text}" for setting, text in by_setting.items()))
 
 
 def _worlds(table: pd.DataFrame) -> str:
@@ -106,8 +130,8 @@ class Ledger:
         Seed, runs, steps, grid, settings and version behind the judgements, fit for JSON.
     claims : sequence of mapping
         Of each claim, in order: claim (its name), where, statement, figure and rule; scenario (worlds, runs and steps,
-        in words); and settings: by name of the setting what `Judgement` has, and options, the values in force in its
-        experiments, in words.
+        in words); settings: by name of the setting what `Judgement` has, and options, the values in force in its
+        experiments, in words; and could_fail_by, in words.
     """
 
     conditions: Mapping[str, Any]
@@ -134,6 +158,7 @@ class Ledger:
             for setting, given in plan.settings.items():
                 judgement = claim.judge(tables[setting], beside=True)._replace(share=shares.get((setting, name)))
                 found["settings"][setting] = judgement._asdict() | {"options": options(claim, given)}
+            found["could_fail_by"] = could_fail_by(claim, found["settings"])
             claims.append(found)
         return cls(plan.conditions() | {"version": __version__}, claims)
 
@@ -188,7 +213,8 @@ class Ledger:
         for one in self.claims:
             rows = {f"the paper says ({one['where']})": one["statement"], "its figure": one["figure"]}
             rows |= {setting: _in_words(found) for setting, found in one["settings"].items()}
-            rows |= {"rule": one["rule"] or "none: nothing could contradict it", "conditions": one["scenario"]}
+            rows |= {"rule": one["rule"] or "none: nothing could contradict it", "could fail by": one["could_fail_by"]}
+            rows |= {"conditions": one["scenario"]}
             rows |= {f"values, {name}": found["options"] for name, found in one["settings"].items() if found["options"]}
             parts += [f"## {one['claim']}", _items(rows)]
         return markdown.page(*parts, "## Conditions", _items(self.conditions))
@@ -202,5 +228,8 @@ def _in_words(judgement: Mapping[str, Any]) -> str:
     """Return the verdict, what was measured and what stands beside it."""
     word, share = _WORDS[judgement["holds"]], judgement["share"]
     near = [] if share is None else [f"near its limit: holds under {share:.0%} of {SEEDS} further seeds"]
-    texts = "; ".join([judgement["measured"], *near, *judgement["beside"]])
+    parts = [_WORDS[holds] for _, holds in judgement["parts"]]
+    # Of a single part it is the verdict.
+    each = [f"parts of the rule, in order: {', '.join(parts)}"] if len(parts) > 1 else []
+    texts = "; ".join([judgement["measured"], *each, *near, *judgement["beside"]])
     return f"{word if judgement['holds'] else f'**{word}**'}: {texts}"

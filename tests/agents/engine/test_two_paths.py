@@ -84,7 +84,7 @@ POLICIES = [
     ACmommt(), ACmommt(weights="shared"), ACmommt(weights="per-teammate", idle="wander"), ACmommt(weights="none", idle="stay"),
     ACmommt(idle_when="nothing-sensed", repulsion_scale="awareness"), ACmommt(target_tracks=0), Centroid(), Centroid("wander"),
     ACmommt(idle="wander", turn_probability=0.3, gain=0.4), Centroid("wander", 0.5),
-    Centroid("stay"), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
+    Centroid("stay", arrive=False), RandomWalk(), RandomWalk(0.1, turn_range=1.0, random_distance=True), Stationary(), Evasive(),
     Evolved(),
 ]  # fmt: skip
 DEGREES = [

@@ -14,7 +14,7 @@ from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.presets import PRESETS
 from teamsight.analysis.papers import calibration
 from teamsight.analysis.papers.calibration import OPEN_CLAIMS, PARAMETERS, SEARCH, Phase, assess
-from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim
+from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, Part
 from teamsight.analysis.runs.grid import QUICK, Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.run import Run
@@ -161,7 +161,7 @@ def test_the_page_names_the_best_setting_and_what_excludes_what() -> None:
 
 def test_one_claim_that_is_far_off_does_not_outweigh_all_others() -> None:
     def at(distance: float) -> Claim:
-        return Claim("", "", "", "a rule", decide=lambda: ("", distance))
+        return Claim("", "", "", "a rule", decide=lambda: ("", Part(distance, "")))
 
     def score(*distances: float) -> tuple[int, float]:
         found = calibration.score({}, {str(number): at(one) for number, one in enumerate(distances)})

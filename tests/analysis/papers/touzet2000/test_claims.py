@@ -14,6 +14,7 @@ from teamsight.analysis.papers.calibration import defaults, setting_of
 from teamsight.analysis.papers.touzet2000.claims import (
     CLAIMS,
     Judgement,
+    Part,
     Tables,
     learned_gain,
     learned_hurts,
@@ -22,7 +23,7 @@ from teamsight.analysis.papers.touzet2000.claims import (
     null_rate,
 )
 from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS, LEARNED, Gains, experiments_of
-from teamsight.analysis.papers.touzet2000.ledger import Ledger, options, scenario
+from teamsight.analysis.papers.touzet2000.ledger import Ledger, could_fail_by, options, scenario
 from teamsight.analysis.runs.experiment import Extent
 from teamsight.analysis.runs.grid import FULL, QUICK, Grid
 
@@ -146,6 +147,7 @@ CASES: list[tuple[str, bool, Tables]] = [
     ("neighbours-acmommt", True, {"a-cmommt": table(most=lambda n, r: packed(n, r) + 7 * (n == 20 and r == 6))}),
     ("neighbours-acmommt", False, {"a-cmommt": table(most=lambda n, r: min(n - 1, 4))}),
     ("neighbours-acmommt", False, {"a-cmommt": table(most=lambda n, r: n - 1)}),
+    ("neighbours-acmommt", False, {"a-cmommt": table(most=lambda n, r: packed(n, r) + 2 * (n == 30 and r == 3))}),
     ("neighbours-same-peak", True, {"random-walk": table(most=walk), "a-cmommt": table(most=packed)}),
     ("neighbours-same-peak", False, {"random-walk": table(most=walk), "a-cmommt": table(most=lambda n, r: 5)}),
     ("neighbours-targets", True, {f"targets-{m}": single(most=6 + (m == 5), radii=(3.0, 5.0)) for m in (5, 15, 30)}),
@@ -375,7 +377,7 @@ def test_a_learned_gain_rarely_holds_if_signs_are_random(name: str) -> None:
     # Intervals of 95 % lie on one given side of 0 in 2.5 % of cases; 1,000 draws are uncertain by 1 %.
     assert null_rate(rule, gains) < 0.04
     assert null_rate(rule, gains) == null_rate(rule, gains)
-    assert null_rate(lambda gains: ("", 0.0), gains) == 1.0
+    assert null_rate(lambda gains: ("", Part(0.0, "")), gains) == 1.0
 
 
 def test_a_row_on_learning_judges_the_papers_learner_and_has_the_other_beside_it() -> None:
@@ -437,13 +439,14 @@ def ledger() -> Ledger:
     }
     found["acmommt-full"] = found["acmommt-full"]._replace(share=0.35)
     found["collective-drop"] = found["collective-drop"]._replace(is_trivial=True)
-    other = found | {"degrees": Judgement(False, "otherwise", 2.0)}
+    other = found | {"degrees": Judgement(False, "otherwise", 2.0, parts=(("above 1", False), ("below 0", True)))}
     parts = ("where", "statement", "figure", "rule")
     claims = [
         {"claim": name, **{part: getattr(claim, part) for part in parts}, "scenario": "N = 30, 600 steps"}
         | {"settings": {one: of[name]._asdict() | {"options": "gain=0.5"} for one, of in (("touzet2000", found), ("defaults", other))}}
         for name, claim in CLAIMS.items()
     ]
+    claims = [one | {"could_fail_by": could_fail_by(CLAIMS[one["claim"]], one["settings"])} for one in claims]
     return Ledger({"seed": 1, "settings": {"touzet2000": {"policy_options": {"gain": 0.5}}, "defaults": {}}}, claims)
 
 
@@ -459,6 +462,47 @@ def test_the_ledger_has_a_section_for_each_claim_with_both_verdicts() -> None:
     assert "conditions: N = 30, 600 steps - values, touzet2000: gain=0.5 - values, defaults: gain=0.5" in of_an_experiment
     assert "near its limit: holds under 35% of 20 further seeds" in of_an_experiment
     assert "**undecidable**" in sections["neighbours-evasive"]
+    assert "could fail by: nothing" in sections["neighbours-evasive"]
+    assert "defaults: **differs**: otherwise; parts of the rule, in order: differs, holds -" in sections["degrees"]
+
+
+def test_both_parts_of_a_rule_are_printed_with_their_numbers() -> None:
+    found = CLAIMS["neighbours-acmommt"].judge({"a-cmommt": table(most=lambda n, r: 7 if n == 30 and r == 3 else 4)})
+    assert found.measured == "median 4, range 4..7; 7 at N = 30, R = 3"
+    assert found.parts == (("outside 5..9", False), ("outside 6..8", True))
+
+
+def by_parts(name: str, tables: Tables) -> str:
+    claim = CLAIMS[name]
+    return could_fail_by(claim, {"one": claim.judge(tables)._asdict()})
+
+
+def test_a_row_says_by_what_it_could_fail() -> None:
+    assert by_parts("neighbours-acmommt", {"a-cmommt": table(most=packed)}) == (
+        "runs of a-cmommt: outside 5..9 or outside 6..8"
+    )
+    assert by_parts("degrees", {}) == "a mistake in the code: another number of inputs"
+    assert by_parts("repulsion", {}) == "a mistake in the code: above 1e-12"
+    flat = {"centroid-larger-teams": table()}
+    assert by_parts("collective-flat", flat) == "runs of centroid-larger-teams: above 15"
+    gains = {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}
+    assert by_parts("awareness-where", gains) == (
+        "runs of a-cmommt, centroid: a peak outside R = 2..6 or outside -5..5"
+    )
+
+
+def test_a_limit_that_is_measured_is_that_of_each_setting() -> None:
+    claim = CLAIMS["neighbours-same-peak"]
+    made = [{"random-walk": table(most=walk), "a-cmommt": table(most=most)} for most in (packed, lambda n, r: 5)]
+    found = {name: claim.judge(tables)._asdict() for name, tables in zip(("one", "other"), made, strict=True)}
+    assert could_fail_by(claim, found) == "runs of random-walk, a-cmommt: one: outside 27..31; other: outside 3..7"
+
+
+@pytest.mark.parametrize(("name", "holds", "tables"), CASES, ids=[f"{name}-{holds}" for name, holds, _ in CASES])
+def test_a_claim_holds_if_all_parts_of_its_rule_do(name: str, holds: bool, tables: Tables) -> None:
+    parts = CLAIMS[name].judge(tables).parts
+    assert all(by for by, _ in parts)
+    assert all(one for _, one in parts) is holds
 
 
 def test_the_ledger_prints_a_line_of_80_columns_for_each_claim() -> None:
@@ -492,6 +536,7 @@ def test_the_ledger_as_json_has_every_claim_and_rule() -> None:
         "beside": (),
         "is_trivial": False,
         "share": None,
+        "parts": (("above 1", False), ("below 0", True)),
         "options": "gain=0.5",
     }
     assert content["claims"][0]["scenario"] == "N = 30, 600 steps"
