@@ -42,6 +42,9 @@ VALUES: Mapping[str, tuple[Any, ...]] = {
 PARAMETERS = list(VALUES)
 #: Those that are options of the policy.
 OPTIONS = PARAMETERS[3:]
+#: Options that are not searched, each with a value that is not its default. The paper does not mention them, and they
+#: would be chosen by the claims that they decide.
+UNSEARCHED: Mapping[str, Any] = {"arrive": False}
 #: The claims that depend on these parameters and can be decided. Claims about learned policies depend on constants of
 #: their own, and do not decide.
 OPEN_CLAIMS = {
@@ -82,7 +85,8 @@ surface each.
 5. **Rank.** The mean number of claims that hold; then the mean distance of the claims from the paper's figures, in
 tolerances of their rules, cut at 5. The first of the final becomes the preset.
 6. **Report.** The preset, the preset with each other gain, and the defaults, once more on the grid of the final, root
-seeds {roots[report]}. This decides nothing. No ledger meets the worlds of any root seed here.
+seeds {roots[report]}; and the preset with a value that was not searched. This decides nothing. No ledger meets the
+worlds of any root seed here.
 
 ## Result
 
@@ -104,6 +108,10 @@ Share of root seeds of the report under which a claim holds under the best setti
 settings with it:
 
 {by_gain}
+
+## What was not searched
+
+{unsearched}
 
 ## The best settings in the final
 
@@ -161,6 +169,8 @@ SCREEN = Phase(
 )  # fmt: skip
 FINAL = Phase("final", _FINER, ROOTS["calibration: final"], OPEN_CLAIMS, runs=5)
 REPORT = Phase("report", _FINER, ROOTS["calibration: report"], OPEN_CLAIMS, runs=5)
+# The name of the phase that judges what was not searched, on the worlds of the report.
+_BESIDE = "unsearched"
 
 
 def candidates() -> list[dict[str, Any]]:
@@ -178,9 +188,9 @@ def defaults() -> dict[str, Any]:
 
 
 def setting_of(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the keyword parameters of CMOMMT for values of `PARAMETERS`."""
+    """Return the keyword parameters of CMOMMT for values of `PARAMETERS`, and of `UNSEARCHED` if there are any."""
     setting = {name: values[name] for name in PARAMETERS if name not in OPTIONS}
-    return setting | {"policy_options": {name: values[name] for name in OPTIONS}}
+    return setting | {"policy_options": {name: values[name] for name in (*OPTIONS, *UNSEARCHED) if name in values}}
 
 
 def search(
@@ -190,6 +200,8 @@ def search(
 ) -> pd.DataFrame:
     """Screen all combinations of values, judge the best of them and the defaults, and report the winner.
 
+    The report is followed by the winner with each value of `UNSEARCHED`.
+
     Parameters
     ----------
     pool, watch, checkpoint
@@ -198,7 +210,7 @@ def search(
     Returns
     -------
     DataFrame
-        See `assess`. The ranking of the final decides; the report decides nothing.
+        See `assess`. The ranking of the final decides; what follows decides nothing.
     """
     how = pool, watch, checkpoint
     rows = assess(SCREEN, candidates(), *how)
@@ -206,7 +218,9 @@ def search(
     final = assess(FINAL, _with_defaults(best), *how)
     winner = best_of(pd.DataFrame(final))
     gains = [winner, *(winner | {"gain": gain} for gain in VALUES["gain"] if gain != winner["gain"])]
-    return pd.DataFrame(rows + final + assess(REPORT, _with_defaults(gains), *how))
+    report = assess(REPORT, _with_defaults(gains), *how)
+    other = [{**winner, name: value} for name, value in UNSEARCHED.items()]
+    return pd.DataFrame(rows + final + report + assess(REPORT._replace(name=_BESIDE), other, *how))
 
 
 def _with_defaults(values: list[dict[Any, Any]]) -> list[dict[Any, Any]]:
@@ -321,7 +335,8 @@ def page_values(table: pd.DataFrame, plan: PaperPlan) -> dict[str, Any]:
         for name in claims
     }
     hang = [name for name, (reported, _) in shares.items() if len({*reported} - {_UNKNOWN}) > 1]
-    never = [name for name in _claims_of(table) if not table[name].eq(True).any()]
+    searched = table[table["phase"] != _BESIDE]
+    never = [name for name in _claims_of(table) if not searched[name].eq(True).any()]
     effects = (
         [name, str(value), f"{most}", f"{mean:.1f}"]
         for name in PARAMETERS
@@ -341,12 +356,13 @@ def page_values(table: pd.DataFrame, plan: PaperPlan) -> dict[str, Any]:
             ["claim", *(f"{where}gain {gain:g}" for where in ("", "screened, ") for gain in gains)],
             ([name, *reported, *everywhere] for name, (reported, everywhere) in shares.items()),
         ),
+        "unsearched": _unsearched(table, like[like["gain"] == best["gain"]]),
         "ranking": markdown.table(
             [*PARAMETERS, "hold", "distance", "differ"], map(_row, ranked(final).to_dict("records"))
         ),
         "effects": markdown.table(["parameter", "value", "best", "mean"], effects),
         "screened": len(screened), "never": ", ".join(never) or "none",
-        "pairs": "\n".join(f"- {' and '.join(pair)}" for pair in never_together(table)) or "- none",
+        "pairs": "\n".join(f"- {' and '.join(pair)}" for pair in never_together(searched)) or "- none",
     }  # fmt: skip
 
 
@@ -373,6 +389,26 @@ def _beside_the_defaults(best: Mapping[str, Any], table: pd.DataFrame, where: st
         f"({other['fewest']}–{other['most']}), at {other['distance_from_paper']:.2f}. The two ranges "
         f"{'overlap' if overlap else 'do not overlap'}."
     )
+
+
+def _unsearched(table: pd.DataFrame, best: pd.DataFrame) -> str:
+    """Return which claims another value of `UNSEARCHED` decides under the best setting, in words and as a table."""
+    beside = table[table["phase"] == _BESIDE]
+    rows = [
+        [f"{option}={value}", name, *shares]
+        for option, value in UNSEARCHED.items()
+        if option in beside
+        for name in _claims_of(beside)
+        if len({*(shares := [_share(of[name]) for of in (best, beside[beside[option].notna()])])}) > 1
+    ]
+    judged = [f"`{option}={value}`" for option, value in UNSEARCHED.items() if option in beside]
+    if not judged:
+        return "Nothing."
+    return "\n\n".join((
+        f"The paper does not mention {', '.join(judged)}, and no claim chose the default. Share of root seeds of the "
+        "report under which a claim holds under the best setting, and with this value; the claims that it decides:",
+        markdown.table(["value", "claim", "default", "with the value"], rows),
+    ))  # fmt: skip
 
 
 def _no_longer_judged(table: pd.DataFrame) -> str:

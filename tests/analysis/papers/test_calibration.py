@@ -125,7 +125,11 @@ def test_the_search_judges_the_best_again_and_the_defaults_and_reports_each_gain
     assert report[PARAMETERS].iloc[0].to_dict() == winner
     assert set(report["gain"]) == set(calibration.VALUES["gain"])
     assert calibration.defaults() in report[PARAMETERS].to_dict("records")
-    assert {name for name, _, _ in seen} == {"screen", "final", "report"}
+    assert {name for name, _, _ in seen} == {"screen", "final", "report", "unsearched"}
+    beside = found[found["phase"] == "unsearched"]
+    assert beside[PARAMETERS].to_dict("records") == [winner]
+    assert beside["arrive"].tolist() == [False]
+    assert found.loc[found["phase"] != "unsearched", "arrive"].isna().all()
     assert seen[-1][1] == seen[-1][2]
 
 
@@ -135,6 +139,49 @@ def test_the_page_says_which_claims_change_with_the_gain() -> None:
     text = " ".join(page(pd.concat([table, other], ignore_index=True)).split())
     assert "verdict changes with the gain under the best setting: acmommt-full, acmommt-r10." in text
     assert "| acmommt-full | 0 % | 100 % | – |" in text
+
+
+def test_the_page_says_what_an_option_decides_that_was_not_searched() -> None:
+    table = whole_search({(0.1, "stay", -2): {"acmommt-full", "range-gain"}})
+    report = table[table["phase"] == "report"]
+    beside = report.assign(phase="unsearched", arrive=False, **{"acmommt-full": False, "small-arena-policy": True})
+    text = page(pd.concat([table, beside], ignore_index=True))
+    rows = text.partition("| value | claim |")[2].partition("\n\n")[0].splitlines()[2:]
+    assert rows == [
+        "| arrive=False | small-arena-policy | 0 % | 100 % |", "| arrive=False | acmommt-full | 100 % | 0 % |",
+    ]  # fmt: skip
+    # It is not a setting of the search, and none of its verdicts is one of them.
+    never = " ".join(text.split()).partition("hold under no setting:")[2].partition("Pairs of")[0]
+    assert "small-arena-policy" in never
+    assert "## What was not searched\n\nNothing." in page(table)
+
+
+def test_a_robot_that_never_stops_short_gains_one_claim_and_loses_two() -> None:
+    # As docs/claims.md says.
+    table = pd.read_parquet(DOCS / "calibration.parquet")
+    report, beside = (table[table["phase"] == phase] for phase in ("report", "unsearched"))
+    best = calibration.best_of(table[table["phase"] == "final"])
+    default = report[(report[PARAMETERS] == pd.Series(best)).all(axis=1)]
+    assert default["root"].tolist() == beside["root"].tolist() == list(calibration.REPORT.roots)
+    for name, holds in (("small-arena-policy", True), ("collective-flat", False), ("awareness-where", False)):
+        assert beside[name].eq(holds).all()
+        assert default[name].eq(not holds).all()
+
+
+def test_the_shipped_page_is_that_of_the_shipped_table() -> None:
+    # Without the first line, which has the version.
+    shipped = (DOCS / "calibration.md").read_text(encoding="utf-8").partition("\n")[2]
+    assert shipped == page(pd.read_parquet(DOCS / "calibration.parquet"))
+
+
+def test_the_default_is_what_was_not_searched() -> None:
+    from teamsight.policies import Centroid
+
+    values = calibration.defaults() | dict(calibration.UNSEARCHED)
+    options = calibration.setting_of(values)["policy_options"]
+    assert not options["arrive"]
+    assert Centroid().arrive
+    assert "arrive" not in calibration.setting_of(calibration.defaults())["policy_options"]
 
 
 def test_the_preset_is_the_best_setting_of_the_shipped_table() -> None:

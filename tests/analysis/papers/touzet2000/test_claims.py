@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from teamsight.agents.presets import PRESETS
-from teamsight.analysis.papers.calibration import defaults, setting_of
+from teamsight.analysis.papers.calibration import PARAMETERS, defaults, setting_of
 from teamsight.analysis.papers.touzet2000.claims import (
     CLAIMS,
     Judgement,
@@ -419,7 +419,7 @@ def test_a_claim_is_near_its_limit_if_one_run_fewer_changes_the_verdict() -> Non
 def test_constants_were_chosen_by_the_claims_that_say_so() -> None:
     # They hold under the preset on worlds that chose nothing, and never under the defaults there.
     found = pd.read_parquet(Path(__file__).parents[4] / "docs" / "calibration.parquet").query("phase == 'report'")
-    values = {row: setting_of(dict(found.loc[row])) for row in found.index}
+    values = {row: setting_of(dict(found.loc[row, PARAMETERS])) for row in found.index}
     preset = [row for row, setting in values.items() if setting == PRESETS["touzet2000"]]
     default = [row for row, setting in values.items() if setting == setting_of(defaults())]
     hangs = {
