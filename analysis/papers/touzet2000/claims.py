@@ -235,6 +235,11 @@ def excess(value: float, limit: float) -> Part:
     return Part(distance, f"not above {limit:.3g}")
 
 
+def below(value: float, limit: float) -> Part:
+    """Return 0 when `value` is below `limit`, else 1 plus the relative excess."""
+    return Part(excess(limit, value), f"not below {limit:.3g}")
+
+
 def is_so(statement: Any, otherwise: str) -> Part:
     """Return 0 when a statement is true, else 2; `otherwise` says in words what is so if it is not."""
     return Part(0.0 if statement else 2.0, otherwise)
@@ -517,7 +522,7 @@ def acmommt_full(acmommt: pd.DataFrame) -> Finding:
 def acmommt_saturates(acmommt: pd.DataFrame) -> Finding:
     few, ten, many = (_mean(_part(percent(acmommt), (robots, robots))) for robots in (1, 10, 30))
     first, later = ten - few, many - ten
-    return f"{first:+.0f} pp to N = 10, {later:+.0f} pp to 30", excess(first / 2, later)
+    return f"{first:+.0f} pp to N = 10, {later:+.0f} pp to 30", below(later, first / 2)
 
 
 @Claim(
@@ -814,7 +819,7 @@ def learned_shape(gains: Gains) -> Finding:
 )
 def learned_hurts(gains: Gains) -> Finding:
     loss = gains.average(gains.robots <= 8, gains.radius >= 7)
-    return f"{loss.mean:+.2f} pp {_ends(loss, 2)}", excess(0, loss.high)
+    return f"{loss.mean:+.2f} pp {_ends(loss, 2)}", below(loss.high, 0)
 
 
 @Claim(
@@ -836,5 +841,5 @@ def learned_below_designed(cooperative: pd.DataFrame, walk: pd.DataFrame, acmomm
         f"{more.mean:+.1f} pp over a random walk; {_ends(more)}; {less.mean:+.1f} pp over A-CMOMMT {_ends(less)}; "
         f"random walk {walked:.1f} %, A-CMOMMT {designed:.1f} %",
         excess(more.low, 0),
-        excess(0, less.high),
+        below(less.high, 0),
     )

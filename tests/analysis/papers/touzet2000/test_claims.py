@@ -483,6 +483,9 @@ def test_a_row_says_by_what_it_could_fail() -> None:
     )
     assert by_parts("degrees", {}) == "a mistake in the code: another number of inputs"
     assert by_parts("repulsion", {}) == "a mistake in the code: above 1e-12"
+    growth = {"a-cmommt": table(lambda n, r: 0.1 + 0.05 * min(n, 10) + 0.005 * max(n - 10, 0))}
+    # Half of the 45 points from N = 1 to 10.
+    assert by_parts("acmommt-saturates", growth) == "runs of a-cmommt: not below 22.5"
     flat = {"centroid-larger-teams": table()}
     assert by_parts("collective-flat", flat) == "runs of centroid-larger-teams: above 15"
     gains = {"a-cmommt": table(lambda n, r: 0.3 + hump(n, r)), "centroid": table(lambda n, r: 0.3)}
