@@ -198,7 +198,7 @@ for settings in (
         "policy_options: 'still' has no option 'x'; it has no options",
         "policy='stil': unknown; did you mean 'still'? known are a-cmommt, b-cmommt, centroid, evasive, evolved, hungry, "
         "lattice-walk, lazy-collective, lazy-cooperative, made, number, p-cmommt, random-walk, stationary, still, walk",
-        "awareness='your-ring': unknown; did you mean 'my-ring'? known are my-ring, nearest, none, number, pairwise, ring, shared",
+        "awareness='your-ring': unknown; did you mean 'my-ring'? known are my-ring, nearest, none, number, pairwise, relayed, ring, shared",
     ], done.stderr  # fmt: skip
 
 

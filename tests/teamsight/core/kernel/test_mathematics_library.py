@@ -54,7 +54,7 @@ def every_entry() -> list[Entry]:
     from teamsight.agents.awareness.interface import perceive_entry, situate_entry
     from teamsight.agents.awareness.registry import AWARENESS
     from teamsight.cli.warm import use_all
-    from teamsight.policies import CompiledPolicy
+    from teamsight.policies import Avoiding, CompiledPolicy
 
     use_all(lambda done, total: None)
     for module in pkgutil.walk_packages(teamsight.__path__, "teamsight."):
@@ -66,7 +66,7 @@ def every_entry() -> list[Entry]:
         kinds += kind.__subclasses__()
         if hasattr(kind, "kernel") and kind.__module__.startswith("teamsight."):
             # Some need a memory, on which machine code does not depend.
-            made.append(kind.entry(object.__new__(kind)))
+            made.append(kind.entry(Avoiding("random-walk") if kind is Avoiding else object.__new__(kind)))
     return [one for one in gc.get_objects() if isinstance(one, Entry)]
 
 
