@@ -1,0 +1,605 @@
+"""Ceilings of CMOMMT: what a team could observe at most if it knew more than a robot can.
+
+`Teleport` is proven: no policy can pass it. The others are teams of a central planner, which move as robots do, so each
+shows what is possible at least. `Clairvoyant` knows all ways of all targets in advance, `Informed` where all targets are
+now, `Sharing` only what some robot senses or has sensed.
+
+A plan is improved robot by robot: each gets the way on which it observes most of what the others do not, by dynamic
+programming over places and instants, until no robot finds a better one. That is a local optimum.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from teamsight.agents.cmommt import CMOMMT
+from teamsight.analysis.runs.run_many import run_many
+from teamsight.core import checks
+from teamsight.core.kernel import Entry, Record
+from teamsight.policies.handmade.random_walk import RandomWalk
+from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.world.arena import Arena
+from teamsight.world.motion import advance_entry, bodies_at, pack_move
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
+
+# A stage of a way lasts so many ticks, and places lie so far apart that a robot passes as many in it.
+_STAGE = 3
+# An informed team looks so many ticks ahead, and a target that walks at random has turned by then more often than not.
+_HORIZON = 30
+# A plan is improved so often at first, and so often when it is made anew.
+_ROUNDS, _AGAIN = 8, 2
+_LEAST_GAIN = 2e-4
+# A sharing team looks for a target where it would have gone for so many ticks.
+_PATIENCE = 20
+# Places of targets that nobody has seen for long are believed on a grid of this spacing, in sensing ranges.
+_COARSE = 0.25
+_MOST_PLACES = 2_000_000
+_NOWHERE = -1.0
+#: What `planned` takes of the settings of a CMOMMT.
+SETTINGS = ("robots", "targets", "radius", "sensing_range", "robot_speed", "target_speed", "uniform_target_speed")
+
+
+class WayArrays(NamedTuple):
+    """The record of the search for a robot's best way.
+
+    Attributes
+    ----------
+    start : ndarray, shape (2,), float64
+        Where it is.
+    tracks : ndarray, shape (ticks, targets, 2), float64
+        Where targets will be, from now on.
+    worth : ndarray, shape (ticks, targets), float64
+        What it is worth to observe them; 0 if others do.
+    ground : ndarray, shape (x, y), float64
+        What it is worth to be at a place for one stage.
+    discount : ndarray, shape (stages,), float64
+        By what the worth of ground shrinks.
+    inside : ndarray, shape (x, y), bool
+        The places in the arena.
+    moves : ndarray, shape (moves, 2), int64
+        The ways of one stage, in places; the shortest first.
+    low : ndarray, shape (2,), float64
+        The place with the indices (0, 0).
+    lengths : ndarray, shape (3,), float64
+        Spacing, sensing range, and the way of one stage.
+    best, following, worths : ndarray, shape (x, y), float64
+        Room to work in.
+    came : ndarray, shape (stages, x, y), int16
+        Room to work in: the move by which the best way comes to a place.
+    way : ndarray, shape (stages, 2), int64
+        Written: the indices of the places at the end of each stage.
+    """
+
+    start: Annotated[Floats, 2]
+    tracks: Annotated[Floats, "ticks", "targets", 2]
+    worth: Annotated[Floats, "ticks", "targets"]
+    ground: Annotated[Floats, "x", "y"]
+    discount: Annotated[Floats, "stages"]
+    inside: Annotated[Flags, "x", "y"]
+    moves: Annotated[Integers, "moves", 2]
+    low: Annotated[Floats, 2]
+    lengths: Annotated[Floats, 3]
+    best: Annotated[Floats, "x", "y"]
+    following: Annotated[Floats, "x", "y"]
+    worths: Annotated[Floats, "x", "y"]
+    came: Annotated[npt.NDArray[np.int16], "stages", "x", "y"]
+    way: Annotated[Integers, "stages", 2]
+
+
+WAY = Record(WayArrays)
+way_at = WAY.at
+
+
+def _find_way(address: int) -> int:
+    here = way_at(address)
+    stages, wide, high = here.came.shape
+    spacing, reach, stride = here.lengths[0], here.lengths[1], here.lengths[2]
+    ticks, targets = here.worth.shape
+    span = int(reach / spacing) + 2
+    # It cannot leave the box around its start.
+    column = int(np.rint((here.start[0] - here.low[0]) / spacing))
+    row = int(np.rint((here.start[1] - here.low[1]) / spacing))
+    most = int(stages * stride / spacing) + 2
+    left, right = max(column - most, 0), min(column + most + 1, wide)
+    lower, upper = max(row - most, 0), min(row + most + 1, high)
+    for stage in range(stages):
+        for i in range(left, right):
+            for j in range(lower, upper):
+                here.worths[i, j] = here.ground[i, j] * here.discount[stage]
+        middle = (stage + 1) * _STAGE
+        for tick in range(middle - (_STAGE - 1) // 2, min(middle + _STAGE // 2 + 1, ticks)):
+            for m in range(targets):
+                worth = here.worth[tick, m]
+                if worth <= 0.0:
+                    continue
+                x, y = here.tracks[tick, m, 0] - here.low[0], here.tracks[tick, m, 1] - here.low[1]
+                near_x, near_y = int(x / spacing), int(y / spacing)
+                for i in range(max(left, near_x - span), min(right, near_x + span + 1)):
+                    for j in range(max(lower, near_y - span), min(upper, near_y + span + 1)):
+                        if (i * spacing - x) ** 2 + (j * spacing - y) ** 2 <= reach * reach:
+                            here.worths[i, j] += worth
+        for i in range(left, right):
+            for j in range(lower, upper):
+                best, by = _NOWHERE, 0
+                if here.inside[i, j] and stage == 0:
+                    away_x = i * spacing + here.low[0] - here.start[0]
+                    away_y = j * spacing + here.low[1] - here.start[1]
+                    if away_x * away_x + away_y * away_y <= stride * stride:
+                        best = 0.0
+                elif here.inside[i, j]:
+                    for k in range(here.moves.shape[0]):
+                        a, b = i - here.moves[k, 0], j - here.moves[k, 1]
+                        if left <= a < right and lower <= b < upper and here.best[a, b] > best:
+                            best, by = here.best[a, b], k
+                here.following[i, j] = best + here.worths[i, j] if best >= 0.0 else _NOWHERE
+                here.came[stage, i, j] = by
+        for i in range(left, right):
+            for j in range(lower, upper):
+                here.best[i, j] = here.following[i, j]
+    best, at_x, at_y = _NOWHERE, column, row
+    for i in range(left, right):
+        for j in range(lower, upper):
+            if here.best[i, j] > best:
+                best, at_x, at_y = here.best[i, j], i, j
+    for stage in range(stages - 1, -1, -1):
+        here.way[stage, 0] = at_x
+        here.way[stage, 1] = at_y
+        k = here.came[stage, at_x, at_y]
+        at_x -= here.moves[k, 0]
+        at_y -= here.moves[k, 1]
+    # A robot that no place is near enough to stays where it is.
+    return 1 if best < 0.0 else 0
+
+
+FIND_WAY = Entry(_find_way)
+
+
+class Plans:
+    """Plans for a team in a convex arena without obstacles.
+
+    Parameters
+    ----------
+    arena : Arena
+        The arena.
+    speed, reach : float
+        The robots' speed and sensing range [length].
+    ticks : int
+        How far plans look ahead.
+    """
+
+    def __init__(self, arena: Arena, speed: float, reach: float, ticks: int) -> None:
+        self.arena, self.reach = arena, reach
+        self.stages = max(ticks // _STAGE, 1)
+        self.ticks = self.stages * _STAGE
+        self._low, high = np.array(arena.bounds, float)
+        shape = tuple(int(side / speed) + 1 for side in high - self._low)
+        if math.prod(shape) * self.stages > 400 * _MOST_PLACES or math.prod(shape) > _MOST_PLACES:
+            raise ValueError(
+                f"robot_speed={speed:g}: in {arena} the planner has {math.prod(shape):,} places, which is too many; "
+                "give a higher speed, a smaller arena or fewer steps"
+            )
+        self._axes = [low + speed * np.arange(size) for low, size in zip(self._low, shape, strict=True)]
+        self.places = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
+        self._inside = np.ascontiguousarray(arena.contains(self.places))
+        around = np.array([
+            (i, j) for i in range(-_STAGE, _STAGE + 1) for j in range(-_STAGE, _STAGE + 1) if i * i + j * j <= _STAGE**2
+        ])  # fmt: skip
+        self._moves = around[np.argsort((around**2).sum(axis=1), kind="stable")].astype(np.int64)
+        self._lengths = np.array([speed, reach, speed * _STAGE * (1.0 + 1e-12)])
+        self._room = [np.zeros(shape) for _ in range(3)]
+        self._came = np.zeros((self.stages, *shape), np.int16)
+        self._way = np.zeros((self.stages, 2), np.int64)
+        self._bare = np.zeros(shape)
+
+    def way(
+        self, start: Floats, tracks: Floats, worth: Floats, ground: Floats | None = None, decay: float = 1.0
+    ) -> Floats:
+        """Return the best way of one robot, shape (ticks + 1, 2); parameters are as in `WayArrays`."""
+        discount = decay ** (_STAGE * np.arange(self.stages, dtype=float))
+        found = FIND_WAY(WAY.pack(WayArrays(
+            np.ascontiguousarray(start), tracks, worth, self._bare if ground is None else ground, discount,
+            self._inside, self._moves, self._low, self._lengths, *self._room, self._came, self._way,
+        )))  # fmt: skip
+        ends = np.concatenate([start[np.newaxis], np.tile(start, (self.stages, 1)) if found else self._points()])
+        at = np.arange(self.ticks + 1) / _STAGE
+        return np.stack([np.interp(at, np.arange(self.stages + 1), part) for part in ends.T], axis=-1)
+
+    def _points(self) -> Floats:
+        return self.places[self._way[:, 0], self._way[:, 1]]
+
+    def observes(self, way: Floats, tracks: Floats) -> Flags:
+        """Return which targets are observed on a way at each tick, shape (ticks + 1, targets)."""
+        return np.asarray(((way[:, np.newaxis] - tracks) ** 2).sum(axis=-1) <= self.reach**2)
+
+    def improved(
+        self,
+        start: Floats,
+        tracks: Floats,
+        worth: Floats,
+        ways: Floats | None,
+        rounds: int,
+        rng: np.random.Generator,
+        ground: Callable[[int, Floats], Floats] | None = None,
+        decay: float = 1.0,
+    ) -> Floats:
+        """Return ways for all robots, shape (robots, ticks + 1, 2).
+
+        Parameters
+        ----------
+        start : ndarray, shape (robots, 2), float64
+            Where the robots are.
+        tracks, worth, decay
+            As in `WayArrays`.
+        ways : ndarray, shape (robots, ticks + 1, 2), float64, optional
+            Ways to improve; robots without one stay where they are, and observe nothing yet.
+        rounds : int
+            How often each robot is asked for a better way, at most.
+        rng : numpy.random.Generator
+            For the order of robots.
+        ground : callable, optional
+            ``ground(robot, ways)`` returns what it is worth to be at each place.
+        """
+        robots, tracks = len(start), np.ascontiguousarray(tracks)
+        is_new = ways is None
+        planned = np.repeat(start[:, np.newaxis], self.ticks + 1, axis=1) if ways is None else ways.copy()
+        seen = np.array([self.observes(way, tracks) for way in planned])
+        has_way = np.full(robots, not is_new)
+        seen[~has_way] = False
+        last = -math.inf
+        for number in range(rounds):
+            for robot in rng.permutation(robots).tolist():
+                others = seen.any(axis=0, where=(np.arange(robots) != robot)[:, np.newaxis, np.newaxis])
+                left = np.where(others, 0.0, worth)
+                bare = None if ground is None else np.ascontiguousarray(ground(robot, planned))
+                way = self.way(start[robot], tracks, left, bare, decay)
+                now = self.observes(way, tracks)
+                # Between its ends a way observes less or more than was counted.
+                if not has_way[robot] or bare is not None or (left * now).sum() >= (left * seen[robot]).sum():
+                    planned[robot], seen[robot], has_way[robot] = way, now, True
+            total = float((worth * seen.any(axis=0)).sum() / max(worth.sum(), 1e-300))
+            if number and total - last < _LEAST_GAIN:
+                break
+            last = total
+        return planned
+
+
+class Planner(Policy):
+    """A team that is steered by a central planner: the base class."""
+
+    def __init__(self) -> None:
+        self._world: Any = None
+
+    def attend(self, world: CMOMMT, steps: int) -> None:
+        """Plan for a world that has just begun, and in which so many steps will be made."""
+        self._world, self._ways = world, np.zeros((0, 0, 2))
+        self._tick = self._since = 0
+        self._rng = np.random.default_rng(world.seed_used)
+        self._plans = Plans(world.arena, float(world.robots.speed[0]), float(world.robots.sensing_range[0]), self.looks(steps))
+
+    def looks(self, steps: int) -> int:
+        """Return how many ticks a plan looks ahead."""
+        return _HORIZON
+
+    def plan(self) -> None:
+        """Make or renew the plan, at every few ticks."""
+        raise NotImplementedError
+
+    def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
+        """Go along the way that is planned."""
+        position = np.array(self._world.robots.position)
+        if self._tick % _STAGE == 0:
+            self.plan()
+        self._tick += 1
+        at = min(self._tick - self._since, self._ways.shape[1] - 1)
+        way = self._ways[:, at] - position
+        length = np.hypot(*way.T)
+        is_still = length < 1e-12
+        heading = np.where(is_still[:, np.newaxis], 0.0, way / np.where(is_still, 1.0, length)[:, np.newaxis])
+        return Action(heading, length), state
+
+    def _again(self, tracks: Floats, worth: Floats, **more: Any) -> None:
+        """Plan anew from the present, beginning with what is left of the last plan."""
+        ways = None
+        if self._ways.size:
+            rest = self._ways[:, self._tick - self._since :]
+            ways = np.concatenate([rest, np.repeat(rest[:, -1:], self._tick - self._since, axis=1)], axis=1)
+        start = np.array(self._world.robots.position)
+        self._ways = self._plans.improved(
+            start, tracks, worth, ways, _ROUNDS if ways is None else _AGAIN, self._rng, **more
+        )
+        self._since = self._tick
+
+
+class Clairvoyant(Planner):
+    """A team that knows where all targets will be at all times.
+
+    Attributes
+    ----------
+    tracks : ndarray, shape (steps + 1, targets, 2), float64
+        Where the targets are at each tick.
+    """
+
+    def looks(self, steps: int) -> int:
+        return -(-steps // _STAGE) * _STAGE
+
+    def attend(self, world: CMOMMT, steps: int) -> None:
+        super().attend(world, steps)
+        # Targets that walk at random do not depend on robots.
+        alone = CMOMMT(**{**world.settings, "policy": "random-walk", "awareness": "none"}, rng=world.seed_used)
+        tracks = [np.array(alone.targets.position)]
+        for _ in range(self._plans.ticks):
+            alone.run(1)
+            tracks.append(np.array(alone.targets.position))
+        self.tracks = np.array(tracks)
+
+    def plan(self) -> None:
+        if self._tick == 0:
+            worth = np.ones(self.tracks.shape[:2])
+            # The start is not counted.
+            worth[0] = 0.0
+            self._again(self.tracks, worth)
+
+
+def _straight_on(arena: Arena, position: Floats, heading: Floats, speed: Floats, ticks: int) -> Floats:
+    """Return where bodies will be that go straight on, and off walls, shape (ticks + 1, n, 2)."""
+    bodies = bodies_at(np.array(position), np.array(heading))
+    bodies.speed[:], bodies.turn_cosine[:] = speed, -2.0
+    move, entry = pack_move(arena, bodies, np.zeros((len(position), 2)), np.array(speed)), advance_entry(arena)
+    found = [bodies.position.copy()]
+    for _ in range(ticks):
+        entry(move)
+        found.append(bodies.position.copy())
+    return np.array(found)
+
+
+class Informed(Planner):
+    """A team that knows where all targets are, and takes them to go straight on."""
+
+    def plan(self) -> None:
+        targets, arena = self._world.targets, self._world.arena
+        tracks = _straight_on(arena, targets.position, targets.heading, targets.speed, self._plans.ticks)
+        worth = np.repeat(_certainty(self._world, np.arange(self._plans.ticks + 1))[:, np.newaxis], len(targets), axis=1)
+        self._again(tracks, worth)
+
+
+def _certainty(world: CMOMMT, ticks: npt.NDArray[Any]) -> Floats:
+    """Return the probability that a target has not turned after so many ticks."""
+    policy = world.targets.policy
+    turns = policy.turn_probability if isinstance(policy, RandomWalk) else 0.0
+    found: Floats = (1.0 - turns) ** np.asarray(ticks, float)
+    return found
+
+
+class Sharing(Planner):
+    """A team that knows only what some robot senses or has sensed, and how many targets there are.
+
+    Targets that are out of sight are taken to go straight on for a while. Then they may be anywhere that has not been
+    seen since: a map of where they may be spreads, and is empty where robots sense.
+    """
+
+    def attend(self, world: CMOMMT, steps: int) -> None:
+        super().attend(world, steps)
+        targets, reach = world.targets, self._plans.reach
+        self._place, self._heading = np.array(targets.position), np.array(targets.heading)
+        # How many ticks ago each was seen; at first nothing is known.
+        self._age = np.full(len(targets), _PATIENCE + 1)
+        low, high = np.array(world.arena.bounds, float)
+        axes = [np.arange(a, b + _COARSE * reach, _COARSE * reach) for a, b in zip(low, high, strict=True)]
+        self._map = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        self._is_land = np.asarray(world.arena.contains(self._map), float)
+        self._belief = self._is_land / self._is_land.sum()
+        # Which places of the map a robot senses from which; and the place of the map next to each place of plans.
+        span = round(1 / _COARSE)
+        self._disc = np.hypot(*np.mgrid[-span : span + 1, -span : span + 1]) <= span
+        nearest = [np.rint((part - a) / (_COARSE * reach)).astype(int) for part, a in zip(self._plans._axes, low, strict=True)]
+        self._nearest = np.ix_(*(np.minimum(one, len(axis) - 1) for one, axis in zip(nearest, axes, strict=True)))
+
+    def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
+        self._look()
+        return super().decide(percept, state, noise)
+
+    def _look(self) -> None:
+        """Note what some robot senses now."""
+        world, reach = self._world, self._plans.reach
+        robots, targets = np.array(world.robots.position), world.targets
+        seen = self._sees(robots, np.array(targets.position))
+        if self._tick:
+            self._place = _straight_on(world.arena, self._place, self._heading, targets.speed, 1)[-1]
+        self._age += 1
+        # One that is not where it would have gone has turned.
+        self._age[self._sees(robots, self._place) & ~seen] = _PATIENCE + 1
+        self._age[seen] = 0
+        self._place[seen], self._heading[seen] = targets.position[seen], targets.heading[seen]
+        around = np.pad(self._belief, 1)
+        spread = around[2:, 1:-1] + around[:-2, 1:-1] + around[1:-1, 2:] + around[1:-1, :-2]
+        share = min(float(np.max(targets.speed)) / (_COARSE * reach), 0.5) / 6.0
+        belief = (self._belief * (1.0 - 4.0 * share) + share * spread) * self._is_land
+        belief[self._sees(robots, self._map.reshape(-1, 2)).reshape(belief.shape)] = 0.0
+        self._belief = belief / max(belief.sum(), 1e-300)
+
+    def _sees(self, robots: Floats, places: Floats) -> Flags:
+        away = ((places[:, np.newaxis] - robots) ** 2).sum(axis=-1)
+        return np.asarray((away <= self._plans.reach**2).any(axis=1))
+
+    def plan(self) -> None:
+        from scipy.signal import fftconvolve
+
+        world, ticks = self._world, np.arange(self._plans.ticks + 1)
+        known = self._age <= _PATIENCE
+        tracks = _straight_on(
+            world.arena, self._place[known], self._heading[known], world.targets.speed[known], self._plans.ticks
+        )
+        worth = _certainty(world, ticks[:, np.newaxis] + self._age[known])
+        expected = np.maximum(fftconvolve(self._belief, self._disc, "same"), 0.0) * (~known).sum()
+        ground, places, apart = _STAGE * expected[self._nearest], self._plans.places, (1.6 * self._plans.reach) ** 2
+
+        def without_others(robot: int, ways: Floats) -> Floats:
+            # Ground to which others go is worth half.
+            found = ground.copy()
+            for other in range(len(ways)):
+                for at in () if other == robot else (len(ticks) // 3, 2 * len(ticks) // 3, -1):
+                    found[((places - ways[other, at]) ** 2).sum(axis=-1) < apart] *= 0.5
+            return found
+
+        turned = float(_certainty(world, np.ones(1))[0])
+        more = {"ground": without_others, "decay": turned} if (~known).any() else {}
+        self._again(tracks, np.ascontiguousarray(worth), **more)
+
+
+PLANNERS: Mapping[str, type[Planner]] = {"clairvoyant": Clairvoyant, "informed": Informed, "sharing": Sharing}
+
+
+def planned(policy: str, horizon: int, rng: int | None = None, **settings: Any) -> CMOMMT:
+    """Return a world whose robots a central planner steers, or that have a policy of their own.
+
+    Parameters
+    ----------
+    policy : str
+        "clairvoyant", "informed", "sharing", or the name of a policy.
+    horizon : int
+        The number of steps that will be made.
+    rng : int, optional
+        The seed.
+    **settings
+        Settings of a CMOMMT: those in `SETTINGS`, and with a policy of their own all.
+
+    Raises
+    ------
+    ValueError
+        If the planner does not know a setting.
+    """
+    if policy not in PLANNERS:
+        return CMOMMT(policy=policy, rng=rng, **settings)
+    for name in settings.keys() - {*SETTINGS}:
+        raise ValueError(
+            f"{name}={checks.shown(settings[name])}: the planner of {policy!r} does not know it; it takes "
+            f"{', '.join(SETTINGS)}"
+        )
+    planner = PLANNERS[policy]()
+    world = CMOMMT(policy=planner, awareness="none", rng=rng, **settings)
+    planner.attend(world, horizon)
+    return world
+
+
+def most_covered(targets: Floats, robots: int, reach: float) -> int:
+    """Return the largest number of targets that so many discs can cover, wherever they are placed: an exact optimum.
+
+    Parameters
+    ----------
+    targets : ndarray, shape (n, 2), float64
+        Where the targets are [length].
+    robots : int
+        The number of discs.
+    reach : float
+        Their radius [length].
+
+    Notes
+    -----
+    A disc can be moved until two of the targets that it covers lie on its edge, or it covers one. So the centres of
+    these discs are enough: which of them to take is a maximum coverage problem, solved as an integer programme.
+    """
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    if len(targets) <= robots:
+        return len(targets)
+    centres = [*targets]
+    for one, other in combinations(targets, 2):
+        way = other - one
+        square = float(way @ way)
+        if 0.0 < square <= 4.0 * reach**2:
+            aside = math.sqrt(max(reach**2 / square - 0.25, 0.0)) * np.array([-way[1], way[0]])
+            centres += [one + 0.5 * way + aside, one + 0.5 * way - aside]
+    away = ((np.array(centres)[:, np.newaxis] - targets) ** 2).sum(axis=-1)
+    # Rounding must not make it less than what is possible.
+    covered = np.unique(away <= reach**2 * (1.0 + 1e-9), axis=0)
+    inside = covered[:, np.newaxis] <= covered[np.newaxis]
+    covered = covered[inside.all(axis=-1).sum(axis=1) == 1]
+    discs, n = covered.shape
+    # First which discs are taken, then which targets are covered.
+    goal = np.concatenate([np.zeros(discs), -np.ones(n)])
+    limits = np.block([[covered.T.astype(float), -np.eye(n)], [-np.ones((1, discs)), np.zeros((1, n))]])
+    least = np.concatenate([np.zeros(n), [-float(robots)]])
+    found = milp(goal, constraints=LinearConstraint(limits, least), integrality=np.ones(discs + n), bounds=Bounds(0, 1))
+    if not found.success:
+        raise RuntimeError(f"most_covered: the solver stopped: {found.message}")
+    return round(-found.fun)
+
+
+class Observed(NamedTuple):
+    """What is measured of a run: the observed fraction, and of a clairvoyant team what is possible at most."""
+
+    observed_fraction: float
+    teleport: float
+
+
+# Every so many ticks.
+_SAMPLED = 20
+
+
+def measure(world: CMOMMT, steps: int) -> Observed:
+    """Run a world, and measure it."""
+    world.run(steps)
+    planner, most = world.robots.policy, math.nan
+    if isinstance(planner, Clairvoyant):
+        instants = planner.tracks[_SAMPLED : steps + 1 : _SAMPLED]
+        reach, robots = planner._plans.reach, len(world.robots)
+        most = float(np.mean([most_covered(one, robots, reach) for one in instants])) / len(world.targets)
+    return Observed(world.observed_fraction, most)
+
+
+@dataclass(frozen=True)
+class Ceilings:
+    """What teams observe, and what they could.
+
+    Attributes
+    ----------
+    table : DataFrame
+        One row for each run: robots, targets, radius, policy, seed, observed_fraction and teleport.
+    """
+
+    table: pd.DataFrame
+
+    def summary(self) -> pd.DataFrame:
+        """Return for each cell and policy the mean, half of its 95 % interval and the number of runs [%]."""
+        from teamsight.analysis.stats.paired import interval_of
+
+        rows = []
+        for (robots, radius, policy), runs in self.table.groupby(["robots", "radius", "policy"], sort=False):
+            columns = {policy: "observed_fraction"} | ({"teleport": "teleport"} if policy == "clairvoyant" else {})
+            for name, column in columns.items():
+                found = interval_of(100.0 * runs[column].to_numpy())
+                rows.append((robots, radius, name, found.mean, found.high - found.mean, len(runs)))
+        return pd.DataFrame(rows, columns=["robots", "radius", "policy", "observed", "half_width", "runs"])
+
+
+def ceilings(
+    settings: Mapping[str, Any], policies: Sequence[str], *, runs: int, steps: int, rng: int, workers: int = 1,
+    progress: Any = lambda done, total: None,
+) -> Ceilings:  # fmt: skip
+    """Run teams and ceilings on the same worlds.
+
+    Parameters
+    ----------
+    settings : mapping
+        Settings of `planned`; lists are combined.
+    policies : sequence of str
+        Names of policies, and of `PLANNERS`.
+    runs, steps, rng, workers, progress
+        As for `run_many`: runs of each cell.
+    """
+    plan = {**settings, "policy": list(policies), "horizon": steps}
+    table = run_many(
+        plan, steps=steps, replicates=runs, rng=rng, model=planned, measure=measure, workers=workers, progress=progress
+    )
+    return Ceilings(table)
