@@ -1,8 +1,8 @@
 """Ceilings of CMOMMT: what a team could observe at most if it knew more than a robot can.
 
-`Teleport` is proven: no policy can pass it. The others are teams of a central planner, which move as robots do, so each
-shows what is possible at least. `Clairvoyant` knows all ways of all targets in advance, `Informed` where all targets are
-now, `Sharing` only what some robot senses or has sensed.
+`most_covered` is proven: no policy can pass it. The others are teams of a central planner, which move as robots do, so
+each shows what is possible at least. `Clairvoyant` knows all ways of all targets in advance, `Informed` where all
+targets are now, `Sharing` only what some robot senses or has sensed.
 
 A plan is improved robot by robot: each gets the way on which it observes most of what the others do not, by dynamic
 programming over places and instants, until no robot finds a better one. That is a local optimum.
@@ -11,23 +11,30 @@ programming over places and instants, until no robot finds a better one. That is
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import combinations
-from typing import Annotated, Any, NamedTuple
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import combinations, product
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.cmommt import CMOMMT
-from teamsight.analysis.runs.run_many import run_many
+from teamsight.analysis.runs.run import Run
+from teamsight.analysis.runs.seeds import model_seed
+from teamsight.analysis.runs.simulate import run_rows
+from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.core import checks
 from teamsight.core.kernel import Entry, Record
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.interface import Action, Percept, Policy
 from teamsight.world.arena import Arena
 from teamsight.world.motion import advance_entry, bodies_at, pack_move
+
+if TYPE_CHECKING:
+    from teamsight.analysis.runs.executor import Executor
+    from teamsight.analysis.runs.simulate import Progress
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -189,8 +196,8 @@ class Plans:
                 f"robot_speed={speed:g}: in {arena} the planner has {math.prod(shape):,} places, which is too many; "
                 "give a higher speed, a smaller arena or fewer steps"
             )
-        self._axes = [low + speed * np.arange(size) for low, size in zip(self._low, shape, strict=True)]
-        self.places = np.stack(np.meshgrid(*self._axes, indexing="ij"), axis=-1)
+        self.axes = [low + speed * np.arange(size) for low, size in zip(self._low, shape, strict=True)]
+        self.places = np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1)
         self._inside = np.ascontiguousarray(arena.contains(self.places))
         around = np.array([
             (i, j) for i in range(-_STAGE, _STAGE + 1) for j in range(-_STAGE, _STAGE + 1) if i * i + j * j <= _STAGE**2
@@ -206,10 +213,11 @@ class Plans:
         self, start: Floats, tracks: Floats, worth: Floats, ground: Floats | None = None, decay: float = 1.0
     ) -> Floats:
         """Return the best way of one robot, shape (ticks + 1, 2); parameters are as in `WayArrays`."""
+        best, following, worths = self._room
         discount = decay ** (_STAGE * np.arange(self.stages, dtype=float))
         found = FIND_WAY(WAY.pack(WayArrays(
             np.ascontiguousarray(start), tracks, worth, self._bare if ground is None else ground, discount,
-            self._inside, self._moves, self._low, self._lengths, *self._room, self._came, self._way,
+            self._inside, self._moves, self._low, self._lengths, best, following, worths, self._came, self._way,
         )))  # fmt: skip
         ends = np.concatenate([start[np.newaxis], np.tile(start, (self.stages, 1)) if found else self._points()])
         at = np.arange(self.ticks + 1) / _STAGE
@@ -285,7 +293,8 @@ class Planner(Policy):
         self._world, self._ways = world, np.zeros((0, 0, 2))
         self._tick = self._since = 0
         self._rng = np.random.default_rng(world.seed_used)
-        self._plans = Plans(world.arena, float(world.robots.speed[0]), float(world.robots.sensing_range[0]), self.looks(steps))
+        robots = world.robots
+        self._plans = Plans(world.arena, float(robots.speed[0]), float(robots.sensing_range[0]), self.looks(steps))
 
     def looks(self, steps: int) -> int:
         """Return how many ticks a plan looks ahead."""
@@ -369,8 +378,8 @@ class Informed(Planner):
     def plan(self) -> None:
         targets, arena = self._world.targets, self._world.arena
         tracks = _straight_on(arena, targets.position, targets.heading, targets.speed, self._plans.ticks)
-        worth = np.repeat(_certainty(self._world, np.arange(self._plans.ticks + 1))[:, np.newaxis], len(targets), axis=1)
-        self._again(tracks, worth)
+        certainty = _certainty(self._world, np.arange(self._plans.ticks + 1))
+        self._again(tracks, np.repeat(certainty[:, np.newaxis], len(targets), axis=1))
 
 
 def _certainty(world: CMOMMT, ticks: npt.NDArray[Any]) -> Floats:
@@ -402,8 +411,10 @@ class Sharing(Planner):
         # Which places of the map a robot senses from which; and the place of the map next to each place of plans.
         span = round(1 / _COARSE)
         self._disc = np.hypot(*np.mgrid[-span : span + 1, -span : span + 1]) <= span
-        nearest = [np.rint((part - a) / (_COARSE * reach)).astype(int) for part, a in zip(self._plans._axes, low, strict=True)]
-        self._nearest = np.ix_(*(np.minimum(one, len(axis) - 1) for one, axis in zip(nearest, axes, strict=True)))
+        self._nearest = np.ix_(*(
+            np.minimum(np.rint((part - axis[0]) / (_COARSE * reach)).astype(int), len(axis) - 1)
+            for part, axis in zip(self._plans.axes, axes, strict=True)
+        ))  # fmt: skip
 
     def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
         self._look()
@@ -446,7 +457,7 @@ class Sharing(Planner):
 
         def without_others(robot: int, ways: Floats) -> Floats:
             # Ground to which others go is worth half.
-            found = ground.copy()
+            found: Floats = ground.copy()
             for other in range(len(ways)):
                 for at in () if other == robot else (len(ticks) // 3, 2 * len(ticks) // 3, -1):
                     found[((places - ways[other, at]) ** 2).sum(axis=-1) < apart] *= 0.5
@@ -457,7 +468,9 @@ class Sharing(Planner):
         self._again(tracks, np.ascontiguousarray(worth), **more)
 
 
-PLANNERS: Mapping[str, type[Planner]] = {"clairvoyant": Clairvoyant, "informed": Informed, "sharing": Sharing}
+#: The team that knows most, to which others are compared.
+CEILING = "clairvoyant"
+PLANNERS: Mapping[str, type[Planner]] = {"sharing": Sharing, "informed": Informed, "clairvoyant": Clairvoyant}
 
 
 def planned(policy: str, horizon: int, rng: int | None = None, **settings: Any) -> CMOMMT:
@@ -533,7 +546,7 @@ def most_covered(targets: Floats, robots: int, reach: float) -> int:
     found = milp(goal, constraints=LinearConstraint(limits, least), integrality=np.ones(discs + n), bounds=Bounds(0, 1))
     if not found.success:
         raise RuntimeError(f"most_covered: the solver stopped: {found.message}")
-    return round(-found.fun)
+    return round(-float(found.fun))
 
 
 class Observed(NamedTuple):
@@ -547,59 +560,102 @@ class Observed(NamedTuple):
 _SAMPLED = 20
 
 
-def measure(world: CMOMMT, steps: int) -> Observed:
+def measure(world: Any, steps: int) -> Observed:
     """Run a world, and measure it."""
-    world.run(steps)
+    with warnings.catch_warnings():
+        # That a planner is Python is no news.
+        warnings.simplefilter("ignore", UserWarning)
+        world.run(steps)
     planner, most = world.robots.policy, math.nan
     if isinstance(planner, Clairvoyant):
         instants = planner.tracks[_SAMPLED : steps + 1 : _SAMPLED]
         reach, robots = planner._plans.reach, len(world.robots)
-        most = float(np.mean([most_covered(one, robots, reach) for one in instants])) / len(world.targets)
+        covered = [most_covered(one, robots, reach) for one in instants]
+        most = sum(covered) / len(world.targets) / len(covered) if covered else math.nan
     return Observed(world.observed_fraction, most)
 
 
-@dataclass(frozen=True)
-class Ceilings:
-    """What teams observe, and what they could.
-
-    Attributes
-    ----------
-    table : DataFrame
-        One row for each run: robots, targets, radius, policy, seed, observed_fraction and teleport.
-    """
-
-    table: pd.DataFrame
-
-    def summary(self) -> pd.DataFrame:
-        """Return for each cell and policy the mean, half of its 95 % interval and the number of runs [%]."""
-        from teamsight.analysis.stats.paired import interval_of
-
-        rows = []
-        for (robots, radius, policy), runs in self.table.groupby(["robots", "radius", "policy"], sort=False):
-            columns = {policy: "observed_fraction"} | ({"teleport": "teleport"} if policy == "clairvoyant" else {})
-            for name, column in columns.items():
-                found = interval_of(100.0 * runs[column].to_numpy())
-                rows.append((robots, radius, name, found.mean, found.high - found.mean, len(runs)))
-        return pd.DataFrame(rows, columns=["robots", "radius", "policy", "observed", "half_width", "runs"])
+#: The degree of awareness of policies that are not made for "pairwise".
+_DEGREES = {"evolved": "ring"}
 
 
-def ceilings(
-    settings: Mapping[str, Any], policies: Sequence[str], *, runs: int, steps: int, rng: int, workers: int = 1,
-    progress: Any = lambda done, total: None,
-) -> Ceilings:  # fmt: skip
+def compare(
+    cells: Iterable[tuple[int, int, float]],
+    teams: Sequence[str],
+    *,
+    runs: int,
+    steps: int,
+    seed: int,
+    pool: Executor | None = None,
+    progress: Progress = lambda done, total: None,
+) -> pd.DataFrame:
     """Run teams and ceilings on the same worlds.
 
     Parameters
     ----------
-    settings : mapping
-        Settings of `planned`; lists are combined.
-    policies : sequence of str
+    cells : iterable of (int, int, float)
+        Numbers of robots and targets, and the radius of the arena.
+    teams : sequence of str
         Names of policies, and of `PLANNERS`.
-    runs, steps, rng, workers, progress
-        As for `run_many`: runs of each cell.
+    runs, steps : int
+        The runs of each cell and team, and their steps.
+    seed : int
+        The root of the seeds.
+    pool, progress
+        As for `run_all`.
+
+    Returns
+    -------
+    DataFrame
+        One row for each run: robots, targets, radius, team, replicate, seed, observed_fraction and, of a clairvoyant
+        team, teleport.
     """
-    plan = {**settings, "policy": list(policies), "horizon": steps}
-    table = run_many(
-        plan, steps=steps, replicates=runs, rng=rng, model=planned, measure=measure, workers=workers, progress=progress
-    )
-    return Ceilings(table)
+    planned_runs = []
+    for (robots, targets, radius), team, replicate in product(cells, teams, range(runs)):
+        cell = {"robots": robots, "targets": targets, "radius": radius}
+        of_policy = {"awareness": _DEGREES[team]} if team in _DEGREES else {}
+        run_seed = model_seed(seed, replicate, robots, targets, radius)
+        run = Run({**cell, **of_policy, "policy": team, "horizon": steps}, run_seed, steps, measure, planned)
+        planned_runs.append(({**cell, "team": team, "replicate": replicate, "seed": run_seed}, run))
+    return run_rows(planned_runs, pool, progress=progress)
+
+
+class Standing(NamedTuple):
+    """What a team observes in a cell [%].
+
+    Attributes
+    ----------
+    robots, radius, team
+        The cell and the team; "teleport" for what no team can pass.
+    observed : Interval
+        Mean with its 95 % interval.
+    more : Interval
+        The paired difference to the first team.
+    share : float
+        The share of the way from the first team to a clairvoyant one; NaN without a clairvoyant team.
+    """
+
+    robots: int
+    radius: float
+    team: str
+    observed: Interval
+    more: Interval
+    share: float
+
+
+def standings(table: pd.DataFrame) -> list[Standing]:
+    """Return what each team observes in each cell; the first team is the reference."""
+    found = []
+    of_cell: Any
+    for of_cell, cell in table.groupby(["robots", "radius"], sort=False):
+        of_team = cell.groupby("team", sort=False)["observed_fraction"]
+        fractions = {str(team): 100.0 * runs.to_numpy() for team, runs in of_team}
+        if CEILING in fractions:
+            fractions["teleport"] = 100.0 * cell.loc[cell["team"] == CEILING, "teleport"].to_numpy()
+        first = next(iter(fractions.values()))
+        way = float((fractions[CEILING] - first).mean()) if CEILING in fractions else math.nan
+        for team, observed in fractions.items():
+            more = interval_of(observed - first)
+            share = more.mean / way if way > 0.0 else math.nan
+            found.append(Standing(of_cell[0], of_cell[1], team, interval_of(observed), more, share))
+    return found
