@@ -1,0 +1,39 @@
+"""``teamsight ceilings``: one line for each team, with intervals and the share of the way; mistakes are named."""
+
+from __future__ import annotations
+
+import pytest
+
+from teamsight.cli import main
+
+SMALL = ["--robots", "2", "--targets", "3", "--radius", "1.5", "--steps", "30", "--runs", "2"]
+
+
+def call(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        main(["ceilings", *arguments, "--workers", "1"])
+    return int(left.value.code or 0)
+
+
+def test_each_team_has_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("random-walk", "a-cmommt", *SMALL) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == [
+        "random-walk", "a-cmommt", "sharing", "informed", "clairvoyant", "teleport",
+    ]  # fmt: skip
+    assert lines[0].split() == ["team", "observed", "[%]", "more", "than", "random-walk", "of", "the", "way"]
+    assert lines[5].endswith("100 %")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["a-cmomt"], "did you mean 'a-cmommt'"),
+        (["--robots", "0"], "robots=0"),
+        (["--radius", "-1"], "radius=-1"),
+        (["a-cmommt", "--runs", "0"], "runs=0"),
+    ],
+)
+def test_mistakes_are_named(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(*arguments, "--steps", "5") != 0
+    assert message in capsys.readouterr().err
