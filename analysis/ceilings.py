@@ -72,6 +72,8 @@ class WayArrays(NamedTuple):
         What it is worth to be at a place for one stage.
     discount : ndarray, shape (stages,), float64
         By what the worth of ground shrinks.
+    prospect : ndarray, shape (x, y), float64
+        What it is worth to be at a place at the end.
     inside : ndarray, shape (x, y), bool
         The places in the arena.
     moves : ndarray, shape (moves, 2), int64
@@ -93,6 +95,7 @@ class WayArrays(NamedTuple):
     worth: Annotated[Floats, "ticks", "targets"]
     ground: Annotated[Floats, "x", "y"]
     discount: Annotated[Floats, "stages"]
+    prospect: Annotated[Floats, "x", "y"]
     inside: Annotated[Flags, "x", "y"]
     moves: Annotated[Integers, "moves", 2]
     low: Annotated[Floats, 2]
@@ -124,6 +127,8 @@ def _find_way(address: int) -> int:
         for i in range(left, right):
             for j in range(lower, upper):
                 here.worths[i, j] = here.ground[i, j] * here.discount[stage]
+                if stage == stages - 1:
+                    here.worths[i, j] += here.prospect[i, j]
         middle = (stage + 1) * _STAGE
         for tick in range(middle - (_STAGE - 1) // 2, min(middle + _STAGE // 2 + 1, ticks)):
             for m in range(targets):
@@ -172,6 +177,13 @@ def _find_way(address: int) -> int:
 FIND_WAY = Entry(_find_way)
 
 
+class Land(NamedTuple):
+    """What places are worth, shape (x, y) each: for each stage there, and at the end; see `WayArrays`."""
+
+    ground: Floats
+    prospect: Floats
+
+
 class Plans:
     """Plans for a team in a convex arena without obstacles.
 
@@ -186,7 +198,7 @@ class Plans:
     """
 
     def __init__(self, arena: Arena, speed: float, reach: float, ticks: int) -> None:
-        self.arena, self.reach = arena, reach
+        self.arena, self.reach, self.speed = arena, reach, speed
         self.stages = max(ticks // _STAGE, 1)
         self.ticks = self.stages * _STAGE
         self._low, high = np.array(arena.bounds, float)
@@ -210,14 +222,15 @@ class Plans:
         self._bare = np.zeros(shape)
 
     def way(
-        self, start: Floats, tracks: Floats, worth: Floats, ground: Floats | None = None, decay: float = 1.0
+        self, start: Floats, tracks: Floats, worth: Floats, land: Land | None = None, decay: float = 1.0
     ) -> Floats:
         """Return the best way of one robot, shape (ticks + 1, 2); parameters are as in `WayArrays`."""
         best, following, worths = self._room
+        ground, prospect = land or (self._bare, self._bare)
         discount = decay ** (_STAGE * np.arange(self.stages, dtype=float))
         found = FIND_WAY(WAY.pack(WayArrays(
-            np.ascontiguousarray(start), tracks, worth, self._bare if ground is None else ground, discount,
-            self._inside, self._moves, self._low, self._lengths, best, following, worths, self._came, self._way,
+            np.ascontiguousarray(start), tracks, worth, ground, discount, prospect, self._inside, self._moves,
+            self._low, self._lengths, best, following, worths, self._came, self._way,
         )))  # fmt: skip
         ends = np.concatenate([start[np.newaxis], np.tile(start, (self.stages, 1)) if found else self._points()])
         at = np.arange(self.ticks + 1) / _STAGE
@@ -238,7 +251,7 @@ class Plans:
         ways: Floats | None,
         rounds: int,
         rng: np.random.Generator,
-        ground: Callable[[int, Floats], Floats] | None = None,
+        land: Callable[[int, Floats, Flags], Land] | None = None,
         decay: float = 1.0,
     ) -> Floats:
         """Return ways for all robots, shape (robots, ticks + 1, 2).
@@ -255,8 +268,9 @@ class Plans:
             How often each robot is asked for a better way, at most.
         rng : numpy.random.Generator
             For the order of robots.
-        ground : callable, optional
-            ``ground(robot, ways)`` returns what it is worth to be at each place.
+        land : callable, optional
+            ``land(robot, ways, others)`` returns what places are worth, given which targets other robots observe at
+            each tick.
         """
         robots, tracks = len(start), np.ascontiguousarray(tracks)
         is_new = ways is None
@@ -267,13 +281,13 @@ class Plans:
         last = -math.inf
         for number in range(rounds):
             for robot in rng.permutation(robots).tolist():
-                others = seen.any(axis=0, where=(np.arange(robots) != robot)[:, np.newaxis, np.newaxis])
+                others = np.asarray(seen[np.arange(robots) != robot].any(axis=0))
                 left = np.where(others, 0.0, worth)
-                bare = None if ground is None else np.ascontiguousarray(ground(robot, planned))
-                way = self.way(start[robot], tracks, left, bare, decay)
+                places = None if land is None else land(robot, planned, others)
+                way = self.way(start[robot], tracks, left, places, decay)
                 now = self.observes(way, tracks)
                 # Between its ends a way observes less or more than was counted.
-                if not has_way[robot] or bare is not None or (left * now).sum() >= (left * seen[robot]).sum():
+                if not has_way[robot] or places is not None or (left * now).sum() >= (left * seen[robot]).sum():
                     planned[robot], seen[robot], has_way[robot] = way, now, True
             total = float((worth * seen.any(axis=0)).sum() / max(worth.sum(), 1e-300))
             if number and total - last < _LEAST_GAIN:
@@ -316,6 +330,17 @@ class Planner(Policy):
         is_still = length < 1e-12
         heading = np.where(is_still[:, np.newaxis], 0.0, way / np.where(is_still, 1.0, length)[:, np.newaxis])
         return Action(heading, length), state
+
+    def _prospects(self, position: Floats, worth: Floats) -> Floats:
+        """Return what targets at the end of a plan are worth to a robot at each place, shape (targets, x, y).
+
+        It is observed from the tick at which the robot gets there, and worth less with each tick, as `_certainty` is.
+        """
+        plans, stays = self._plans, float(_certainty(self._world, np.ones(1))[0])
+        away = np.hypot(*np.moveaxis(plans.places - position[:, np.newaxis, np.newaxis], -1, 0))
+        found: Floats = np.maximum(away - plans.reach, 0.0)
+        found = stays ** (found / plans.speed) * (worth / max(1.0 - stays, 1.0 / _HORIZON))[:, np.newaxis, np.newaxis]
+        return found
 
     def _again(self, tracks: Floats, worth: Floats, **more: Any) -> None:
         """Plan anew from the present, beginning with what is left of the last plan."""
@@ -379,7 +404,13 @@ class Informed(Planner):
         targets, arena = self._world.targets, self._world.arena
         tracks = _straight_on(arena, targets.position, targets.heading, targets.speed, self._plans.ticks)
         certainty = _certainty(self._world, np.arange(self._plans.ticks + 1))
-        self._again(tracks, np.repeat(certainty[:, np.newaxis], len(targets), axis=1))
+        worth, bare = np.repeat(certainty[:, np.newaxis], len(targets), axis=1), np.zeros(self._plans.places.shape[:2])
+        prospects = self._prospects(tracks[-1], worth[-1])
+
+        def land(robot: int, ways: Floats, others: Flags) -> Land:
+            return Land(bare, prospects[~others[-1]].sum(axis=0))
+
+        self._again(tracks, worth, land=land)
 
 
 def _certainty(world: CMOMMT, ticks: npt.NDArray[Any]) -> Floats:
@@ -408,9 +439,9 @@ class Sharing(Planner):
         self._map = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         self._is_land = np.asarray(world.arena.contains(self._map), float)
         self._belief = self._is_land / self._is_land.sum()
-        # Which places of the map a robot senses from which; and the place of the map next to each place of plans.
-        span = round(1 / _COARSE)
-        self._disc = np.hypot(*np.mgrid[-span : span + 1, -span : span + 1]) <= span
+        # How far places of the map are from each other; and the place of the map next to each place of plans.
+        far = [len(axis) - 1 for axis in axes]
+        self._away = _COARSE * reach * np.hypot(*np.mgrid[-far[0] : far[0] + 1, -far[1] : far[1] + 1])
         self._nearest = np.ix_(*(
             np.minimum(np.rint((part - axis[0]) / (_COARSE * reach)).astype(int), len(axis) - 1)
             for part, axis in zip(self._plans.axes, axes, strict=True)
@@ -452,20 +483,26 @@ class Sharing(Planner):
             world.arena, self._place[known], self._heading[known], world.targets.speed[known], self._plans.ticks
         )
         worth = _certainty(world, ticks[:, np.newaxis] + self._age[known])
-        expected = np.maximum(fftconvolve(self._belief, self._disc, "same"), 0.0) * (~known).sum()
-        ground, places, apart = _STAGE * expected[self._nearest], self._plans.places, (1.6 * self._plans.reach) ** 2
-
-        def without_others(robot: int, ways: Floats) -> Floats:
-            # Ground to which others go is worth half.
-            found: Floats = ground.copy()
-            for other in range(len(ways)):
-                for at in () if other == robot else (len(ticks) // 3, 2 * len(ticks) // 3, -1):
-                    found[((places - ways[other, at]) ** 2).sum(axis=-1) < apart] *= 0.5
-            return found
-
+        hidden, plans = int((~known).sum()), self._plans
         turned = float(_certainty(world, np.ones(1))[0])
-        more = {"ground": without_others, "decay": turned} if (~known).any() else {}
-        self._again(tracks, np.ascontiguousarray(worth), **more)
+        # What is believed at a distance is worth less, by the time that it takes to get there.
+        later = turned ** (np.maximum(self._away - plans.reach, 0.0) / plans.speed) / max(1.0 - turned, 1.0 / _HORIZON)
+        ground, beyond = (
+            hidden * np.maximum(fftconvolve(self._belief, kernel, "same"), 0.0)
+            for kernel in (_STAGE * (self._away <= plans.reach), later)
+        )
+        prospects, apart = self._prospects(tracks[-1], worth[-1]), (1.6 * plans.reach) ** 2
+        beyond *= float(turned ** plans.ticks)
+
+        def land(robot: int, ways: Floats, others: Flags) -> Land:
+            # Ground to which others go is worth half.
+            there = np.delete(ways, robot, axis=0)[:, [len(ticks) // 3, 2 * len(ticks) // 3, -1]].reshape(-1, 2)
+            away = ((self._map[..., np.newaxis, :] - there) ** 2).sum(axis=-1)
+            share = 0.5 ** (away < apart).sum(axis=-1)
+            prospect = (beyond * share)[self._nearest] + prospects[~others[-1]].sum(axis=0)
+            return Land((ground * share)[self._nearest], prospect)
+
+        self._again(tracks, np.ascontiguousarray(worth), land=land, decay=turned)
 
 
 #: The team that knows most, to which others are compared.
