@@ -40,8 +40,8 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Flags = npt.NDArray[np.bool_]
 
-# A stage of a way lasts so many ticks, and places lie so far apart that a robot passes as many in it.
-_STAGE = 3
+# A leg of a way lasts so many ticks, and places lie so far apart that a robot passes as many in it.
+_LEG = 3
 # An informed team looks so many ticks ahead, and a target that walks at random has turned by then more often than not.
 _HORIZON = 30
 # A plan is improved so often at first, and so often when it is made anew.
@@ -49,7 +49,7 @@ _ROUNDS, _AGAIN = 8, 2
 _LEAST_GAIN = 2e-4
 # A sharing team looks for a target where it would have gone for so many ticks.
 _PATIENCE = 20
-# Places of targets that nobody has seen for long are believed on a grid of this spacing, in sensing ranges.
+# Places of targets that nobody has seen for long are mapped on a grid of this spacing, in sensing ranges.
 _COARSE = 0.25
 _MOST_PLACES = 2_000_000
 _NOWHERE = -1.0
@@ -64,37 +64,37 @@ class WayArrays(NamedTuple):
     ----------
     start : ndarray, shape (2,), float64
         Where it is.
-    tracks : ndarray, shape (ticks, targets, 2), float64
+    paths : ndarray, shape (ticks, targets, 2), float64
         Where targets will be, from now on.
     worth : ndarray, shape (ticks, targets), float64
         What it is worth to observe them; 0 if others do.
     ground : ndarray, shape (x, y), float64
-        What it is worth to be at a place for one stage.
-    discount : ndarray, shape (stages,), float64
+        What it is worth to be at a place for one leg.
+    discount : ndarray, shape (legs,), float64
         By what the worth of ground shrinks.
     prospect : ndarray, shape (x, y), float64
         What it is worth to be at a place at the end.
     inside : ndarray, shape (x, y), bool
         The places in the arena.
     moves : ndarray, shape (moves, 2), int64
-        The ways of one stage, in places; the shortest first.
+        The ways of one leg, in places; the shortest first.
     low : ndarray, shape (2,), float64
         The place with the indices (0, 0).
     lengths : ndarray, shape (3,), float64
-        Spacing, sensing range, and the way of one stage.
+        Spacing, sensing range, and the way of one leg.
     best, following, worths : ndarray, shape (x, y), float64
         Room to work in.
-    came : ndarray, shape (stages, x, y), int16
+    came : ndarray, shape (legs, x, y), int16
         Room to work in: the move by which the best way comes to a place.
-    way : ndarray, shape (stages, 2), int64
-        Written: the indices of the places at the end of each stage.
+    way : ndarray, shape (legs, 2), int64
+        Written: the indices of the places at the end of each leg.
     """
 
     start: Annotated[Floats, 2]
-    tracks: Annotated[Floats, "ticks", "targets", 2]
+    paths: Annotated[Floats, "ticks", "targets", 2]
     worth: Annotated[Floats, "ticks", "targets"]
     ground: Annotated[Floats, "x", "y"]
-    discount: Annotated[Floats, "stages"]
+    discount: Annotated[Floats, "legs"]
     prospect: Annotated[Floats, "x", "y"]
     inside: Annotated[Flags, "x", "y"]
     moves: Annotated[Integers, "moves", 2]
@@ -103,8 +103,8 @@ class WayArrays(NamedTuple):
     best: Annotated[Floats, "x", "y"]
     following: Annotated[Floats, "x", "y"]
     worths: Annotated[Floats, "x", "y"]
-    came: Annotated[npt.NDArray[np.int16], "stages", "x", "y"]
-    way: Annotated[Integers, "stages", 2]
+    came: Annotated[npt.NDArray[np.int16], "legs", "x", "y"]
+    way: Annotated[Integers, "legs", 2]
 
 
 WAY = Record(WayArrays)
@@ -113,29 +113,29 @@ way_at = WAY.at
 
 def _find_way(address: int) -> int:
     here = way_at(address)
-    stages, wide, high = here.came.shape
+    legs, wide, high = here.came.shape
     spacing, reach, stride = here.lengths[0], here.lengths[1], here.lengths[2]
     ticks, targets = here.worth.shape
     span = int(reach / spacing) + 2
     # It cannot leave the box around its start.
     column = int(np.rint((here.start[0] - here.low[0]) / spacing))
     row = int(np.rint((here.start[1] - here.low[1]) / spacing))
-    most = int(stages * stride / spacing) + 2
+    most = int(legs * stride / spacing) + 2
     left, right = max(column - most, 0), min(column + most + 1, wide)
     lower, upper = max(row - most, 0), min(row + most + 1, high)
-    for stage in range(stages):
+    for leg in range(legs):
         for i in range(left, right):
             for j in range(lower, upper):
-                here.worths[i, j] = here.ground[i, j] * here.discount[stage]
-                if stage == stages - 1:
+                here.worths[i, j] = here.ground[i, j] * here.discount[leg]
+                if leg == legs - 1:
                     here.worths[i, j] += here.prospect[i, j]
-        middle = (stage + 1) * _STAGE
-        for tick in range(middle - (_STAGE - 1) // 2, min(middle + _STAGE // 2 + 1, ticks)):
+        middle = (leg + 1) * _LEG
+        for tick in range(middle - (_LEG - 1) // 2, min(middle + _LEG // 2 + 1, ticks)):
             for m in range(targets):
                 worth = here.worth[tick, m]
                 if worth <= 0.0:
                     continue
-                x, y = here.tracks[tick, m, 0] - here.low[0], here.tracks[tick, m, 1] - here.low[1]
+                x, y = here.paths[tick, m, 0] - here.low[0], here.paths[tick, m, 1] - here.low[1]
                 near_x, near_y = int(x / spacing), int(y / spacing)
                 for i in range(max(left, near_x - span), min(right, near_x + span + 1)):
                     for j in range(max(lower, near_y - span), min(upper, near_y + span + 1)):
@@ -144,7 +144,7 @@ def _find_way(address: int) -> int:
         for i in range(left, right):
             for j in range(lower, upper):
                 best, by = _NOWHERE, 0
-                if here.inside[i, j] and stage == 0:
+                if here.inside[i, j] and leg == 0:
                     away_x = i * spacing + here.low[0] - here.start[0]
                     away_y = j * spacing + here.low[1] - here.start[1]
                     if away_x * away_x + away_y * away_y <= stride * stride:
@@ -155,7 +155,7 @@ def _find_way(address: int) -> int:
                         if left <= a < right and lower <= b < upper and here.best[a, b] > best:
                             best, by = here.best[a, b], k
                 here.following[i, j] = best + here.worths[i, j] if best >= 0.0 else _NOWHERE
-                here.came[stage, i, j] = by
+                here.came[leg, i, j] = by
         for i in range(left, right):
             for j in range(lower, upper):
                 here.best[i, j] = here.following[i, j]
@@ -164,10 +164,10 @@ def _find_way(address: int) -> int:
         for j in range(lower, upper):
             if here.best[i, j] > best:
                 best, at_x, at_y = here.best[i, j], i, j
-    for stage in range(stages - 1, -1, -1):
-        here.way[stage, 0] = at_x
-        here.way[stage, 1] = at_y
-        k = here.came[stage, at_x, at_y]
+    for leg in range(legs - 1, -1, -1):
+        here.way[leg, 0] = at_x
+        here.way[leg, 1] = at_y
+        k = here.came[leg, at_x, at_y]
         at_x -= here.moves[k, 0]
         at_y -= here.moves[k, 1]
     # A robot that no place is near enough to stays where it is.
@@ -178,7 +178,7 @@ FIND_WAY = Entry(_find_way)
 
 
 class Land(NamedTuple):
-    """What places are worth, shape (x, y) each: for each stage there, and at the end; see `WayArrays`."""
+    """What places are worth, shape (x, y) each: for each leg there, and at the end; see `WayArrays`."""
 
     ground: Floats
     prospect: Floats
@@ -199,11 +199,11 @@ class Plans:
 
     def __init__(self, arena: Arena, speed: float, reach: float, ticks: int) -> None:
         self.arena, self.reach, self.speed = arena, reach, speed
-        self.stages = max(ticks // _STAGE, 1)
-        self.ticks = self.stages * _STAGE
+        self.legs = max(ticks // _LEG, 1)
+        self.ticks = self.legs * _LEG
         self._low, high = np.array(arena.bounds, float)
         shape = tuple(int(side / speed) + 1 for side in high - self._low)
-        if math.prod(shape) * self.stages > 400 * _MOST_PLACES or math.prod(shape) > _MOST_PLACES:
+        if math.prod(shape) * self.legs > 400 * _MOST_PLACES or math.prod(shape) > _MOST_PLACES:
             raise ValueError(
                 f"robot_speed={speed:g}: in {arena} the planner has {math.prod(shape):,} places, which is too many; "
                 "give a higher speed, a smaller arena or fewer steps"
@@ -212,41 +212,41 @@ class Plans:
         self.places = np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1)
         self._inside = np.ascontiguousarray(arena.contains(self.places))
         around = np.array([
-            (i, j) for i in range(-_STAGE, _STAGE + 1) for j in range(-_STAGE, _STAGE + 1) if i * i + j * j <= _STAGE**2
+            (i, j) for i in range(-_LEG, _LEG + 1) for j in range(-_LEG, _LEG + 1) if i * i + j * j <= _LEG**2
         ])  # fmt: skip
         self._moves = around[np.argsort((around**2).sum(axis=1), kind="stable")].astype(np.int64)
-        self._lengths = np.array([speed, reach, speed * _STAGE * (1.0 + 1e-12)])
+        self._lengths = np.array([speed, reach, speed * _LEG * (1.0 + 1e-12)])
         self._room = [np.zeros(shape) for _ in range(3)]
-        self._came = np.zeros((self.stages, *shape), np.int16)
-        self._way = np.zeros((self.stages, 2), np.int64)
+        self._came = np.zeros((self.legs, *shape), np.int16)
+        self._way = np.zeros((self.legs, 2), np.int64)
         self._bare = np.zeros(shape)
 
     def way(
-        self, start: Floats, tracks: Floats, worth: Floats, land: Land | None = None, decay: float = 1.0
+        self, start: Floats, paths: Floats, worth: Floats, land: Land | None = None, decay: float = 1.0
     ) -> Floats:
         """Return the best way of one robot, shape (ticks + 1, 2); parameters are as in `WayArrays`."""
         best, following, worths = self._room
         ground, prospect = land or (self._bare, self._bare)
-        discount = decay ** (_STAGE * np.arange(self.stages, dtype=float))
+        discount = decay ** (_LEG * np.arange(self.legs, dtype=float))
         found = FIND_WAY(WAY.pack(WayArrays(
-            np.ascontiguousarray(start), tracks, worth, ground, discount, prospect, self._inside, self._moves,
+            np.ascontiguousarray(start), paths, worth, ground, discount, prospect, self._inside, self._moves,
             self._low, self._lengths, best, following, worths, self._came, self._way,
         )))  # fmt: skip
-        ends = np.concatenate([start[np.newaxis], np.tile(start, (self.stages, 1)) if found else self._points()])
-        at = np.arange(self.ticks + 1) / _STAGE
-        return np.stack([np.interp(at, np.arange(self.stages + 1), part) for part in ends.T], axis=-1)
+        ends = np.concatenate([start[np.newaxis], np.tile(start, (self.legs, 1)) if found else self._points()])
+        at = np.arange(self.ticks + 1) / _LEG
+        return np.stack([np.interp(at, np.arange(self.legs + 1), part) for part in ends.T], axis=-1)
 
     def _points(self) -> Floats:
         return self.places[self._way[:, 0], self._way[:, 1]]
 
-    def observes(self, way: Floats, tracks: Floats) -> Flags:
+    def observes(self, way: Floats, paths: Floats) -> Flags:
         """Return which targets are observed on a way at each tick, shape (ticks + 1, targets)."""
-        return np.asarray(((way[:, np.newaxis] - tracks) ** 2).sum(axis=-1) <= self.reach**2)
+        return np.asarray(((way[:, np.newaxis] - paths) ** 2).sum(axis=-1) <= self.reach**2)
 
     def improved(
         self,
         start: Floats,
-        tracks: Floats,
+        paths: Floats,
         worth: Floats,
         ways: Floats | None,
         rounds: int,
@@ -260,7 +260,7 @@ class Plans:
         ----------
         start : ndarray, shape (robots, 2), float64
             Where the robots are.
-        tracks, worth, decay
+        paths, worth, decay
             As in `WayArrays`.
         ways : ndarray, shape (robots, ticks + 1, 2), float64, optional
             Ways to improve; robots without one stay where they are, and observe nothing yet.
@@ -272,10 +272,10 @@ class Plans:
             ``land(robot, ways, others)`` returns what places are worth, given which targets other robots observe at
             each tick.
         """
-        robots, tracks = len(start), np.ascontiguousarray(tracks)
+        robots, paths = len(start), np.ascontiguousarray(paths)
         is_new = ways is None
         planned = np.repeat(start[:, np.newaxis], self.ticks + 1, axis=1) if ways is None else ways.copy()
-        seen = np.array([self.observes(way, tracks) for way in planned])
+        seen = np.array([self.observes(way, paths) for way in planned])
         has_way = np.full(robots, not is_new)
         seen[~has_way] = False
         last = -math.inf
@@ -284,8 +284,8 @@ class Plans:
                 others = np.asarray(seen[np.arange(robots) != robot].any(axis=0))
                 left = np.where(others, 0.0, worth)
                 places = None if land is None else land(robot, planned, others)
-                way = self.way(start[robot], tracks, left, places, decay)
-                now = self.observes(way, tracks)
+                way = self.way(start[robot], paths, left, places, decay)
+                now = self.observes(way, paths)
                 # Between its ends a way observes less or more than was counted.
                 if not has_way[robot] or places is not None or (left * now).sum() >= (left * seen[robot]).sum():
                     planned[robot], seen[robot], has_way[robot] = way, now, True
@@ -321,7 +321,7 @@ class Planner(Policy):
     def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
         """Go along the way that is planned."""
         position = np.array(self._world.robots.position)
-        if self._tick % _STAGE == 0:
+        if self._tick % _LEG == 0:
             self.plan()
         self._tick += 1
         at = min(self._tick - self._since, self._ways.shape[1] - 1)
@@ -342,7 +342,7 @@ class Planner(Policy):
         found = stays ** (found / plans.speed) * (worth / max(1.0 - stays, 1.0 / _HORIZON))[:, np.newaxis, np.newaxis]
         return found
 
-    def _again(self, tracks: Floats, worth: Floats, **more: Any) -> None:
+    def _again(self, paths: Floats, worth: Floats, **more: Any) -> None:
         """Plan anew from the present, beginning with what is left of the last plan."""
         ways = None
         if self._ways.size:
@@ -350,7 +350,7 @@ class Planner(Policy):
             ways = np.concatenate([rest, np.repeat(rest[:, -1:], self._tick - self._since, axis=1)], axis=1)
         start = np.array(self._world.robots.position)
         self._ways = self._plans.improved(
-            start, tracks, worth, ways, _ROUNDS if ways is None else _AGAIN, self._rng, **more
+            start, paths, worth, ways, _ROUNDS if ways is None else _AGAIN, self._rng, **more
         )
         self._since = self._tick
 
@@ -360,29 +360,29 @@ class Clairvoyant(Planner):
 
     Attributes
     ----------
-    tracks : ndarray, shape (steps + 1, targets, 2), float64
+    paths : ndarray, shape (steps + 1, targets, 2), float64
         Where the targets are at each tick.
     """
 
     def looks(self, steps: int) -> int:
-        return -(-steps // _STAGE) * _STAGE
+        return -(-steps // _LEG) * _LEG
 
     def attend(self, world: CMOMMT, steps: int) -> None:
         super().attend(world, steps)
         # Targets that walk at random do not depend on robots.
         alone = CMOMMT(**{**world.settings, "policy": "random-walk", "awareness": "none"}, rng=world.seed_used)
-        tracks = [np.array(alone.targets.position)]
+        paths = [np.array(alone.targets.position)]
         for _ in range(self._plans.ticks):
             alone.run(1)
-            tracks.append(np.array(alone.targets.position))
-        self.tracks = np.array(tracks)
+            paths.append(np.array(alone.targets.position))
+        self.paths = np.array(paths)
 
     def plan(self) -> None:
         if self._tick == 0:
-            worth = np.ones(self.tracks.shape[:2])
+            worth = np.ones(self.paths.shape[:2])
             # The start is not counted.
             worth[0] = 0.0
-            self._again(self.tracks, worth)
+            self._again(self.paths, worth)
 
 
 def _straight_on(arena: Arena, position: Floats, heading: Floats, speed: Floats, ticks: int) -> Floats:
@@ -402,15 +402,15 @@ class Informed(Planner):
 
     def plan(self) -> None:
         targets, arena = self._world.targets, self._world.arena
-        tracks = _straight_on(arena, targets.position, targets.heading, targets.speed, self._plans.ticks)
+        paths = _straight_on(arena, targets.position, targets.heading, targets.speed, self._plans.ticks)
         certainty = _certainty(self._world, np.arange(self._plans.ticks + 1))
         worth, bare = np.repeat(certainty[:, np.newaxis], len(targets), axis=1), np.zeros(self._plans.places.shape[:2])
-        prospects = self._prospects(tracks[-1], worth[-1])
+        prospects = self._prospects(paths[-1], worth[-1])
 
         def land(robot: int, ways: Floats, others: Flags) -> Land:
             return Land(bare, prospects[~others[-1]].sum(axis=0))
 
-        self._again(tracks, worth, land=land)
+        self._again(paths, worth, land=land)
 
 
 def _certainty(world: CMOMMT, ticks: npt.NDArray[Any]) -> Floats:
@@ -479,19 +479,19 @@ class Sharing(Planner):
 
         world, ticks = self._world, np.arange(self._plans.ticks + 1)
         known = self._age <= _PATIENCE
-        tracks = _straight_on(
+        paths = _straight_on(
             world.arena, self._place[known], self._heading[known], world.targets.speed[known], self._plans.ticks
         )
         worth = _certainty(world, ticks[:, np.newaxis] + self._age[known])
         hidden, plans = int((~known).sum()), self._plans
         turned = float(_certainty(world, np.ones(1))[0])
-        # What is believed at a distance is worth less, by the time that it takes to get there.
+        # What may be at a distance is worth less, by the time that it takes to get there.
         later = turned ** (np.maximum(self._away - plans.reach, 0.0) / plans.speed) / max(1.0 - turned, 1.0 / _HORIZON)
         ground, beyond = (
             hidden * np.maximum(fftconvolve(self._belief, kernel, "same"), 0.0)
-            for kernel in (_STAGE * (self._away <= plans.reach), later)
+            for kernel in (_LEG * (self._away <= plans.reach), later)
         )
-        prospects, apart = self._prospects(tracks[-1], worth[-1]), (1.6 * plans.reach) ** 2
+        prospects, apart = self._prospects(paths[-1], worth[-1]), (1.6 * plans.reach) ** 2
         beyond *= float(turned ** plans.ticks)
 
         def land(robot: int, ways: Floats, others: Flags) -> Land:
@@ -502,7 +502,7 @@ class Sharing(Planner):
             prospect = (beyond * share)[self._nearest] + prospects[~others[-1]].sum(axis=0)
             return Land((ground * share)[self._nearest], prospect)
 
-        self._again(tracks, np.ascontiguousarray(worth), land=land, decay=turned)
+        self._again(paths, np.ascontiguousarray(worth), land=land, decay=turned)
 
 
 #: The team that knows most, to which others are compared.
@@ -605,7 +605,7 @@ def measure(world: Any, steps: int) -> Observed:
         world.run(steps)
     planner, most = world.robots.policy, math.nan
     if isinstance(planner, Clairvoyant):
-        instants = planner.tracks[_SAMPLED : steps + 1 : _SAMPLED]
+        instants = planner.paths[_SAMPLED : steps + 1 : _SAMPLED]
         reach, robots = planner._plans.reach, len(world.robots)
         covered = [most_covered(one, robots, reach) for one in instants]
         most = sum(covered) / len(world.targets) / len(covered) if covered else math.nan

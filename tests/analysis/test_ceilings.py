@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Box, Disc
 from teamsight.analysis.ceilings import (
-    _STAGE,
+    _LEG,
     PLANNERS,
     SETTINGS,
     Plans,
@@ -58,24 +58,24 @@ def test_three_on_a_circle_are_covered_by_its_centre_alone() -> None:
     assert most_covered(np.arange(10.0).reshape(5, 2) * 10, 3, 1.0) == 3
 
 
-def best_way(plans: Plans, start: np.ndarray, tracks: np.ndarray, worth: np.ndarray) -> float:
+def best_way(plans: Plans, start: np.ndarray, paths: np.ndarray, worth: np.ndarray) -> float:
     """What the best way is worth, by trying all of them."""
     places = [one for one in plans.places.reshape(-1, 2) if plans.arena.contains(one)]
-    stride = _STAGE * (plans.places[1, 0] - plans.places[0, 0])[0] * (1 + 1e-9)
+    stride = _LEG * (plans.places[1, 0] - plans.places[0, 0])[0] * (1 + 1e-9)
 
-    def of_stage(place: np.ndarray, stage: int) -> float:
-        middle, total = (stage + 1) * _STAGE, 0.0
-        for tick in range(middle - (_STAGE - 1) // 2, min(middle + _STAGE // 2 + 1, len(worth))):
+    def of_leg(place: np.ndarray, leg: int) -> float:
+        middle, total = (leg + 1) * _LEG, 0.0
+        for tick in range(middle - (_LEG - 1) // 2, min(middle + _LEG // 2 + 1, len(worth))):
             total += sum(
-                w for w, at in zip(worth[tick], tracks[tick], strict=True) if math.dist(at, place) <= plans.reach
+                w for w, at in zip(worth[tick], paths[tick], strict=True) if math.dist(at, place) <= plans.reach
             )
         return total
 
-    def rest(place: np.ndarray, stage: int) -> float:
-        if stage == plans.stages:
+    def rest(place: np.ndarray, leg: int) -> float:
+        if leg == plans.legs:
             return 0.0
         near = [one for one in places if math.dist(one, place) <= stride]
-        return max(of_stage(one, stage) + rest(one, stage + 1) for one in near)
+        return max(of_leg(one, leg) + rest(one, leg + 1) for one in near)
 
     return rest(start, 0)
 
@@ -84,21 +84,21 @@ def best_way(plans: Plans, start: np.ndarray, tracks: np.ndarray, worth: np.ndar
 @pytest.mark.parametrize("seed", range(5))
 def test_a_way_is_the_best_of_all(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    plans = Plans(Disc(0.5), 0.12, 0.3, 3 * _STAGE)
-    tracks = rng.uniform(-0.5, 0.5, (plans.ticks + 1, 3, 2))
+    plans = Plans(Disc(0.5), 0.12, 0.3, 3 * _LEG)
+    paths = rng.uniform(-0.5, 0.5, (plans.ticks + 1, 3, 2))
     worth = rng.random((plans.ticks + 1, 3))
     start = np.array([0.1, -0.05])
-    way = plans.way(start, tracks, worth)
+    way = plans.way(start, paths, worth)
     assert np.array_equal(way[0], start)
     steps = np.hypot(*np.diff(way, axis=0).T)
     assert steps.max() <= 0.12 * (1 + 1e-9)
     assert plans.arena.contains(way).all()
     found = 0.0
-    for stage in range(plans.stages):
-        end = way[(stage + 1) * _STAGE]
-        for tick in range((stage + 1) * _STAGE - 1, min((stage + 1) * _STAGE + 2, len(worth))):
-            found += float(worth[tick][np.hypot(*(tracks[tick] - end).T) <= plans.reach].sum())
-    assert found == pytest.approx(best_way(plans, start, tracks, worth))
+    for leg in range(plans.legs):
+        end = way[(leg + 1) * _LEG]
+        for tick in range((leg + 1) * _LEG - 1, min((leg + 1) * _LEG + 2, len(worth))):
+            found += float(worth[tick][np.hypot(*(paths[tick] - end).T) <= plans.reach].sum())
+    assert found == pytest.approx(best_way(plans, start, paths, worth))
 
 
 @pytest.mark.parametrize("name", PLANNERS)
@@ -165,8 +165,8 @@ def test_what_planners_do_not_know_is_refused() -> None:
 @pytest.mark.short
 def test_plans_work_in_boxes_too() -> None:
     plans = Plans(Box(3.0, 1.0), 0.1, 0.5, 30)
-    tracks = np.tile(np.array([[1.2, 0.2]]), (31, 1, 1))
-    way = plans.way(np.array([-0.6, 0.0]), tracks, np.ones((31, 1)))
+    paths = np.tile(np.array([[1.2, 0.2]]), (31, 1, 1))
+    way = plans.way(np.array([-0.6, 0.0]), paths, np.ones((31, 1)))
     assert math.dist(way[-1], (1.2, 0.2)) <= 0.5
     assert plans.arena.contains(way).all()
 
