@@ -218,6 +218,9 @@ def test_what_is_asked_while_worlds_are_built_comes_after_that(
         assert json.loads(page.session.board["controls"])["values"][0]["robots"] == 7
         for kind in asked.split():
             ask(socket, kind)
+        # Else the last may come when what was asked before is under way.
+        while [one.type for one in page.session._waiting.values()][-1:] != asked.split()[-1:]:
+            time.sleep(0.01)
         go_on.set()
         until(socket, "state", lambda one: one["running"] == runs and one["made"] >= steps)
         rest(page)
