@@ -109,7 +109,7 @@ def degree_of(plan: Mapping[str, Any]) -> Awareness:
     delta = RingAwareness(plan["delta"]).delta
     degree = plan["awareness"]
     made = awareness_named(degree, {"delta": delta}) if isinstance(degree, str) else awareness_of(degree)
-    made.check_team(plan["robots"])
+    made.check_team(plan["robots"], plan["robots"])
     return made
 
 

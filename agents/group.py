@@ -669,6 +669,11 @@ class Group(Generic[A]):
         return self.numbers[tick % TICKS_A_BLOCK, :, : len(self.bodies)]
 
 
+def sizes_of(team: Sequence[Group]) -> tuple[int, int]:
+    """Return the number of agents of some groups, with those that have left and without."""
+    return sum(len(group.members) for group in team), sum(map(len, team))
+
+
 def team_of(groups: Sequence[Group], group: Group) -> list[Group]:
     """Return the groups of a group's team, itself included; none without a team."""
     return [other for other in groups if other.team == group.team] if group.team is not None else []

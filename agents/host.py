@@ -22,7 +22,7 @@ from teamsight.agents.body import Body, checked_headings, checked_positions
 from teamsight.agents.channel import TEAMMATES, changed
 from teamsight.agents.decisions import EVERY_STEP, Cycle, cycle_of, give_timetable
 from teamsight.agents.engine.engine import Deliberation
-from teamsight.agents.group import Changes, Group, team_of
+from teamsight.agents.group import Changes, Group, sizes_of, team_of
 from teamsight.agents.mesa.bases import Agent
 from teamsight.agents.resolve import (
     awareness_of,
@@ -677,6 +677,8 @@ class WorldHost:
         size = len(group)
         count = checks.count("count", count, most=MOST_AGENTS - size)
         new, each = newcomers(data, group, count, given, arguments)
+        for other in (team := team_of(data.groups, group)):
+            other.awareness.check_team(*(before + count for before in sizes_of(team)))
         if group.agent_class.__init__ is Body.__init__:
             # Nothing of it can fail.
             with deferred():
@@ -776,7 +778,7 @@ class WorldHost:
             team = team_of(data.groups, group)
             check_policies(group, stay, team)
             if team and "awareness" in given:
-                awareness.check_team(sum(len(other.members) for other in team))
+                awareness.check_team(*sizes_of(team))
             state = first_state(policy, size) if policy is not before[0] else None
         except BaseException:
             put(group, rules=before)

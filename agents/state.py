@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 import weakref
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mesa
@@ -151,8 +152,14 @@ def _pickled(policy: Any) -> bytes:
 def described(policy: Any) -> str:
     """Return a text that is equal for equal policies, also in other processes."""
     text = repr(policy)
+    if " at 0x" not in text:
+        return text
     # A repr that contains a memory address differs between processes.
-    return getattr(policy, "__qualname__", type(policy).__name__) if " at 0x" in text else text
+    name: str = getattr(policy, "__qualname__", type(policy).__name__)
+    if not is_dataclass(policy) or isinstance(policy, type):
+        return name
+    shown = (f"{one.name}={described(getattr(policy, one.name))}" for one in fields(policy) if one.repr)
+    return f"{name}({', '.join(shown)})"
 
 
 def _described(part: Contact | Drive) -> str:

@@ -302,13 +302,13 @@ class Awareness(Component):
         """Return the number of ticks before the present one that its kernels read in `TeamGroup.past`; 0 by default."""
         return 0
 
-    def check_team(self, team_size: int) -> None:
+    def check_team(self, team_size: int, present: int) -> None:
         """Refuse a team that the options do not fit; by default all fit.
 
         Parameters
         ----------
-        team_size : int
-            The number of robots, those included that have left.
+        team_size, present : int
+            The number of robots, with those that have left and without.
         """
 
     def rings(self, team_size: int) -> tuple[int, ...]:

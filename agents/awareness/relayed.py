@@ -95,6 +95,8 @@ def spread(scene: Any, i: int, hops: int, delay: int) -> None:
     """
     marks = scene.marks
     sums = scene.sums
+    if marks.shape[0] == 0:
+        return
     for place in range(marks.shape[0]):
         marks[place, _HOPS] = 0
         marks[place, _ROUND] = 0
@@ -285,15 +287,15 @@ class RelayedAwareness(Awareness):
     def memory(self, team_size: int) -> int:
         return self.delay * (max(team_size - 1, 1) if self.hops == ALL else int(self.hops))
 
-    def check_team(self, team_size: int) -> None:
+    def check_team(self, team_size: int, present: int) -> None:
         if self.hops != ALL and int(self.hops) > max(team_size - 1, 1):
             raise ValueError(
                 f"hops={self.hops}: must be at most {max(team_size - 1, 1)} in a team of {team_size}, where no way is "
                 f'longer; give fewer, or "{ALL}"'
             )
-        if self.memory(team_size) > MOST_DELAY:
+        if self.memory(present) > MOST_DELAY:
             raise ValueError(
-                f"delay={self.delay}: {self.memory(team_size)} ticks for hops={self.hops!r} in a team of {team_size}; "
+                f"delay={self.delay}: {self.memory(present)} ticks for hops={self.hops!r} in a team of {present}; "
                 f"all hops must take at most {MOST_DELAY}, so give a shorter delay or fewer hops"
             )
 

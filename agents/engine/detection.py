@@ -13,6 +13,7 @@ from teamsight.agents.awareness.interface import KeptLists, Past, TeamGroup, kep
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.sensing.sensor import (
     DETECTING,
+    MOST_DELAY,
     Detecting,
     Sensor,
     View,
@@ -21,6 +22,7 @@ from teamsight.agents.sensing.sensor import (
     sense_entry,
     uniform,
 )
+from teamsight.core import checks
 from teamsight.core.kernel import Entry, Packed, Record, call, kernel
 from teamsight.core.neighbour_list import NeighbourList, neighbour_room
 from teamsight.world.noise import Stream, philox, stream_number
@@ -578,8 +580,10 @@ class Keeping(NamedTuple):
 
 def keeping_of(group: Group, team: list[Group]) -> tuple[Keeping, int] | None:
     """Return what the degree of a group needs of the past, and for how many ticks; None for nothing."""
+    degree = type(group.awareness).__name__
     memory = group.awareness.memory(max(sum(map(len, team)), 1))
-    loss = float(group.awareness.loss)
+    memory = checks.count(f"{degree}.memory(…)", memory, least=0, most=MOST_DELAY)
+    loss = checks.number(f"{degree}.loss", group.awareness.loss, least=0, most=1)
     return (Keeping(delay_of(group), loss), memory) if team and (memory or loss) else None
 
 

@@ -29,7 +29,7 @@ from teamsight.agents.engine.interactions import (
 )
 from teamsight.agents.engine.records import DONE, report
 from teamsight.agents.engine.relation import Relation, needs_detection
-from teamsight.agents.group import Group, team_of
+from teamsight.agents.group import Group, sizes_of, team_of
 from teamsight.agents.recording.history import Trail
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE, TransitionLogs
 from teamsight.agents.resolve import check_channels, check_fit, put_rows, take_rows
@@ -425,7 +425,7 @@ def connect(data: WorldData) -> list[Relation]:
     for group in data.groups:
         check_fit(group, teams[group.number])
         if team := teams[group.number]:
-            group.awareness.check_team(sum(len(other.members) for other in team))
+            group.awareness.check_team(*sizes_of(team))
         check_channels(group, group.policy)
     relations: list[Relation] = []
     bodies = gathering([group.bodies for group in data.groups], data.arena) if _bodies_block_sight(data) else None

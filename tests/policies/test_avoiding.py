@@ -462,3 +462,25 @@ def test_an_action_of_a_policy_in_python_that_cannot_be_carried_out_is_named() -
     one, policy = crowd(1, 3, 0.1), Avoiding(Wrong())
     with pytest.raises(ValueError, match="Wrong: action.heading of robot 0 has the length 2"):
         policy.decide(one.percept(policy), None, np.zeros((0, 3)))
+
+
+class Rests(Policy):
+    """Stays where it is; without fields, so that its repr is an address."""
+
+    def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+        return Action(np.zeros((len(percept.heading), 2)), np.zeros(len(percept.heading))), state
+
+
+@pytest.mark.short
+def test_a_state_of_another_wrapped_policy_is_refused() -> None:
+    def made(name: str) -> World:
+        kind = type(name, (Rests,), {})
+        world = World(Box(8.0, 8.0), rng=1)
+        world.add(Robot, 4, policy=Avoiding(kind()), awareness="pairwise", radius=0.1)
+        world.run(2)
+        return world
+
+    state = made("One").state()
+    made("One").restore(state)
+    with pytest.raises(ValueError, match="policy=One, and robots have policy=Two"):
+        made("Two").restore(state)

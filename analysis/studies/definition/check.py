@@ -239,6 +239,8 @@ def _build(plan: Plan, k: int, steps: int) -> None:
     if "events" not in given:  # which may need all agents
         for name in ("robots", "targets"):
             value = given.get(name, _MOST_AGENTS)
+            if name == "robots" and not _fits_few(given.get("awareness")):
+                continue
             # More than there may be is left for the model to refuse.
             is_allowed = type(value) is int and value <= MOST_AGENTS
             given[name] = min(value, _MOST_AGENTS) if is_allowed else value
@@ -250,6 +252,18 @@ def _build(plan: Plan, k: int, steps: int) -> None:
         setting = ", ".join(f"{name}={checks.shown(plan.parameters(k)[name])}" for name in plan.swept[:4])
         kind = TypeError if isinstance(error, TypeError) else ValueError
         raise kind(f"{error} (in the setting {setting})" if setting else str(error)) from error
+
+
+def _fits_few(awareness: Any) -> bool:
+    """Whether a degree of awareness has options that fit a team as small as that of the check."""
+    from teamsight.agents.awareness import Awareness
+
+    try:
+        if isinstance(awareness, Awareness):
+            awareness.check_team(_MOST_AGENTS, _MOST_AGENTS)
+    except ValueError:
+        return False
+    return True
 
 
 @contextmanager

@@ -355,3 +355,32 @@ def test_a_degree_that_is_refused_changes_nothing() -> None:
         world.groups[1].awareness = RelayedAwareness(9)
     assert world.groups[1].awareness is before
     world.run(3)
+
+
+@pytest.mark.short
+def test_arrivals_count_while_they_are_there() -> None:
+    world = World(Disc(4.0), rng=1)
+    robots = world.add(Robot, 4, policy="random-walk", awareness=RelayedAwareness("all", delay=100), awareness_range=3.0)
+    for _ in range(30):
+        world.run(2)
+        robots.add(2)
+        world.run(1)
+        robots[0].remove()
+        robots[0].remove()
+    assert robots.members_so_far > 60
+    before = robots.position.copy()
+    with pytest.raises(ValueError, match=r"delay=100: 1100 ticks for hops='all' in a team of 12"):
+        robots.add(8)
+    assert np.array_equal(robots.position, before)
+    world.run(5)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize(("name", "value", "message"), [("memory", -1, "at least 0"), ("memory", 2.5, "whole"), ("loss", 2.0, "at most 1")])
+def test_what_a_degree_says_of_its_memory_is_checked(name: str, value: Any, message: str) -> None:
+    degree = RelayedAwareness()
+    object.__setattr__(degree, name, (lambda size: value) if name == "memory" else value)
+    world = World(Disc(4.0), rng=1)
+    world.add(Robot, 4, policy="random-walk", awareness=degree)
+    with pytest.raises((TypeError, ValueError), match=message):
+        world.run(3)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from teamsight import Batteries, Cycle, Failures, Sensor, Weibull
+from teamsight import Batteries, Cycle, Failures, Sensor, Study, Weibull
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.components.durations import Times
 from teamsight.analysis.studies.definition.values import Components, frozen, thawed
@@ -173,3 +173,10 @@ def test_what_does_not_load_is_named(module: Path, value: Any, words: list[str])
         Components().made("x", value)
     for word in words:
         assert word in str(error.value)
+
+
+def test_degrees_that_need_more_robots_than_the_check_builds_are_checked_with_all() -> None:
+    axes = {"robots": [5], "awareness": ["relayed"], "awareness.hops": [1, 2, 4]}
+    Study(axes=axes, replicates=1, steps=5).check()
+    with pytest.raises(ValueError, match="hops=5: must be at most 4 in a team of 5"):
+        Study(axes={**axes, "awareness.hops": [5]}, replicates=1, steps=5).check()
