@@ -207,6 +207,8 @@ class WorldData:
         Of bodies that must not overlap, those who have left, or will leave at a reset, take no room.
         """
         solid, founders = self.solid, list[Founders]()
+        if not solid:
+            return starts(self.arena, [one for group in self.groups for one in group.founders], keys)
         for group in self.groups:
             gone = np.ones(len(group.members), np.bool_)
             gone[group.bodies.member] = False
