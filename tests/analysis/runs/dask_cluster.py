@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -54,16 +54,22 @@ def cluster(folder: Path, workers: int = 2, *, tls: bool = False) -> Iterator[Cl
                 f"--local-directory={folder}", f"--death-timeout={PATIENCE}",
             )
         )  # fmt: skip
-        end = time.monotonic() + PATIENCE
-        while not address.exists():
-            assert time.monotonic() < end, "the scheduler did not start"
-            time.sleep(0.05)
-        yield Cluster(json.loads(address.read_text())["address"], files, tuple(processes))
+        yield Cluster(_written(address), files, tuple(processes))
     finally:
         for process in processes:
             # The workers are processes of the one that was started.
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
+
+
+def _written(address: Path) -> str:
+    """Wait for the scheduler's address: its file is there before its text is."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        with suppress(FileNotFoundError, json.JSONDecodeError):
+            return str(json.loads(address.read_text())["address"])
+        time.sleep(0.05)
+    raise AssertionError("the scheduler did not start")
 
 
 def start(tool: str, *options: str) -> subprocess.Popen[bytes]:
