@@ -20,7 +20,7 @@ from teamsight.policies.channels import column_of
 from teamsight.policies.compiled import CompiledPolicy, check_declarations, decides_in_kernel, decision_record
 from teamsight.policies.interface import IDENTITIES, Action, Floats, Percept, Policy, PolicyArrays, PolicyState, turned
 from teamsight.policies.percept_of_one import Rule, percept_of_one
-from teamsight.policies.registry import label, policy_named
+from teamsight.policies.registry import POLICIES, label, policy_named
 from teamsight.policies.steered import Steered
 
 #: The most bodies that a robot can avoid at a time.
@@ -483,7 +483,7 @@ class Avoiding(CompiledPolicy):
     linear programmes, which always have a solution, since to stay is allowed.
     """
 
-    policy: Annotated[Any, Allowed(check=_wrapped)]
+    policy: Annotated[Any, Allowed(check=_wrapped, choices=POLICIES)]
     horizon: Annotated[float, Allowed(least=1, cure="a step takes one tick", unit="ticks")] = 10.0
     margin: NonNegative = 0.2
     neighbours: Annotated[int, Allowed(least=1, most=MOST, cure="those that are farther are avoided later")] = 10

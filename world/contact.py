@@ -15,9 +15,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
 from teamsight.core.component import Component
-from teamsight.core.contracts import parameters_of
+from teamsight.core.contracts import object_of, parameters_of
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.table import Table
 from teamsight.world.arena import Arena, kernel_period, states_walls
@@ -118,30 +117,25 @@ def contact_of(value: Any, arena: Arena) -> Contact:
     TypeError, ValueError
         If it is no contact, its name is unknown, or the arena does not say where its walls are.
     """
-    contact = CONTACTS[checks.choice("contact", value, CONTACTS)]() if isinstance(value, str) else value
-    _check(contact)
-    if not isinstance(contact, Pass) and not states_walls(arena):
+    contact: Contact = object_of("contact", value, CONTACTS, Contact)
+    if isinstance(contact, Pass):
+        return contact
+    if not hasattr(type(contact), "meet"):
+        raise TypeError(
+            f"contact={type(contact).__name__}: has no 'meet'; give meet(way_x, way_y, heading_x, heading_y, normal_x, "
+            "normal_y, parameters) -> (way_x, way_y, heading_x, heading_y)"
+        )
+    if not states_walls(arena):
         raise TypeError(
             f"contact={value!r}: bodies meet the walls too, and {type(arena).__name__} does not say where they are; "
             "define `walls`, the segments and discs at which its confine reflects, or use Polygon"
         )
-    return contact  # type: ignore[no-any-return]
+    return contact
 
 
 def is_own(contact: Contact) -> bool:
     """Whether a contact is the user's own."""
     return not type(contact).__module__.startswith("teamsight.")
-
-
-def _check(value: Any) -> None:
-    if not isinstance(value, Contact):
-        cure = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else checks.shown(value)
-        raise TypeError(f"contact={cure}: must be a Contact, or one of {', '.join(CONTACTS)}")
-    if not isinstance(value, Pass) and not hasattr(type(value), "meet"):
-        raise TypeError(
-            f"contact={type(value).__name__}: has no 'meet'; give meet(way_x, way_y, heading_x, heading_y, normal_x, "
-            "normal_y, parameters) -> (way_x, way_y, heading_x, heading_y)"
-        )
 
 
 class SolidGroup(NamedTuple):

@@ -14,9 +14,8 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
 from teamsight.core.component import Allowed, Component
-from teamsight.core.contracts import check_names, numbers, parameters_of
+from teamsight.core.contracts import check_names, numbers, object_of, parameters_of
 from teamsight.core.elementary import atan2, cos_sin
 from teamsight.core.kernel import inlined, plain
 from teamsight.core.kernel.parts import Kernel
@@ -212,10 +211,7 @@ def drive_of(value: Any) -> Drive:
     TypeError, ValueError
         If it is no drive, its name is unknown, or a declaration is wrong.
     """
-    drive = DRIVES[checks.choice("drive", value, DRIVES)]() if isinstance(value, str) else value
-    if not isinstance(drive, Drive):
-        cure = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else checks.shown(value)
-        raise TypeError(f"drive={cure}: must be a Drive, or one of {', '.join(DRIVES)}")
+    drive: Drive = object_of("drive", value, DRIVES, Drive)
     name = type(drive).__name__
     if type(drive) is Free:
         return drive

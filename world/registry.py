@@ -12,16 +12,24 @@ if TYPE_CHECKING:
 
 ContactName = Literal["pass", "stop", "slide"]
 #: What happens when bodies that have a radius meet, by name.
-CONTACTS: Registry[type[Contact]] = Registry({
-    "pass": "teamsight.world.contact:Pass",
-    "stop": "teamsight.world.contact:Stop",
-    "slide": "teamsight.world.contact:Slide",
-})
+CONTACTS: Registry[type[Contact]] = Registry(
+    {
+        "pass": "teamsight.world.contact:Pass",
+        "stop": "teamsight.world.contact:Stop",
+        "slide": "teamsight.world.contact:Slide",
+    },
+    group="teamsight.contacts",
+    by_reference="contact",
+)
 
 DriveName = Literal["free", "differential", "car"]
 #: How the bodies of a group carry out their actions, by name.
-DRIVES: Registry[type[Drive]] = Registry({
-    "free": "teamsight.world.drive:Free",
-    "differential": "teamsight.world.drive:DifferentialDrive",
-    "car": "teamsight.world.drive:Car",
-})
+DRIVES: Registry[type[Drive]] = Registry(
+    {
+        "free": "teamsight.world.drive:Free",
+        "differential": "teamsight.world.drive:DifferentialDrive",
+        "car": "teamsight.world.drive:Car",
+    },
+    group="teamsight.drives",
+    by_reference="drive",
+)

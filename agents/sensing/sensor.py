@@ -425,11 +425,10 @@ Delay = Annotated[int, Allowed(least=0, most=MOST_DELAY, cure="it is a number of
 
 
 def checked_view(name: str, value: Any, *, cure: str) -> float:
-    """Return a field of view [rad]; raise an error with this cure if it is 0."""
-    found = checks.angle(name, value, FULL_TURN)
-    if found == 0:
-        raise ValueError(f"{name}=0.0: must be above 0 [rad]; {cure}")
-    return found
+    """Return a field of view [rad]; raise an error with this cure if it is not above 0."""
+    if (given := checks.number(name, value)) <= 0:
+        raise ValueError(f"{name}={given}: must be above 0 [rad] and at most 2π; {cure}")
+    return checks.angle(name, value, FULL_TURN)
 
 
 def _occluded(name: str, value: Any) -> Any:

@@ -36,6 +36,8 @@ _OWN: dict[str, str | tuple[str, ...]] = {
     "teamsight.awareness": "teamsight.agents.awareness.registry:AWARENESS",
     "teamsight.rewards": "teamsight.analysis.learning.registry:REWARDS",
     "teamsight.tasks": "teamsight.tasks.registry:TASKS",
+    "teamsight.contacts": "teamsight.world.registry:CONTACTS",
+    "teamsight.drives": "teamsight.world.registry:DRIVES",
     "teamsight.models": ("cmommt",),
     "teamsight.measures": ("summary", "evenness"),
 }

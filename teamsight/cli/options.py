@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 import click
 
 from teamsight.core import checks, references
-from teamsight.core.component import Allowed, Component, Declared, Flag, declared, number_in, of_name
+from teamsight.core.component import USE, Allowed, Component, Declared, Flag, declared, number_in, of_name
 from teamsight.core.registry import Registry
 
 if TYPE_CHECKING:
@@ -591,17 +591,30 @@ def component_options(options: Mapping[str, Declared], arguments: Sequence[str])
     ValueError
         If there is no component of this name.
     """
-    found = {}
+    found: dict[str, Declared] = {}
     for name, one in options.items():
         asks = any(text.startswith(f"--{flag(name)}.") for text in arguments)
         named = options_in(arguments, name)
-        if (asks or (named and {"-h", "--help"} & set(arguments))) and isinstance(one.choices, Registry):
-            owner = of_name(one, named[-1] if named else one.default)
+        chosen = named[-1] if named else one.default
+        is_known = isinstance(chosen, str) and isinstance(one.choices, Registry)
+        if is_known and (asks or (named and {"-h", "--help"} & set(arguments))):
+            owner = of_name(one, chosen)
+            own: dict[str, Declared] = {}
             # A task is made already.
             for option, of in declared(owner).items() if callable(owner) else ():
                 if of.kind != "object" or of.allowed.check is not None:
-                    allowed = replace(
-                        of.allowed, section=f"{flag(name).capitalize()} {named[-1] if named else one.default}"
-                    )
-                    found[f"{name}.{option}"] = replace(of, name=f"{name}.{option}", allowed=allowed)
+                    # A component stays a name until it is made with its own options.
+                    check = None if of.kind == "component" else of.allowed.check
+                    allowed = replace(of.allowed, section=f"{flag(name).capitalize()} {chosen}", check=check)
+                    own[f"{name}.{option}"] = replace(of, name=f"{name}.{option}", allowed=allowed)
+            found |= own | component_options(own, arguments)
     return found
+
+
+def made_of(one: Declared, value: Any) -> Any:
+    """Return the value of an option; one that is a component with options, `with_tables`, is made."""
+    if not (isinstance(value, Mapping) and USE in value):
+        return value
+    owner = of_name(one, value[USE])
+    known = declared(owner)
+    return owner(**{name: made_of(known[name], its) for name, its in value.items() if name != USE})

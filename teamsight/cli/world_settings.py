@@ -12,8 +12,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.agents import settings as cmommt
-from teamsight.cli.options import Options, TaskName, component_options, flag, names_in, options_in
-from teamsight.core.component import Allowed, Declared, Positive, Seed, declared, of_name, value_in
+from teamsight.cli.options import Options, TaskName, component_options, flag, made_of, names_in, options_in
+from teamsight.core.component import Allowed, Declared, Positive, Seed, declared, of_name, value_in, with_tables
 
 if TYPE_CHECKING:
     from teamsight.agents.components.failures import Failures
@@ -164,10 +164,8 @@ class TaskOptions(Options):
             If a component refuses its options.
         """
         given = {name: getattr(self, name) for name in self.given & self.world_options()}
-        for name, value in self.brought.items():
-            base, dot, option = name.partition(".")
-            if not dot:
-                continue
+        for name, value in self._component_options().items():
+            base, _, option = name.partition(".")
             others = f"{base}_options"
             if others in declared(cmommt.Settings):
                 options = given.setdefault(others, {})
@@ -191,6 +189,18 @@ class TaskOptions(Options):
                     if option in known:
                         known[option].checked(value, f"{name}.{option}")
         return given
+
+
+    def _component_options(self) -> dict[str, Any]:
+        """Return the options of components that were given, as policy.gain, with what they name made."""
+        found: dict[str, Any] = {}
+        for base in dict.fromkeys(name.partition(".")[0] for name in self.brought if "." in name):
+            one, named = declared(cmommt.Settings)[base], getattr(self, base)
+            known = declared(of_name(one, named) if isinstance(named, str) else type(named))
+            own = {name.partition(".")[2]: value for name, value in self.brought.items() if name.startswith(f"{base}.")}
+            for option, value in with_tables(own, f"{base}.").items():
+                found[f"{base}.{option}"] = made_of(known[option], value)
+        return found
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,6 +29,8 @@ _LONGEST_NUMBER = 500
 _TRUTH = {"true": True, "false": False}
 # A line of a docstring that names parameters, and what follows it up to the next such line.
 _ENTRY = re.compile(r"^(\w+(?:, \w+)*) : .*\n((?:    .*\n?|\n)+)", re.MULTILINE)
+#: The key of a table that makes it a component: its name, or a reference.
+USE = "use"
 _FORMS = {"flag": "boolean", "integer": "integer", "number": "number", "text": "string", "mapping": "object"}
 
 
@@ -503,6 +505,64 @@ def of_name(one: Declared, name: str) -> Any:
     """
     registry: Any = one.choices
     return registry[checks.choice(one.name, name, registry)]
+
+
+def check_options(name: str, component: Any, given: Iterable[str], known: Mapping[str, Declared]) -> None:
+    """Refuse settings that a component does not have, and missing ones.
+
+    Parameters
+    ----------
+    name, component : str, object
+        The parameter, and what was given for it; for the error.
+    given : iterable of str
+        The settings that are given.
+    known : mapping of str to Declared
+        Those that it has.
+
+    Raises
+    ------
+    ValueError
+        Naming the setting.
+    """
+    given = list(given)
+    for one in given:
+        if one not in known:
+            listed = f"{checks.suggestion(one, known)}its settings are {', '.join(known) or 'none'}"
+            raise ValueError(f"{name}.{one}: {component!r} has none; {listed}")
+    for one, its in known.items():
+        if its.default is MISSING and one not in given:
+            raise ValueError(f"{name}={component!r}: needs {one}; give {name}.{one} too")
+
+
+def with_tables(given: Mapping[str, Any], where: str = "") -> dict[str, Any]:
+    """Return values by name, each together with its settings: policy and policy.gain become one table, policy.
+
+    Parameters
+    ----------
+    given : mapping of str to object
+        Values by name. Settings of a setting have more dots, as policy.policy.gain.
+    where : str
+        What stands before the names in the error.
+
+    Raises
+    ------
+    ValueError
+        If there are settings of what is not given by name or as a table.
+    """
+    settings: dict[str, dict[str, Any]] = {}
+    for name, value in given.items():
+        base, dot, setting = name.partition(".")
+        if dot:
+            settings.setdefault(base, {})[setting] = value
+    found = {name: value for name, value in given.items() if "." not in name}
+    for base, its in settings.items():
+        value = found.get(base)
+        table = {USE: value} if isinstance(value, str) else value
+        if not isinstance(table, Mapping):
+            first = f"{where}{base}.{next(iter(its))}"
+            raise ValueError(f"{first}: is a setting of a component; give {where}{base} too, by name or as a table")
+        found[base] = with_tables({**table, **its}, f"{where}{base}.")
+    return found
 
 
 def defaults_of(owner: Any) -> dict[str, Any]:

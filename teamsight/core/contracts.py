@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
+from teamsight.core.component import check_options, declared
 from teamsight.core.neighbour_list import NeighbourList, filled
+from teamsight.core.registry import Registry
 
 Floats = npt.NDArray[np.float64]
 
@@ -29,6 +31,35 @@ def class_name(component: Any, base: type, example: str) -> str:
             f"{checks.shown(component)}: must be an object of a subclass of {base.__name__}, such as {example}"
         )
     return type(component).__name__
+
+
+def object_of(parameter: str, value: Any, known: Registry[Any], base: type) -> Any:
+    """Return the component that a user gives, as an object or by name.
+
+    Parameters
+    ----------
+    parameter : str
+        What errors call it.
+    value : object
+        An object, a name, or "module:Class".
+    known : Registry
+        The classes by name.
+    base : type
+        The class from which they derive.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the name is unknown, the class needs settings, or it is no object of a subclass of `base`.
+    """
+    found = known[checks.choice(parameter, value, known)] if isinstance(value, str) else value
+    if isinstance(value, str) and isinstance(found, type) and issubclass(found, base):
+        check_options(parameter, value, (), declared(found))
+        found = found()
+    if not isinstance(found, base):
+        shown = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else checks.shown(value)
+        raise TypeError(f"{parameter}={shown}: must be a {base.__name__}, or one of {', '.join(known)}")
+    return found
 
 
 def numbers(what: str, value: Any, dimensions: int = 1, *, are_finite: bool = True) -> npt.NDArray[Any]:

@@ -24,6 +24,8 @@ GROUPS = {
     "teamsight.measures": "measure",
     "teamsight.awareness": "degree of awareness",
     "teamsight.tasks": "task",
+    "teamsight.contacts": "contact",
+    "teamsight.drives": "drive",
 }
 
 

@@ -9,7 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teamsight import CMOMMT, Box, Car, DifferentialDrive, Disc, Drive, Robot, Torus, World, run_many
+from teamsight import (
+    CMOMMT,
+    Box,
+    Car,
+    Controller,
+    DifferentialDrive,
+    Disc,
+    Drive,
+    Robot,
+    Torus,
+    World,
+    check_drive,
+    run_many,
+)
 from teamsight.core.kernel import kernel
 from teamsight.policies import Action, Percept, Policy
 
@@ -219,3 +232,31 @@ def test_a_state_of_a_drive_that_keeps_other_numbers_is_refused() -> None:
     assert np.array_equal(same.groups[0].position, state.groups[0].bodies.position)
     with pytest.raises(ValueError, match="that keeps one and two and three"):
         wider.restore(state)
+
+
+@kernel
+def short(turn: float, distance: float, speed: float, is_blocked: bool, state: Any, parameters: Any) -> Any:
+    return distance, 0.0
+
+
+@kernel
+def written(turn: float, distance: float, speed: float, is_blocked: bool, state: Any, parameters: Any) -> Any:
+    return distance, 0.0, "left"
+
+
+@kernel
+def silent(turn: float, distance: float, speed: float, is_blocked: bool, state: Any, parameters: Any) -> Any:
+    state[0] = turn
+
+
+@pytest.mark.parametrize(
+    ("carry", "message"),
+    [(short, "2 values are given where 3 are expected"), (written, "str"), (silent, "the kernel returns nothing")],
+    ids=["short", "written", "silent"],
+)
+def test_a_kernel_that_returns_what_no_drive_does_is_named(carry: Any, message: str) -> None:
+    drive = type("Mine", (Drive,), {"carry": carry, "state": ("turn",)})()
+    wrong = rf"test_drives\.py:\d+: .*{message}.*; carry={carry.__name__}\(turn, .*\) must return \(ahead, left, turn\)"
+    for deed in (lambda: team(drive).run(1), lambda: check_drive(drive), lambda: Controller("random-walk", drive=drive)):
+        with pytest.raises(TypeError, match=wrong):
+            deed()

@@ -101,3 +101,49 @@ def test_a_sweep_of_a_task_refuses_a_treatment_and_an_option_of_a_policy_before_
     assert call(capsys, *line, "--set", "treatment=explor")[0].startswith("teamsight: treatment='explor': unknown; did you mean")
     assert call(capsys, *line, "--policy.gain", "0.5,0") == ["teamsight: policy.gain=0.0: must be a finite number, above 0"]
     assert not list(tmp_path.iterdir())
+
+
+DRIVE = """
+from dataclasses import dataclass
+
+from teamsight import Drive
+from teamsight.core.kernel import kernel
+
+@kernel
+def glide(turn, distance, speed, is_blocked, state, parameters):
+    return parameters[0] * distance, 0.0, turn
+
+@dataclass(frozen=True)
+class Glider(Drive):
+    share: float
+    carry = glide
+"""
+AVOIDING = ("--policy", "teamsight.policies:Avoiding", "--robot-radius", "0.1")
+COMPONENTS = [
+    ((*AVOIDING, "--policy.policy", "a-cmommt", "--policy.policy.gain", "0.5"), ""),
+    ((*AVOIDING, "--policy.policy", "a-cmomt"), "policy.policy='a-cmomt': unknown; did you mean 'a-cmommt'?"),
+    ((*AVOIDING, "--policy.policy", "a-cmommt", "--policy.policy.gain", "0"), "policy.policy.gain=0.0: must be a finite number, above 0"),
+    ((*AVOIDING, "--policy.margin", "0.5"), "Missing option '--policy.policy'"),
+    (("--drive", "car", "--drive.steering-rate", "0.1"), ""),
+    (("--drive", "drive_of_a_command:Glider", "--drive.share", "0.5"), ""),
+    (("--drive", "drive_of_a_command:Glider"), "drive='drive_of_a_command:Glider': needs share; give drive.share too"),
+    (("--drive", "drive_of_a_command:Glidr"), "drive='drive_of_a_command:Glidr': module 'drive_of_a_command' has no 'Glidr'; did you mean"),
+    (("--contact", "teamsight.world.contact:Slide", "--robot-radius", "0.1"), ""),
+    (("--contact", "drive_of_a_command:glide"), "contact='drive_of_a_command:glide': must be a Contact, or one of pass, stop, slide"),
+]  # fmt: skip
+
+
+def test_components_are_given_by_reference_and_with_their_own_options(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "drive_of_a_command.py").write_text(DRIVE)
+    monkeypatch.chdir(tmp_path)
+    for line, message in COMPONENTS:
+        if message:
+            (error,) = call(capsys, "run", "--steps", "2", *line)
+            assert error.startswith(f"teamsight: {message}")
+            continue
+        with pytest.raises(SystemExit) as left:
+            main(["run", "--steps", "2", "--robots", "3", *line])
+        assert not left.value.code
+        capsys.readouterr()

@@ -30,7 +30,7 @@ from teamsight.analysis.studies.definition.settings import (
     sample_of,
     table_of,
 )
-from teamsight.analysis.studies.definition.values import Components, Table, frozen, text_of
+from teamsight.analysis.studies.definition.values import MOST_LEVELS, Components, Table, frozen, text_of
 from teamsight.analysis.studies.shard import declared_columns, failure_of
 from teamsight.core import checks, references
 from teamsight.core.component import Component, declared
@@ -79,7 +79,8 @@ def resolved(given: Mapping[str, Any]) -> dict[str, Any]:
         for name in made[where] or ():
             if name in _PLACES:
                 raise ValueError(f"{where}: {name!r} cannot be a parameter; give {_PLACES[name]}")
-            if not all(map(str.isidentifier, name.split(".", 1))):
+            parts = name.split(".")
+            if len(parts) > MOST_LEVELS or not all(map(str.isidentifier, parts)):
                 raise ValueError(f"{where}: {checks.shown(name)} is no name of a parameter; give one such as robots")
     blocks = blocks_of(made["axes"], made["zip"], made["points"], made["sample"])
     settings = check_blocks(blocks, made["fixed"])
@@ -183,11 +184,16 @@ def check_plan(plan: Plan, model: str, measure: str, steps: int, until: Until | 
     if until is not None and columns is not None:
         check_measured(until, columns)
     components = Components()
+    # What the study names settings of, is made with them.
+    whole = {name.partition(".")[0] for name in plan.names if "." in name}
     for name in plan.names:
-        for value in plan.values(name):
+        for value in plan.values(name) if name.partition(".")[0] not in whole else ():
             if isinstance(value, (str, list, dict)):
                 with _one_line(name):
                     components.made(name, value)
+    for k in _typical(plan) if whole else ():
+        with _one_line(", ".join(sorted(whole))):
+            components.resolved(plan.parameters(k))
     if takes_any(model):
         _pass_on(plan, model, components)
     if model == CMOMMT_NAME:

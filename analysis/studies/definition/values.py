@@ -13,7 +13,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import is_dataclass
+from dataclasses import is_dataclass, replace
 from numbers import Integral, Real
 from typing import Any, NoReturn
 
@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from teamsight.agents.settings import Settings
 from teamsight.analysis.runs.seeds import canonical
 from teamsight.core import checks, plugins, references
-from teamsight.core.component import declared, of_name
+from teamsight.core.component import USE, Declared, check_options, declared, of_name, with_tables
+from teamsight.core.registry import Registry
 
 #: Whole numbers are kept as 64-bit integers.
 MOST_INTEGER = 2**63 - 1
@@ -31,19 +32,10 @@ MOST_INTEGER = 2**63 - 1
 MOST_LEVELS = 16
 #: Characters of a text.
 MOST_CHARACTERS = 10_000
-#: The key of a table that makes it a component.
-USE = "use"
 
 # Half a character, which no file can hold.
 _HALF = re.compile("[\ud800-\udfff]")
 _SCALARS = frozenset({int, float, bool, str})
-# Parameters whose components may also be plug-ins.
-_GROUPS = {
-    "policy": "teamsight.policies",
-    "target_policy": "teamsight.policies",
-    "awareness": "teamsight.awareness",
-    "sensor": "teamsight.sensors",
-}
 # Settings whose ids are computed in one go, which bounds the memory for their texts.
 _CHUNK = 65_536
 
@@ -202,65 +194,48 @@ class Components:
         TypeError, ValueError
             If a reference does not load, or options are wrong.
         """
-        if not any("." in name for name in parameters):
-            return {name: self.made(name, value) for name, value in parameters.items()}
-        options: dict[str, dict[str, object]] = {}
-        for name in parameters:
-            base, dot, option = name.partition(".")
-            if dot:
-                options.setdefault(base, {})[option] = parameters[name]
-        return {
-            name: self._with_options(name, parameters.get(name), options[name])
-            if name in options
-            else self.made(name, parameters[name])
-            for name in dict.fromkeys((*(name for name in parameters if "." not in name), *options))
-        }
+        if any("." in name for name in parameters):
+            parameters = with_tables(parameters)
+        return {name: self.made(name, value) for name, value in parameters.items()}
 
-    def _with_options(self, name: str, value: object, options: dict[str, object]) -> object:
-        """Return a component with some settings that the study names by themselves: ``policy.gain``."""
-        if isinstance(value, str) and not references.is_reference(value) and name in declared(Settings):
-            key = f"{name}={value}{canonical(options)}"
-            if key not in self._shared:
-                owner = of_name(declared(Settings)[name], value)
-                for option in options:
-                    if option not in (known := declared(owner)):
-                        listed = f"{checks.suggestion(option, known)}its settings are {', '.join(known)}"
-                        raise ValueError(f"{name}.{option}: {value!r} has none; {listed}")
-                self._shared[key] = owner(**options)
-            return self._shared[key]
-        table = {USE: value} if isinstance(value, str) else value
-        if not isinstance(table, Mapping):
-            first = f"{name}.{next(iter(options))}"
-            raise ValueError(f"{first}: is a setting of a component; give {name} too, by name or as a table")
-        return self.made(name, {**table, **options})
-
-    def made(self, name: str, value: object) -> object:
-        """Return one value of a parameter with the components in it made."""
+    def made(self, name: str, value: object, one: Declared | None = None) -> object:
+        """Return one value of a parameter with the components in it made; `one` declares it, where it is known."""
         if isinstance(value, str):
             # A sensor takes no names of its own, so that any is one of a plug-in.
             is_component = references.is_reference(value) or name == "sensor"
-            return self._component(name, value, {}) if is_component else value
+            return self._component(name, value, {}, None) if is_component else value
         if isinstance(value, (int, float)):  # before checks against abstract classes, which are slow
             return value
         if isinstance(value, (list, tuple)):
-            return [self.made(name, one) for one in value]
+            return [self.made(name, each) for each in value]
         if not isinstance(value, Mapping):
             return value
         if USE in value:
-            return self._component(name, value[USE], {key: one for key, one in value.items() if key != USE})
-        return {key: self.made(f"{name}.{key}", one) for key, one in value.items()}
+            return self._component(name, value[USE], {key: its for key, its in value.items() if key != USE}, one)
+        return {key: self.made(f"{name}.{key}", its) for key, its in value.items()}
 
-    def _component(self, name: str, reference: Any, options: Mapping[str, object]) -> object:
-        key = f"{reference!r}{canonical(options)}"
+    def _component(self, name: str, reference: Any, options: Mapping[str, object], one: Declared | None) -> object:
+        is_reference = references.is_reference(reference)
+        # What a name means, depends on the parameter.
+        key = f"{'' if is_reference else name}{reference!r}{canonical(options)}"
         if key in self._shared:
             return self._shared[key]
-        before = self.unshared
-        if not isinstance(reference, str) or references.is_reference(reference) or name not in _GROUPS:
-            made = found = references.load(reference, name)
+        before, one = self.unshared, one or declared(Settings).get(name)
+        is_named = not is_reference and one is not None and isinstance(one.choices, Registry)
+        found: Any
+        if one is not None and is_named:
+            found = of_name(replace(one, name=name), reference)
+        elif name == "sensor" and not is_reference and isinstance(reference, str):
+            found = plugins.find("teamsight.sensors", reference, name)
         else:
-            made = found = plugins.find(_GROUPS[name], reference, name)
-        if inspect.isclass(found):
-            made = found(**{option: self.made(f"{name}.{option}", one) for option, one in options.items()})
+            found = references.load(reference, name)
+        made = found
+        if inspect.isclass(found) or (is_named and options and callable(found)):
+            known = declared(found) if is_dataclass(found) or is_named else {}
+            given = {option: self.made(f"{name}.{option}", its, known.get(option)) for option, its in options.items()}
+            if known:
+                check_options(name, reference, given, known)
+            made = found(**given)
         elif options:
             raise TypeError(f"{name}={checks.shown(reference)}: is no class and takes no options; give it alone")
         # One of ours may hold one of theirs.

@@ -36,10 +36,18 @@ _ARGUMENTS = {
     "situate_kernel": "scene, parameters, situation",
     "interaction_kernel": "bodies, state, parameters, noise, scores, turn",
     "confine": "x, y, step_x, step_y, heading_x, heading_y, size",
+    "meet": "way_x, way_y, heading_x, heading_y, normal_x, normal_y, parameters",
+    "carry": "turn, distance, speed, is_blocked, state, parameters",
+}
+#: What kernels return that return numbers.
+_RETURNED = {
+    "confine": "x, y, heading_x, heading_y",
+    "meet": "way_x, way_y, heading_x, heading_y",
+    "carry": "ahead, left, turn",
 }
 
 _LONGEST = 250
-_NUMBA = str(Path(numba.__file__).parent)
+_NUMBA, _OURS = str(Path(numba.__file__).parent), str(Path(__file__).parents[2]) + os.sep
 # numba colours its errors if colorama is installed, on no terminal too.
 _COLOURS = re.compile(r"\x1b\[[0-9;]*m")
 _PLACES = re.compile(r'File "([^"]+)", line (\d+):|\bat (\S+) \((\d+)\)')
@@ -58,10 +66,14 @@ def explained(entry: Callable[..., Any], error: BaseException) -> str:
     said = _COLOURS.sub("", str(error))
     text = " ".join(said.split())
     what, place = _what(entry, text)
-    place = place or _place(said, entry) or _place_of_traceback(error, entry) or _first_kernel(entry)
+    place = place or _place(said, entry) or _place_of_traceback(error, entry)
     if len(what) > _LONGEST:
         what = what[: _LONGEST - 1] + "…"
-    return f"{place}: {what}"
+    if place is None:
+        # It is where our code takes what the kernel returns.
+        bound, name = _bound_kernel(entry)
+        what += f"; {name}={_call(bound)} must return ({_RETURNED[name]})" if bound and name in _RETURNED else ""
+    return f"{place or _first_kernel(entry)}: {what}"
 
 
 def _what(entry: Callable[..., Any], text: str) -> tuple[str, str | None]:
@@ -94,10 +106,10 @@ def _undefined(entry: Callable[..., Any], text: str, name: str) -> Found:
 def _arguments(entry: Callable[..., Any], text: str, problem: str) -> Found:
     called = re.search(r"resolving callee type: type\((?:CPUDispatcher|Part)\(<function (\S+) at", text)
     name = called[1] if called else "a kernel"
-    bound, arguments = _bound_kernel(entry)
+    bound, role = _bound_kernel(entry)
     # The call is in the template, so the kernel's signature is wrong.
     if bound and bound.__qualname__ == name and text.count("resolving callee type") == 1:
-        what = f"the kernel {_call(bound)} is called as {bound.__name__}({arguments}); give it these parameters"
+        what = f"the kernel {_call(bound)} is called as {bound.__name__}({_ARGUMENTS[role]}); give it these parameters"
         return what, _first_kernel(entry)
     callee = next((function for function in _kernels_of(entry) if function.__qualname__ == name), None)
     return f"{_call(callee) if callee else name} is called with other arguments than it takes: {problem}", None
@@ -171,6 +183,7 @@ _RULES: dict[str, str | Callable[..., Found]] = {
     r"wrong tuple length .*?expected (\d+), got (\d+)": "{1} values are given where {0} are expected",
     r"Cannot unify (.*?) for '([\w.]+?)(?:\.\d+)?'":
         "'{1}' has different types ({0}) in different branches; give it one type",
+    r"failed to unpack none": "the kernel returns nothing",
     r"cannot index (array\(.*?\)) with (\d+) indices": "an {0} is given {1} indices",
     r"Unsupported array index type (\S+) in": "an index has the type {0}; it must be a whole number, such as int(x)",
     r"Cannot modify readonly array":
@@ -218,7 +231,10 @@ def _is_inner(file: str, line: int, entry: Callable[..., Any]) -> bool:
     path = os.path.abspath(file)
     lines = [number for _, _, number in entry.__code__.co_lines() if number is not None]
     is_template = path == os.path.abspath(entry.__code__.co_filename) and min(lines) <= line <= max(lines)
-    return path.startswith(_NUMBA) or (is_template and _bound_kernel(entry)[0] is not None)
+    bound, name = _bound_kernel(entry)
+    # Of numbers that a kernel returns it is our code that finds them wrong.
+    is_ours = bound is not None and name in _RETURNED and _is_own(bound) and path.startswith(_OURS)
+    return path.startswith(_NUMBA) or is_ours or (is_template and bound is not None)
 
 
 def _place(text: str, entry: Callable[..., Any]) -> str | None:
@@ -245,12 +261,15 @@ def _place_of_traceback(error: BaseException, entry: Callable[..., Any]) -> str 
 
 
 def _bound_kernel(entry: Callable[..., Any]) -> tuple[python_types.FunctionType | None, str]:
-    """Return the function of the kernel that was bound to a template, and the arguments of its call there."""
-    for name, arguments in _ARGUMENTS.items():
-        function = getattr(entry.__globals__.get(name), "py_func", entry.__globals__.get(name))
-        if isinstance(function, python_types.FunctionType):
-            return function, arguments
-    return None, ""
+    """Return the function of the kernel that was bound to a template, and its name there, a key of `_ARGUMENTS`."""
+    bound = ((getattr(one := entry.__globals__.get(name), "py_func", one), name) for name in _ARGUMENTS)
+    found = [(one, name) for one, name in bound if isinstance(one, python_types.FunctionType)]
+    # Of several, that of the user.
+    return next((each for each in found if _is_own(each[0])), found[0] if found else (None, ""))
+
+
+def _is_own(function: python_types.FunctionType) -> bool:
+    return not function.__module__.startswith("teamsight.")
 
 
 def _first_kernel(entry: Callable[..., Any]) -> str:

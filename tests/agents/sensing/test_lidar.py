@@ -441,6 +441,7 @@ def test_a_group_without_one_has_no_rays() -> None:
     ({"rays": 0}, ["rays=0", "at least 1"]), ({"rays": 10_001}, ["10001", "10000"]), ({"rays": 2.5}, ["2.5"]),
     ({"range": -1.0}, ["range=-1", "above 0"]), ({"range": math.inf}, ["range", "inf"]),
     ({"field_of_view": 0}, ["field_of_view=0.0", "above 0", "rays=1"]),
+    ({"field_of_view": -1}, ["field_of_view=-1.0", "above 0", "at most 2π", "rays=1"]),
     ({"field_of_view": 90}, ["field_of_view=90", "2π", "math.radians(90)"]),
     ({"range_noise": -0.1}, ["range_noise=-0.1", "at least 0"]),
 ])  # fmt: skip

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from teamsight import Batteries, Cycle, Failures, Sensor, Study, Weibull
+from teamsight import Batteries, Car, Cycle, Failures, Sensor, Study, Weibull
 from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.components.durations import Times
 from teamsight.analysis.studies.definition.values import Components, frozen, thawed
-from teamsight.policies import ACmommt, Centroid, RandomWalk
+from teamsight.policies import ACmommt, Avoiding, Centroid, RandomWalk
 
 
 def again(value: Any) -> Any:
@@ -180,3 +180,59 @@ def test_degrees_that_need_more_robots_than_the_check_builds_are_checked_with_al
     Study(axes=axes, replicates=1, steps=5).check()
     with pytest.raises(ValueError, match="hops=5: must be at most 4 in a team of 5"):
         Study(axes={**axes, "awareness.hops": [5]}, replicates=1, steps=5).check()
+
+
+STUDY = """
+steps = 2
+replicates = 1
+[fixed]
+robots = 3
+robot_radius = 0.1
+contact = "stop"
+drive = {use = "car", acceleration = 0.05}
+policy = {use = "teamsight.policies:Avoiding", policy = {use = "a-cmommt", weights = "shared"}}
+[axes]
+"drive.steering_rate" = [0.1, 0.2]
+"policy.policy.gain" = [0.5, 1.0]
+"policy.margin" = [0.1]
+"""
+
+
+@pytest.mark.short
+def test_a_component_in_a_component_is_swept(tmp_path: Path) -> None:
+    (tmp_path / "study.toml").write_text(STUDY)
+    plan = Study.from_file(tmp_path / "study.toml").plan()
+    made = [plan.components(k) for k in range(plan.settings)]
+    assert [one["policy"] for one in made[:2]] == [
+        Avoiding(ACmommt(weights="shared", gain=gain), margin=0.1) for gain in (0.5, 1.0)
+    ]
+    assert [one["drive"] for one in made[::2]] == [Car(steering_rate=rate, acceleration=0.05) for rate in (0.1, 0.2)]
+    results = Study.from_file(tmp_path / "study.toml").run(tmp_path / "out", workers=1)
+    assert list(results.frame["policy.policy.gain"]) == [0.5, 1.0] * 2
+
+
+@pytest.mark.parametrize("policy", ["teamsight.policies:Avoiding", {"use": "teamsight.policies:Avoiding"}])
+def test_a_setting_that_is_needed_may_be_an_axis(policy: Any) -> None:
+    wrapped = ["a-cmommt", {"use": "random-walk", "turn_probability": 0.5}, ACmommt(gain=2.0)]
+    study = Study(fixed={"policy": policy, "robot_radius": 0.1}, axes={"policy.policy": wrapped}, steps=2)
+    study.check()
+    made = [study.plan().components(k)["policy"] for k in range(3)]
+    assert made == [Avoiding("a-cmommt"), Avoiding(RandomWalk(0.5)), Avoiding(ACmommt(gain=2.0))]
+
+
+@pytest.mark.parametrize(
+    ("fixed", "axes", "message"),
+    [
+        ({"policy": "teamsight.policies:Avoiding"}, {"policy.margin": [0.1]},
+         "policy='teamsight.policies:Avoiding': needs policy; give policy.policy too"),
+        ({"policy": "teamsight.policies:Avoiding"}, {"policy.policy.gain": [0.1]},
+         r"policy\.policy\.gain: is a setting of a component; give policy\.policy too"),
+        ({"policy": {"use": "teamsight.policies:Avoiding", "policy": "a-cmommt"}}, {"policy.policy.gian": [0.1]},
+         r"policy\.policy\.gian: 'a-cmommt' has none; did you mean 'gain'\? its settings are idle"),
+        ({"drive": {"use": "bike"}}, {}, "drive='bike': unknown; known are car, differential, free"),
+        ({}, {".".join("p" * 20): [1]}, "is no name of a parameter"),
+    ],
+)  # fmt: skip
+def test_settings_of_settings_are_checked(fixed: Any, axes: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        Study(fixed=fixed, axes=axes, steps=2).check()
