@@ -298,8 +298,38 @@ def _meet_hollow_disc(here: Any, i: int, x: float, y: float, radius: float) -> N
 
 
 @kernel
-def _meet_wall(here: Any, i: int, x_0: float, y_0: float, x_1: float, y_1: float) -> None:
-    """Let the rays of robot `i` end at a wall, whose ends are seen from the robot.
+def _wall_beyond(here: Any, k: int, is_end: bool) -> int:
+    """Return the wall that continues wall `k` at its end, or at its beginning, if an obstacle has a corner there.
+
+    −1 if there is none, or the corner is one of the free area, whose walls both stop what leads behind them.
+    """
+    walls = here.segments
+    x = walls[k, 2 if is_end else 0]
+    y = walls[k, 3 if is_end else 1]
+    for j in range(walls.shape[0]):
+        if walls[j, 0 if is_end else 2] == x and walls[j, 1 if is_end else 3] == y:
+            first, then = (k, j) if is_end else (j, k)
+            turn = (walls[first, 2] - walls[first, 0]) * (walls[then, 3] - walls[then, 1]) - (
+                walls[first, 3] - walls[first, 1]
+            ) * (walls[then, 2] - walls[then, 0])
+            return j if turn < 0.0 else -1
+    return -1
+
+
+@kernel
+def _meet_corner(here: Any, k: int, other: int) -> None:
+    """Let the rays end of a robot at the corner of an obstacle, those that lead behind both of its walls."""
+    walls = here.segments
+    for j in range(here.row.shape[0]):
+        x, y = here.way[0, j], here.way[1, j]
+        is_met = (walls[k, 2] - walls[k, 0]) * y < (walls[k, 3] - walls[k, 1]) * x
+        is_met &= (walls[other, 2] - walls[other, 0]) * y < (walls[other, 3] - walls[other, 1]) * x
+        here.row[j] = 0.0 if is_met else here.row[j]
+
+
+@kernel
+def _meet_wall(here: Any, k: int, x_0: float, y_0: float, x_1: float, y_1: float) -> None:
+    """Let the rays of a robot end at wall `k`, whose ends are seen from the robot.
 
     A ray meets it if one end is to its right and the other to its left. Walls that have an end in common compute the
     same numbers for it, so no ray slips between them.
@@ -312,6 +342,12 @@ def _meet_wall(here: Any, i: int, x_0: float, y_0: float, x_1: float, y_1: float
         return
     if area > 0.0 and area * area > here.range * here.range * length_2 * _BEYOND:
         return
+    at_0 = x_0 * x_0 + y_0 * y_0 <= here.slack * here.slack
+    if at_0 or x_1 * x_1 + y_1 * y_1 <= here.slack * here.slack:
+        other = _wall_beyond(here, k, not at_0)
+        if other >= 0:
+            _meet_corner(here, k, other)
+            return
     row = here.row
     way = here.way
     area = max(area, 0.0)
@@ -436,7 +472,7 @@ def _look(here: Any, i: int, near: Any) -> None:
     _meet_obstacles(here, i, near)
     for k in range(here.segments.shape[0]):
         _meet_wall(
-            here, i, here.segments[k, 0] - x, here.segments[k, 1] - y, here.segments[k, 2] - x,
+            here, k, here.segments[k, 0] - x, here.segments[k, 1] - y, here.segments[k, 2] - x,
             here.segments[k, 3] - y,
         )  # fmt: skip
     if here.opaque.x.shape[0] > 0:

@@ -20,14 +20,31 @@ def reading(here: Vector, way: Vector, most: float, arena: Any, bodies: Iterable
 
 def _distances(here: Vector, way: Vector, arena: Any, bodies: Iterable[Body], slack: float) -> Iterator[float]:
     for x, y in _shifts(arena):
-        for x_0, y_0, x_1, y_1 in arena.walls.segments.tolist():
+        walls = [tuple(wall) for wall in arena.walls.segments.tolist()]
+        for x_0, y_0, x_1, y_1 in walls:
             first, last = (x_0 + x - here[0], y_0 + y - here[1]), (x_1 + x - here[0], y_1 + y - here[1])
-            yield from _to_segment(first, last, way, slack)
+            # At the corner of an obstacle a ray is stopped only if it leads behind both walls.
+            edge = x_1 - x_0, y_1 - y_0
+            beyond = [
+                (wall[2] - wall[0], wall[3] - wall[1])
+                for end, place, side in ((first, (x_0, y_0), slice(2, 4)), (last, (x_1, y_1), slice(2)))
+                if math.hypot(*end) <= slack for wall in walls
+                if wall[side] == place and _turn(edge, wall) * (1 if end == last else -1) < 0
+            ]  # fmt: skip
+            if beyond:
+                yield from [0.0] * all(along[0] * way[1] - along[1] * way[0] < 0 for along in (edge, *beyond))
+            else:
+                yield from _to_segment(first, last, way, slack)
         for centre_x, centre_y, radius in arena.walls.discs.tolist():
             yield from _to_disc((centre_x + x - here[0], centre_y + y - here[1]), radius, way, is_wall=True)
         for (body_x, body_y), radius, _ in bodies:
             if radius > 0:
                 yield from _to_disc((body_x - (here[0] - x), body_y - (here[1] - y)), radius, way)
+
+
+def _turn(edge: Vector, wall: tuple[float, ...]) -> float:
+    """Above 0 if a wall leads to the left of an edge."""
+    return edge[0] * (wall[3] - wall[1]) - edge[1] * (wall[2] - wall[0])
 
 
 def _shifts(arena: Any) -> Iterator[Vector]:

@@ -232,11 +232,26 @@ def test_on_a_wall_no_ray_leaves_the_arena(seed: int, arena: Any) -> None:
     np.testing.assert_array_equal(readings, _expected(world))
     # All arenas are smaller than the range.
     assert readings.max() < 8.0
-    corners = arena.walls.segments[:, :2]
-    is_at_corner = (np.hypot(*(position[:, None] - corners).T).T < 1e-9).any(axis=1)
-    # On a wall half of what is around is free; the corner of an obstacle belongs to two walls.
-    assert (readings.max(axis=1)[~is_at_corner] > 0.01).all()
-    assert not is_at_corner[:20].all()
+    # On a wall half of what is around is free, and at the corner of an obstacle more.
+    assert (readings.max(axis=1) > 0.01).all()
+    angle = np.arctan2(*robots.heading.T[::-1])[:, None] + lidar.bearings
+    way = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    is_free = arena.contains(position[:, None] + 1e-5 * way)
+    # Rays along a wall are a matter of rounding.
+    assert ((readings > 1e-6) != is_free).sum() <= 4
+
+
+_WAY = math.cos(math.pi / 8), math.sin(math.pi / 8)
+
+
+def test_at_the_corner_of_an_obstacle_rays_end_that_lead_into_it() -> None:
+    block = Polygon([(0, 0), (1, 0), (1, 1), (0, 1)])
+    world = World(Box(9.0, 7.0).with_obstacles(block), rng=1)
+    lidar = Lidar(8, 2.0)
+    for place, inner in (((0, 0), 45), ((1, 0), 135), ((1, 1), -135), ((0, 1), -45)):
+        robots = world.add(Robot, 1, policy="stationary", position=place, heading=_WAY, lidar=lidar)
+        angles = (22.5 + np.degrees(lidar.bearings) - inner + 180) % 360 - 180
+        assert list(robots.percept.lidar[0]) == [0.0 if abs(angle) < 45 else 2.0 for angle in angles]
 
 
 @given(seed=st.integers(0, 2**32), arena=st.sampled_from(ARENAS))
