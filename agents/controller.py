@@ -10,6 +10,7 @@ import copy
 import math
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from operator import itemgetter
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -30,12 +31,13 @@ from teamsight.agents.awareness.interface import (
     situate_entry,
 )
 from teamsight.agents.resolve import awareness_of, check_fit, policy_of, take_rows
+from teamsight.agents.sensing.lidar import Lidar
 from teamsight.core import checks
 from teamsight.core.kernel import Packed
 from teamsight.core.neighbour_list import NeighbourList, filled, neighbour_room, no_neighbours
 from teamsight.core.table import Field
 from teamsight.policies.actions import check_action, check_answer
-from teamsight.policies.channels import channels_of
+from teamsight.policies.channels import NO_COLUMNS, channels_of, columns_of
 from teamsight.policies.compiled import CompiledPolicy, decides_in_kernel, pack_decision
 from teamsight.policies.interface import IDENTITIES, Action, Percept, Policy, turned
 from teamsight.policies.percept_of_one import percept_of_one
@@ -56,10 +58,13 @@ _UNKNOWN = -1
 # Targets without an identity of their own have larger ones than any that is given.
 _MOST = 2**31 - 1
 _MOST_PATIENCE = 10_000
+# What policies can read of bodies by identity, as in a world, and up to which identity.
+_COLUMNS, _MOST_COLUMN = ("moved_x", "moved_y", "radius", "speed"), 1_000_000
 # What `Controller._bind` makes.
 _BOUND = ("_sensing", "_percept", "_decision", "_move")
 # The identity of a body that was seen, its offset along the axes of headings, and its distance.
 _Body = tuple[int, float, float, float]
+_identity = itemgetter(0)
 
 
 class Detections(NamedTuple):
@@ -78,6 +83,12 @@ class Detections(NamedTuple):
     offset : array_like, shape (k, 2), optional
         From the robot to the bodies, along the axes in which headings are given [length]; instead of `bearing`, and of
         `distance`, which is then its length.
+    moved : array_like, shape (k, 2), optional
+        How far each has moved in the last tick, along these axes [length]; by default since it was seen before. These
+        and the next two are for policies that read them, such as `Avoiding`, by identity.
+    radius, speed : float or array_like, shape (k,), optional
+        The radius of each body, and its largest distance in a tick [length]. By default those of teammates are the
+        robot's own, and others have none.
     """
 
     distance: npt.ArrayLike = _NOTHING
@@ -85,14 +96,21 @@ class Detections(NamedTuple):
     identity: npt.ArrayLike | None = None
     tick: int | None = None
     offset: npt.ArrayLike | None = None
+    moved: npt.ArrayLike | None = None
+    radius: npt.ArrayLike | None = None
+    speed: npt.ArrayLike | None = None
 
     @classmethod
-    def of(cls, seen: NeighbourList, row: int, tick: int | None = None) -> Detections:
-        """Return what a simulated robot senses, from a neighbour list of the percept of its group."""
+    def of(cls, seen: NeighbourList, row: int, tick: int | None = None, columns: Any = NO_COLUMNS) -> Detections:
+        """Return what a simulated robot senses, from a neighbour list of the percept of its group, and its columns."""
         mine = slice(seen.start[row], seen.start[row + 1])
         # Copies, since the world writes its next step into the same arrays.
         distance, identity, offset = (part[mine].copy() for part in (seen.distance, seen.identity, seen.offset))
-        return cls(distance, identity=identity, tick=tick, offset=offset)
+        more: dict[str, Any] = {}
+        if columns:
+            more = {name: getattr(columns, name)[identity] for name in ("radius", "speed")}
+            more["moved"] = np.stack([columns.moved_x[identity], columns.moved_y[identity]], axis=-1)
+        return cls(distance, identity=identity, tick=tick, offset=offset, **more)
 
 
 class Relayed(NamedTuple):
@@ -155,6 +173,10 @@ class Controller:
         The largest turn from one decision to the next [rad]; none by default.
     drive : Drive or str
         What the wheels can do, as for `World.add`; see `drive_state`.
+    radius : float
+        The radius of the robot, for policies that read it, such as `Avoiding` [length].
+    lidar : Lidar, optional
+        The lidar whose distances it is given.
     seed : int
         The seed of its random numbers. Robots of a team share it: their numbers differ by their place in the team.
     jump : float, optional
@@ -193,6 +215,8 @@ class Controller:
         speed: float = 0.1,
         turn_limit: float | None = None,
         drive: Drive | DriveName = "free",
+        radius: float = 0.0,
+        lidar: Lidar | None = None,
         jump: float | None = None,
         seed: int = 0,
         patience: int = 5,
@@ -211,6 +235,10 @@ class Controller:
         self.speed = checks.number("speed", speed, least=0.0)
         self._limit = math.pi if turn_limit is None else checks.angle("turn_limit", turn_limit, math.tau)
         self._drive = drive_of(drive)
+        self.radius = checks.number("radius", radius, least=0.0)
+        if not (lidar is None or isinstance(lidar, Lidar)):
+            raise TypeError(f"lidar={checks.shown(lidar)}: must be a Lidar, such as Lidar(rays=32, range=2.0)")
+        self._lidar = lidar
         self._jump = 2.0 * self.speed if jump is None else checks.number("jump", jump, least=0.0)
         self.patience = checks.count("patience", patience, least=0, most=_MOST_PATIENCE)
         self._key, self._group = key_of(checks.seed(seed, None)), checks.count("group", group, least=0)
@@ -220,7 +248,13 @@ class Controller:
         made: Any = self.policy
         self._draws, self._inputs = (made.draws, made.inputs) if isinstance(made, Policy) else (0, 0)
         if isinstance(made, Policy):
-            _check(made, self.awareness, len(self.team))
+            _check(made, self.awareness, len(self.team), lidar)
+        self._columns = made.columns if isinstance(made, Policy) else ()
+        if self._columns and self.team[-1] > _MOST_COLUMN:
+            raise ValueError(
+                f"team: has the identity {self.team[-1]}, and policy={label(made)} reads robots by identity, up to "
+                f"{_MOST_COLUMN:,}; number them from 0"
+            )
         self.reset()
         # Compiled now, rather than in the first decision.
         degree = perceive_entry(self.awareness), situate_entry(self.awareness) if self._inputs else None
@@ -271,6 +305,11 @@ class Controller:
         self._headings, self._reaches = np.zeros((one, 2)), np.full(one, self._ranges["targets"])
         self._headings[:, 0] = 1.0
         self._their_targets = neighbour_room(one, _ROOM)
+        # Of bodies that are not in sight NaN; and those that have a value.
+        self._by_identity = {name: np.full(self.team[-1] + 1, math.nan) for name in self._columns}
+        self._valued: list[int] = []
+        self._rays = np.zeros((1, 0)) if self._lidar is None else np.full((1, self._lidar.rays), self._lidar.range)
+        self._measured = -1
         self._perception = Perception(1, 1)
         self._state: Any = None
         if isinstance(self.policy, Policy):
@@ -289,6 +328,7 @@ class Controller:
         relayed: Mapping[int, Relayed] | None = None,
         tick: int | None = None,
         blocked: bool = False,
+        lidar: npt.ArrayLike | None = None,
         **channels: Detections | None,
     ) -> Command:
         """Return what the robot is to do next.
@@ -314,6 +354,9 @@ class Controller:
         blocked : bool
             Whether a bumper, or the motors, say that something was in its way since the last decision: a drive then
             begins at rest, as in a world. A drive makes one step for each decision.
+        lidar : array_like, shape (rays,), optional
+            The distances along the rays of its lidar, in the order of `Lidar.bearings` [length]; larger ones, and inf,
+            are the range. By default those before, and the range once they are older than `patience`.
         **channels : Detections
             What is seen in further channels that the policy reads.
 
@@ -325,6 +368,7 @@ class Controller:
         """
         now = checks.count("tick", self.tick + 1 if tick is None else tick, least=self.tick + 1, most=PERIOD - 1)
         track = [*self._track, self._pose(now, heading, moved)]
+        rays = self._distances(lidar)
         known = self._seen.keys() - {"targets", "teammates"}
         for name in channels.keys() - known:
             raise TypeError(f"{name}: is no channel that policy={label(self.policy)} reads; it reads {_list(known)}")
@@ -333,7 +377,11 @@ class Controller:
         bodies = {name: self._bodies(name, one, track[-1]) for name, one in last.items()}
         sent = self._messages(relayed, now) if relayed is not None or self._sent else {}
         unnamed, named = self._name(bodies["targets"], track[-1])
+        if self._columns:
+            self._show_columns(last, track[-1])
         self._fill(bodies, sent)
+        if lidar is not None or now - self._measured > self.patience:
+            self._rays[0] = rays
         _, _, _, ahead, left, *step = track[-1]
         self._heading[0, 0], self._heading[0, 1] = ahead, left
         self._moved[0], self._time[0], self._now[0] = step, now, now
@@ -344,9 +392,46 @@ class Controller:
         command = Command(turn, min(max(distance, 0.0), self.speed), (x, y))
         self._carry_out(checks.flag("blocked", blocked))
         self.tick, self._last, self._sent, self._command = now, last, sent, command
+        self._measured = self._measured if lidar is None else now
         self._unnamed, self._named = unnamed, named
         self._track.append(track[-1])
         return command
+
+    def _distances(self, given: Any) -> Any:
+        """Return the readings of the lidar; the range where nothing is given."""
+        if given is None:
+            return math.inf if self._lidar is None else self._lidar.range
+        if self._lidar is None:
+            raise TypeError("lidar: this controller has none; give it one, as in Controller(…, lidar=Lidar(rays=32))")
+        size, reach = self._lidar.rays, self._lidar.range
+        try:
+            rays = np.asarray(given, float)
+        except (TypeError, ValueError):
+            rays = np.zeros(0)
+        if rays.shape != (size,):
+            raise TypeError(f"lidar={checks.shown(given)}: must be {size} distances, one for each ray")
+        if not (rays >= 0.0).all():
+            raise ValueError(f"lidar={checks.shown(given)}: must be at least 0; give inf where a ray meets nothing")
+        return np.minimum(rays, reach)
+
+    def _show_columns(self, last: Mapping[str, _Seen], here: _Pose) -> None:
+        """Write what the policy reads of bodies by identity."""
+        facts = {self.identity: (here.moved_x, here.moved_y, self.radius, self.speed)}
+        for seen in last.values():
+            facts |= seen.facts
+        largest = max(facts)
+        if largest >= len(next(iter(self._by_identity.values()))):
+            self._by_identity = {
+                name: np.concatenate([values, np.full(2 * largest + 1 - len(values), math.nan)])
+                for name, values in self._by_identity.items()
+            }
+            self._bind()
+        for name, values in self._by_identity.items():
+            values[self._valued] = math.nan
+            at = _COLUMNS.index(name)
+            for one, fact in facts.items():
+                values[one] = fact[at]
+        self._valued = list(facts)
 
     @property
     def drive_state(self) -> dict[str, float]:
@@ -397,8 +482,46 @@ class Controller:
             if name == "teammates":
                 self._check_teammates(bodies)
             if tick >= seen.tick:
-                seen = _Seen(tick, there, bodies)
+                facts = self._facts(name, given, bodies, seen, there) if self._columns else {}
+                seen = _Seen(tick, there, bodies, facts)
         return seen if here.tick - seen.tick <= self.patience else _Seen(-1, here, [])
+
+    def _facts(
+        self, name: str, given: Detections, bodies: list[_Body], before: _Seen, there: _Pose
+    ) -> dict[int, tuple[float, float, float, float]]:
+        """Return displacement, radius and speed of the bodies of a channel that were seen from a place, by identity."""
+        size, is_team = len(bodies), name == "teammates"
+        radii, speeds = (
+            _each(name, part, value, own if is_team else math.nan, size)
+            for part, value, own in (("radius", given.radius, self.radius), ("speed", given.speed, self.speed))
+        )
+        moved: list[Any] = [None] * size if given.moved is None else _pairs(f"{name}.moved", given.moved)
+        if len(moved) != size:
+            raise ValueError(f"{name}.moved: has {len(moved)} displacements, and there are {size} bodies; give each one")
+        # Where they were seen before, from the place of now.
+        ticks = there.tick - before.tick
+        x, y = before.pose.x - there.x, before.pose.y - there.y
+        known = before.bodies if ticks and given.moved is None else []
+        was = {one: (x + ahead, y + left) for one, ahead, left, _ in known}
+        facts = {}
+        for (one, ahead, left, _), radius, speed, way in zip(bodies, radii, speeds, moved, strict=True):
+            if one == _UNKNOWN:
+                if radius > 0.0:
+                    raise ValueError(
+                        f"{name}: a body with a radius has no identity, by which policy={label(self.policy)} reads it; "
+                        "give identities"
+                    )
+                continue
+            if one > _MOST_COLUMN:
+                raise ValueError(
+                    f"{name}.identity={one}: policy={label(self.policy)} reads bodies by identity, up to "
+                    f"{_MOST_COLUMN:,}; number them from 0"
+                )
+            if way is None:
+                old = was.get(one, (ahead, left))
+                way = (ahead - old[0]) / max(ticks, 1), (left - old[1]) / max(ticks, 1)
+            facts[one] = *way, radius, speed
+        return facts
 
     def _bodies(self, name: str, seen: _Seen, here: _Pose) -> list[_Body]:
         """Return what was seen as bodies around the robot as it is now, those in range."""
@@ -441,6 +564,7 @@ class Controller:
         sent = {one: last for one, last in self._sent.items() if now - last.tick <= self.patience}
         for identity, message in (relayed or {}).items():
             name = f"relayed[{identity!r}]"
+            of_targets = f"{name}.targets"
             if identity not in self._place or identity == self.identity:
                 raise ValueError(f"{name}: must be of a teammate, one of {self._others}")
             if not isinstance(message, Relayed):
@@ -449,9 +573,9 @@ class Controller:
             reach = self._ranges["targets"]
             if message.sensing_range is not None:
                 reach = checks.number(f"{name}.sensing_range", message.sensing_range, above=0)
-            tick = _tick_of(f"{name}.targets", message.targets, now)
-            bodies = _bodies_of(f"{name}.targets", message.targets, ahead, left)
-            if any(one[0] == _UNKNOWN for one in bodies):
+            tick = _tick_of(of_targets, message.targets, now)
+            bodies = _bodies_of(of_targets, message.targets, ahead, left)
+            if bodies and min(bodies)[0] == _UNKNOWN:
                 raise ValueError(f"{name}.targets: have no identities, so that nobody knows which they are; give them")
             if now - tick <= self.patience and (identity not in sent or tick >= sent[identity].tick):
                 sent[identity] = _Reported(tick, ahead, left, reach, _within(bodies, math.inf))
@@ -544,6 +668,7 @@ class Controller:
             self._heading, self._moved, np.array([self.speed]), reach, wide, self._seen["targets"], shown, relayed,
             perception.situation, channels_of(names, (self._seen[name] for name in names)), self._time,
             np.zeros(1), np.zeros(1, np.bool_), np.array([self.identity]),
+            columns_of(self._columns, self._by_identity.values()), self._rays,
         )  # fmt: skip
         self._decision: Packed[Any] | None = None
         if decides_in_kernel(policy):
@@ -599,11 +724,12 @@ class _Pose(NamedTuple):
 
 
 class _Seen(NamedTuple):
-    """The bodies of a channel, when they were seen, and from where."""
+    """The bodies of a channel, when they were seen, from where, and what policies read of them by identity."""
 
     tick: int
     pose: _Pose
     bodies: list[_Body]
+    facts: dict[int, tuple[float, float, float, float]] = {}  # noqa: RUF012  nobody writes it
 
 
 class _Reported(NamedTuple):
@@ -627,35 +753,47 @@ def _bodies_of(name: str, seen: Detections, ahead: float, left: float) -> list[_
     """Return detections as bodies; bearings are from this heading."""
     distances = _numbers(name, "distance", seen.distance)
     if seen.offset is not None:
-        given: Any = seen.offset
-        if not np.iterable(given):
-            raise TypeError(f"{name}.offset={checks.shown(given)}: must be a list of pairs, one for each body")
-        pairs = [_vector(f"{name}.offset", one) for one in given]
+        pairs = _pairs(f"{name}.offset", seen.offset)
         xs, ys = [x for x, _ in pairs], [y for _, y in pairs]
         distances = distances or [math.sqrt(x * x + y * y) for x, y in zip(xs, ys, strict=True)]
     else:
         bearings = _numbers(name, "bearing", seen.bearing)
         if len(bearings) != len(distances):
             raise ValueError(f"{name}: has {len(distances)} distances and {len(bearings)} bearings; give both of each")
-        xs, ys = [], []
-        for distance, bearing in zip(distances, bearings, strict=True):
-            x, y = distance * math.cos(bearing), distance * math.sin(bearing)
-            xs.append(x * ahead - y * left)
-            ys.append(x * left + y * ahead)
+        cos, sin = math.cos, math.sin
+        pairs = [(one * cos(angle), one * sin(angle)) for one, angle in zip(distances, bearings, strict=True)]
+        xs, ys = [x * ahead - y * left for x, y in pairs], [x * left + y * ahead for x, y in pairs]
     named = [_UNKNOWN] * len(xs) if seen.identity is None else _numbers(name, "identity", seen.identity)
     if not len(xs) == len(distances) == len(named):
         raise ValueError(f"{name}: has {len(xs)} bodies, {len(distances)} distances and {len(named)} identities")
     if distances and min(distances) < 0.0:
         raise ValueError(f"{name}: has the distance {min(distances)}; leave out what was not measured")
-    identities = [int(one) for one in named]
+    identities = list(map(int, named))
     if identities != named or (identities and not _UNKNOWN <= min(identities) <= max(identities) <= _MOST):
         raise ValueError(
             f"{name}.identity={checks.shown(named)}: must be whole numbers up to {_MOST}, and -1 for unknown"
         )
-    met = [one for one in identities if one != _UNKNOWN]
-    if name == "targets" and len({*met}) < len(met):
+    if name == "targets" and len({*identities}) + max(identities.count(_UNKNOWN) - 1, 0) < len(identities):
         raise ValueError(f"{name}.identity={checks.shown(named)}: has a target twice; give each that is seen once")
     return list(zip(identities, xs, ys, distances, strict=True))
+
+
+def _pairs(name: str, given: Any) -> list[tuple[float, float]]:
+    if not np.iterable(given):
+        raise TypeError(f"{name}={checks.shown(given)}: must be a list of pairs, one for each body")
+    return [_vector(name, one) for one in given]
+
+
+def _each(name: str, part: str, given: Any, usual: float, size: int) -> list[float]:
+    """Return a number at least 0 for each of some bodies; one may be given for all."""
+    if given is None:
+        return [usual] * size
+    if np.ndim(given) == 0:
+        return [checks.number(f"{name}.{part}", given, least=0.0)] * size
+    found = _numbers(name, part, given)
+    if len(found) != size or min(found, default=0.0) < 0.0:
+        raise ValueError(f"{name}.{part}={checks.shown(given)}: must be {size} numbers of at least 0, one for each body")
+    return found
 
 
 def _numbers(name: str, part: str, values: Any) -> list[float]:
@@ -671,23 +809,26 @@ def _numbers(name: str, part: str, values: Any) -> list[float]:
 
 def _within(bodies: list[_Body], reach: float) -> list[_Body]:
     """Return the bodies within a range, in the order of their identities; those of unknown identity come last."""
-    near = [one for one in bodies if one[3] <= reach]
-    # The remainder puts −1 last.
-    return sorted(near, key=lambda one: one[0] % 2**40) if len(near) > 1 else near
+    near = [one for one in bodies if one[3] <= reach] if reach < math.inf else list(bodies)
+    # Stable, so that those of equal identity stay in order, which are unknown.
+    near.sort(key=_identity)
+    unknown = next((row for row, one in enumerate(near) if one[0] != _UNKNOWN), 0) if near and near[0][0] < 0 else 0
+    return near[unknown:] + near[:unknown] if unknown else near
 
 
 def _write(bodies: list[_Body], room: NeighbourList) -> None:
     """Write bodies as the first entries of a neighbour list."""
     if bodies:
-        identity, x, y, distance = zip(*bodies, strict=True)
-        size = len(bodies)
-        room.identity[:size], room.distance[:size] = identity, distance
-        room.offset[:size, 0], room.offset[:size, 1] = x, y
+        size, (identity, *numbers) = len(bodies), zip(*bodies, strict=True)
+        room.identity[:size] = identity
+        room.offset[:size, 0], room.offset[:size, 1], room.distance[:size] = numbers
 
 
 def _unit(name: str, value: Any) -> tuple[float, float]:
     """Return a heading, given as an angle or a unit vector, as a unit vector."""
-    if isinstance(value, float) or np.ndim(value) == 0:
+    if type(value) is float and math.isfinite(value):
+        return math.cos(value), math.sin(value)
+    if np.ndim(value) == 0:
         angle = checks.number(name, value)
         return math.cos(angle), math.sin(angle)
     x, y = _vector(name, value)
@@ -720,9 +861,9 @@ def _list(values: Any) -> str:
     return ", ".join(map(str, sorted(values))) or "none"
 
 
-def _check(policy: Policy, awareness: Awareness, size: int) -> None:
+def _check(policy: Policy, awareness: Awareness, size: int, lidar: Lidar | None) -> None:
     """Refuse a policy that needs what a controller, or its degree of awareness, does not deliver."""
-    group: Any = SimpleNamespace(policy=policy, awareness=awareness, lidar=None)
+    group: Any = SimpleNamespace(policy=policy, awareness=awareness, lidar=lidar)
     team: Any = [range(size)]
     check_fit(group, team)
     if awareness.spreads:
@@ -730,7 +871,10 @@ def _check(policy: Policy, awareness: Awareness, size: int) -> None:
             f"awareness={awareness.name!r}: needs what teammates sense of each other, which no controller is given; "
             "use 'shared', and pass the reports on by your own radio"
         )
-    if policy.columns:
-        raise ValueError(f"policy={label(policy)}: reads the column {policy.columns[0]!r}, which only a world has")
+    if others := [name for name in policy.columns if name not in _COLUMNS]:
+        raise ValueError(
+            f"policy={label(policy)}: reads the column {others[0]!r}, which only a world has; a controller has "
+            f"{', '.join(_COLUMNS)}"
+        )
     if policy.decides_together:
         raise ValueError(f"policy={label(policy)}: decides for all robots together, which only a world can ask")

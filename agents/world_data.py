@@ -192,7 +192,8 @@ class WorldData:
     def score_names(self) -> tuple[str, ...]:
         """The columns of the history that interactions and contacts write."""
         found = tuple(name for one in self.interactions for name in one.interaction.scores)
-        return (*found, BUMPS) if self.solid else found
+        # Points do not bump, so that worlds of all radii have the column.
+        return found if isinstance(self.contact, Pass) else (*found, BUMPS)
 
     @property
     def solid(self) -> list[Group]:

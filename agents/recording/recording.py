@@ -199,7 +199,7 @@ class Recording:
     def history(self) -> pd.DataFrame:
         """One row for each completed step, indexed 1..n: observed, mean_neighbours, max_neighbours.
 
-        The scores of interactions follow, under their names.
+        The scores of interactions follow, under their names; then `bumps`, unless bodies pass through each other.
         """
         return self._data.history.frame(self._data.score_names)
 

@@ -555,3 +555,27 @@ def test_bumps_are_a_column_that_policies_read() -> None:
     assert read[-1][0] > 10
     world.step()
     assert read[-1] == (robots.bumps.sum() - world.recording.history.bumps.iloc[-1], read[-1][1])
+
+
+@pytest.mark.short
+def test_points_have_no_bumps_where_bodies_meet() -> None:
+    bumps = []
+    for radius in (0.0, 0.2):
+        world = World(Box(4.0, 4.0), contact="stop", rng=1)
+        world.add(Robot, 20, policy="random-walk", radius=radius, speed=0.1)
+        for _ in range(2):
+            world.run(10)
+            world.step()
+        bumps.append(world.recording.history["bumps"].sum())
+        state = world.state()
+        world.restore(state)
+        world.run(5)
+        assert len(world.recording.history["bumps"]) == 27
+    assert bumps[0] == 0 < bumps[1]
+    world = World(Box(4.0, 4.0), contact="stop", rng=1)
+    world.add(Robot, 5, policy="random-walk", name="points")
+    world.run(3)
+    world.add(Robot, 5, policy="random-walk", name="bodies", radius=0.2)
+    world.run(3)
+    assert world.recording.history["bumps"][:3].tolist() == [0, 0, 0]
+    assert "bumps" not in World(Box(4.0, 4.0), rng=1).recording.history

@@ -22,6 +22,7 @@ from teamsight import (
     Detections,
     DifferentialDrive,
     Drive,
+    Lidar,
     Relayed,
     Robot,
     Target,
@@ -30,8 +31,8 @@ from teamsight import (
 )
 from teamsight.agents.awareness.degrees import NearestAwareness, RingAwareness
 from teamsight.agents.recording.explore import explore
-from teamsight.core.kernel import inlined
-from teamsight.policies import ACmommt, Action, CompiledPolicy, LazyQ, Percept, Policy, RandomWalk
+from teamsight.core.kernel import inlined, kernel
+from teamsight.policies import ACmommt, Action, Avoiding, CompiledPolicy, LazyQ, Percept, Policy, RandomWalk
 from teamsight.policies.percept_of_one import turn_to
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one:UserWarning")
@@ -487,3 +488,155 @@ print([name for name in ("mesa", "pandas", "simpy", "scipy", "networkx", "matplo
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=300)
     assert done.stdout.strip() == "[]"
+
+
+class Sensing(Remote):
+    """Gives bodies with all that the policy reads of them, and distances."""
+
+    columns = ("moved_x", "moved_y", "radius", "speed")
+
+    def detections(self, percept: Percept, row: int) -> dict[str, Any]:
+        seen = {
+            name: Detections.of(getattr(percept, name), row, columns=percept.columns) for name in ("targets", "teammates")
+        }
+        return seen | ({"lidar": percept.lidar[row]} if percept.lidar.shape[1] else {})
+
+
+@kernel
+def _rove(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
+    for i in range(percept.heading.shape[0]):
+        x, y = percept.heading[i, 0], percept.heading[i, 1]
+        turn = percept.lidar[i, 3] - percept.lidar[i, 1] + 0.1 * noise[0, i]
+        action.heading[i, 0], action.heading[i, 1] = x - turn * y, y + turn * x
+        length = math.sqrt(action.heading[i, 0] ** 2 + action.heading[i, 1] ** 2)
+        action.heading[i, 0] /= length
+        action.heading[i, 1] /= length
+        action.distance[i] = min(percept.speed[i], 0.5 * percept.lidar[i, 2])
+
+
+class Roving(CompiledPolicy):
+    """Goes where it is free."""
+
+    kernel = _rove
+    draws = 1
+    rays = 5
+
+
+class Roves(Policy):
+    """The same in Python."""
+
+    draws = 1
+    rays = 5
+
+    def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
+        return Roving().decide(percept, Roving().start(len(percept.heading)), noise)[0], state
+
+
+def _crowd(policy: Any, **more: Any) -> CMOMMT:
+    return CMOMMT(
+        12, 6, 2.5, policy=policy, robot_radius=0.2, target_radius=0.1, contact="stop", sensing_range=1.2,
+        awareness_range=1.5, rng=6, **more,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "policy",
+    [Avoiding("a-cmommt", targets=True), Avoiding("random-walk"), Avoiding(Slow(), targets=True), Avoiding(turn_and_go)],
+    ids=["both", "teammates", "numpy", "function"],
+)
+@pytest.mark.parametrize("awareness", ["pairwise", "shared"])
+def test_it_avoids_as_in_a_world(policy: Avoiding, awareness: str) -> None:
+    world = _crowd(policy, awareness=awareness)
+    steered = _crowd(Sensing(policy, awareness, 6, radius=0.2), awareness="pairwise")
+    plain = _crowd(policy.policy, awareness=awareness)
+    for one in (world, steered, plain):
+        one.run(50)
+    assert np.array_equal(world.robots.bodies.position, steered.robots.bodies.position)
+    assert not np.array_equal(world.robots.bodies.position, plain.robots.bodies.position)
+
+
+@pytest.mark.parametrize("policy", [Roving(), Roves(), Avoiding(Roving())], ids=["kernel", "numpy", "avoiding"])
+def test_it_reads_a_lidar_as_in_a_world(policy: Any) -> None:
+    lidar = Lidar(5, 1.0, 3.0, range_noise=0.05)
+    world = _crowd(policy, lidar=lidar)
+    steered = _crowd(Sensing(policy, "pairwise", 6, radius=0.2, lidar=lidar), lidar=lidar)
+    for one in (world, steered):
+        one.run(50)
+    assert np.array_equal(world.robots.bodies.position, steered.robots.bodies.position)
+
+
+def test_displacements_follow_from_two_detections() -> None:
+    read: list[Any] = []
+
+    class Reads(Policy):
+        columns = ("moved_x", "moved_y", "radius", "speed")
+        needs = ("identities",)
+
+        def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
+            read.append([[float(column[one]) for column in percept.columns] for one in (4, 2, 30)])
+            return Action(np.zeros((1, 2)), np.zeros(1)), state
+
+    robot = Controller(Reads(), "pairwise", identity=4, team=(2, 4), radius=0.3, speed=0.2, awareness_range=9, sensing_range=9)
+    near: dict[str, Any] = {"heading": 0.0, "moved": (0.1, 0.0)}
+    unknown = [0.0, 0.0, math.nan, math.nan]
+    robot.decide(Detections([1], [0], [30]), Detections([2], [0], [2]), **near)
+    assert read[-1] == [[0.1, 0.0, 0.3, 0.2], [0.0, 0.0, 0.3, 0.2], pytest.approx(unknown, nan_ok=True)]
+    # The teammate has kept its distance, so it has moved as far as the robot; the other has moved to the left as well.
+    robot.decide(Detections(offset=[(1, 0.5)], identity=[30], radius=0.5), Detections([2], [0], [2]), **near)
+    moved = [[0.1, 0.0, 0.3, 0.2], [0.1, 0.0, 0.3, 0.2], [0.1, 0.5, 0.5, math.nan]]
+    assert read[-1] == [pytest.approx(one, nan_ok=True) for one in moved]
+    # Two ticks later; what has not arrived is as before.
+    robot.decide(None, Detections([2.4], [0], [2], radius=[0.4], speed=0.7), tick=3, **near)
+    assert read[-1][1:] == [pytest.approx([0.25, 0.0, 0.4, 0.7]), pytest.approx(moved[2], nan_ok=True)]
+    robot.decide(Detections(), Detections(offset=[(2.4, 0)], identity=[2], moved=[(0.05, 0.02)]), **near)
+    assert read[-1][1:] == [[0.05, 0.02, 0.3, 0.2], pytest.approx([math.nan] * 4, nan_ok=True)]
+
+
+def test_distances_are_kept_until_they_are_too_old() -> None:
+    read: list[Any] = []
+
+    def rule(percept: Any, rng: Any) -> tuple[float, float]:
+        read.append(percept.lidar.tolist())
+        return 0.0, 0.0
+
+    robot = Controller(rule, lidar=Lidar(3, 2.0), patience=2)
+    robot.decide()
+    for rays in ([0.5, math.inf, 7], None, None, None):
+        robot.decide(lidar=rays)
+    assert read == [[2.0] * 3, *[[0.5, 2.0, 2.0]] * 3, [2.0] * 3]
+    robot.decide(lidar=[1, 1, 1])
+    robot.reset()
+    robot.decide()
+    assert read[-1] == [2.0] * 3
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"lidar": [1.0]}, "lidar=.*: must be 3 distances, one for each ray"),
+        ({"lidar": [1.0, -1.0, 1.0]}, "must be at least 0; give inf where a ray meets nothing"),
+        ({"lidar": [1.0, math.nan, 1.0]}, "must be at least 0; give inf"),
+        ({"teammates": Detections([1], [0], [1], moved=[(1, 2), (3, 4)])}, r"teammates\.moved: has 2 .* there are 1"),
+        ({"teammates": Detections([1], [0], [1], radius=[-1])}, r"teammates\.radius=\[-1\]: must be 1 numbers of at least 0"),
+        ({"targets": Detections([1], [0], radius=0.2)}, "targets: a body with a radius has no identity"),
+        ({"targets": Detections([1], [0], [2**30])}, "reads bodies by identity, up to 1,000,000; number them from 0"),
+    ],
+)
+def test_wrong_readings_of_bodies_and_rays_change_nothing(given: Any, message: str) -> None:
+    robot = Controller(Avoiding("a-cmommt"), "pairwise", team=(0, 1), radius=0.1, lidar=Lidar(3))
+    robot.decide(lidar=[0.1, 0.2, 0.3])
+    before = pickle.dumps(robot)
+    with pytest.raises((TypeError, ValueError), match=message):
+        robot.decide(**given)
+    assert pickle.dumps(robot) == before
+
+
+def test_what_a_controller_has_not_is_named() -> None:
+    with pytest.raises(TypeError, match=r"lidar: this controller has none; give it one, as in Controller\(…, lidar="):
+        Controller("random-walk").decide(lidar=[1.0])
+    with pytest.raises(TypeError, match="lidar=3: must be a Lidar"):
+        Controller("random-walk", lidar=3)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="reads 5 rays, and its robots have no lidar"):
+        Controller(Roving())
+    with pytest.raises(ValueError, match="team: has the identity 2147483647.* number them from 0"):
+        Controller(Avoiding("random-walk"), "pairwise", team=(0, 2**31 - 1))
