@@ -497,7 +497,7 @@ class Controller:
         )
         moved: list[Any] = [None] * size if given.moved is None else _pairs(f"{name}.moved", given.moved)
         if len(moved) != size:
-            raise ValueError(f"{name}.moved: has {len(moved)} displacements, and there are {size} bodies; give each one")
+            raise ValueError(f"{name}.moved: has {len(moved)} displacements, and there are {size} bodies; give each")
         # Where they were seen before, from the place of now.
         ticks = there.tick - before.tick
         x, y = before.pose.x - there.x, before.pose.y - there.y
@@ -792,7 +792,7 @@ def _each(name: str, part: str, given: Any, usual: float, size: int) -> list[flo
         return [checks.number(f"{name}.{part}", given, least=0.0)] * size
     found = _numbers(name, part, given)
     if len(found) != size or min(found, default=0.0) < 0.0:
-        raise ValueError(f"{name}.{part}={checks.shown(given)}: must be {size} numbers of at least 0, one for each body")
+        raise ValueError(f"{name}.{part}={checks.shown(given)}: must be {size} numbers, at least 0, one a body")
     return found
 
 

@@ -648,12 +648,13 @@ def slots_of(group: Group) -> list[Slot]:
 
 
 def _group(group: Group, *, is_counted: bool) -> SceneGroup:
-    policy, awareness = group.rules
+    (policy, awareness), lidar = group.rules, group.lidar
     role = "robot" if group.team is not None else "target" if is_counted else "other"
     return SceneGroup(
         group.name, role, COLOURS[group.number % len(COLOURS)], group.team,
         None if group.decides_alone else label(policy).strip("'"), _degree(awareness), _facts(group),
         group.range_shape,
+        {name: float(getattr(lidar, name)) for name in ("rays", "range", "field_of_view")} if lidar else None,
     )  # fmt: skip
 
 

@@ -42,6 +42,8 @@ class SceneGroup:
         Further facts for people.
     range_shape : {"disc", "square"}
         The shape of the ranges of its bodies.
+    lidar : mapping, optional
+        The lidar of each of its bodies: the number of `rays`, their `range` [length] and `field_of_view` [rad].
     """
 
     name: str
@@ -52,6 +54,7 @@ class SceneGroup:
     awareness: Mapping[str, Fact] | None = None
     fields: Mapping[str, Fact] = field(default_factory=dict)
     range_shape: str = "disc"
+    lidar: Mapping[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -155,6 +158,9 @@ class Scene:
             # Most bodies are points.
             if not slot["radius"]:
                 del slot["radius"]
+        for group in value["groups"]:
+            if group["lidar"] is None:
+                del group["lidar"]
         # Python has no larger exact float, and neither has JavaScript.
         value["seed"] = self.seed if self.seed < 2**53 else str(self.seed)
         return {"format": FORMAT, **value}

@@ -617,7 +617,7 @@ def test_distances_are_kept_until_they_are_too_old() -> None:
         ({"lidar": [1.0, -1.0, 1.0]}, "must be at least 0; give inf where a ray meets nothing"),
         ({"lidar": [1.0, math.nan, 1.0]}, "must be at least 0; give inf"),
         ({"teammates": Detections([1], [0], [1], moved=[(1, 2), (3, 4)])}, r"teammates\.moved: has 2 .* there are 1"),
-        ({"teammates": Detections([1], [0], [1], radius=[-1])}, r"teammates\.radius=\[-1\]: must be 1 numbers of at least 0"),
+        ({"teammates": Detections([1], [0], [1], radius=[-1])}, r"teammates\.radius=\[-1\]: must be 1 numbers, at least 0, one a body"),
         ({"targets": Detections([1], [0], radius=0.2)}, "targets: a body with a radius has no identity"),
         ({"targets": Detections([1], [0], [2**30])}, "reads bodies by identity, up to 1,000,000; number them from 0"),
     ],

@@ -12,7 +12,19 @@ import numpy as np
 import pytest
 from replaying import at_tick, drawn, opened, recorded, until, written
 
-from teamsight import CMOMMT, Circle, Disc, Robot, Sensor, Target, Torus, World
+from teamsight import (
+    CMOMMT,
+    Box,
+    Circle,
+    Disc,
+    Lidar,
+    Polygon,
+    Robot,
+    Sensor,
+    Target,
+    Torus,
+    World,
+)
 from teamsight.policies import ACmommt, RandomWalk
 from teamsight.view.scene import BLOCKED
 
@@ -170,6 +182,56 @@ def test_targets_are_shown_as_measured(page: Page, tmp_path: Path) -> None:
         assert_same(sensed_in(found, "targets"), entries(robot.percept.targets), 1e-3)
         count += len(robot.percept.targets.identity)
     assert count > 3
+
+
+RAYS = [
+    (Box(8, 6), Lidar(5, 3.0, math.radians(180)), 1e-3),
+    (Torus(6, 5), Lidar(32, 2.4), 1e-3),
+    # Round walls are drawn with corners.
+    (Disc(3.0), Lidar(1, 2.0, 0.3), 0.02),
+]
+
+
+@pytest.mark.parametrize(("arena", "lidar", "error"), RAYS, ids=["box", "torus", "disc"])
+def test_the_rays_of_the_selected_robot_end_where_it_measures(
+    page: Page, tmp_path: Path, shot: Callable[[Page, str], None], arena: Any, lidar: Lidar, error: float
+) -> None:
+    def world() -> World:
+        blocks = Circle((1, 0.5), 0.6), Polygon([(-2, -1), (-1, -1), (-1.5, 0)])
+        world = World(arena.with_obstacles(*blocks), contact="slide", rng=3)
+        world.add(Robot, 10, policy="random-walk", radius=0.2, lidar=lidar, name="robots")
+        world.senses(world.groups[0], world.add(Target, 4, policy="random-walk", radius=[0.0, 0.0, 0.3, 0.3]))
+        world.groups[0][3].active = False
+        return world
+
+    opened(page, written(tmp_path, recorded(world(), STEPS)))
+    twin = world()
+    twin.run(STEPS)
+    at_tick(page, STEPS)
+    slots, robots = slots_of(page), twin.groups[0]
+    shown = page.evaluate(
+        """slots => slots.map(slot => teamsight.raysOf(teamsight.view.tracks[0].arena.layout, teamsight.view.frameOf(0), slot))""",
+        [slots[robot.unique_id] for robot in robots],
+    )
+    readings = robots.percept.lidar
+    angles = np.arctan2(*robots.heading.T[::-1])
+    wrong = 0
+    for i, rays in enumerate(shown):
+        if i == 3:
+            assert rays == []
+            continue
+        turned = np.array([one["angle"] for one in rays]) - angles[i] - lidar.bearings
+        assert np.abs(np.sin(turned / 2)).max() < 1e-3
+        far = np.abs(np.array([one["distance"] for one in rays]) - readings[i])
+        # One that touches an edge is a matter of rounding.
+        wrong += int((far > error).sum())
+        assert all(one["isMet"] == (one["distance"] < lidar.range) for one in rays)
+    assert wrong <= 0.03 * readings.size
+    assert 0.2 < (readings < lidar.range).mean() < 1
+    page.evaluate("slot => teamsight.view.select(0, slot)", slots[robots[0].unique_id])
+    page.evaluate("teamsight.view.draw()")
+    shot(page, f"lidar-{lidar.rays}")
+    assert f"{lidar.rays} rays" in page.locator(".ts-facts div", has_text="Lidar").inner_text()
 
 
 def inspected(page: Page, twin: CMOMMT) -> list[tuple[Robot, dict[str, Any]]]:

@@ -19,6 +19,7 @@ const PRESENT = 1, ACTIVE = 2, OBSERVED = 4, BLOCKED = 8;
 const MOST = 65535, TURN = 65536, MEASURED = 32767;
 // How many links of a list frames of a live page hold.
 const MOST_LINKS = 100000;
+const MOST_RAYS = 10000;
 
 // Frames of a packed replay: columns of all frames one after the other, and where each frame begins in them.
 class Store {
@@ -270,6 +271,54 @@ function sensed(layout, frame, l, slot) {
     found.push({ slot: target, dx, dy, range: Math.hypot(dx, dy), bearing: wrapped(Math.atan2(dy, dx) - heading) });
   }
   return found.sort((one, other) => one.range - other.range);
+}
+
+// The rays of the lidar of a body: heading on the page, and how far each goes to the nearest wall, obstacle or body, as
+// drawn and without noise; `reach` where it meets nothing. Rays go from the right end of the field of view to its left.
+function raysOf(layout, frame, slot) {
+  frame = frame.plain || frame;
+  const { scene } = layout, { lidar } = scene.groups[layout.group[slot]];
+  if (!lidar || !has(frame, slot, PRESENT) || !has(frame, slot, ACTIVE)) return [];
+  const x = layout.x(frame.x[slot]), y = layout.y(frame.y[slot]), reach = lidar.range, heading = angleOf(frame, slot);
+  const [wx, wy] = layout.period, shifts = [];
+  for (let i = wx ? -1 : 0; i <= (wx ? 1 : 0); i++) {
+    for (let j = wy ? -1 : 0; j <= (wy ? 1 : 0); j++) shifts.push([i * wx - x, j * wy - y]);
+  }
+  const walls = [], discs = [];
+  // A seam is no wall.
+  const isSeam = ([ax, ay], [bx, by]) => (wx && ax === bx && (ax === layout.x0 || ax === layout.x1))
+    || (wy && ay === by && (ay === layout.y0 || ay === layout.y1));
+  for (const line of [...scene.walls, ...scene.obstacles]) {
+    for (let k = 1; k < line.length; k++) {
+      const [a, b] = [line[k - 1], line[k]];
+      if (!isSeam(a, b)) for (const [dx, dy] of shifts) walls.push([a[0] + dx, a[1] + dy, b[0] + dx, b[1] + dy]);
+    }
+  }
+  for (let s = 0; s < frame.n; s++) {
+    if (s === slot || !(layout.radius[s] > 0) || !has(frame, s, PRESENT) || !has(frame, s, ACTIVE)) continue;
+    for (const [dx, dy] of shifts) discs.push([layout.x(frame.x[s]) + dx, layout.y(frame.y[s]) + dy, layout.radius[s]]);
+  }
+  const near = discs.filter(([cx, cy, radius]) => Math.hypot(cx, cy) < reach + radius);
+  const isFull = lidar.field_of_view >= 2 * Math.PI - 1e-9, { rays } = lidar;
+  return Array.from({ length: Math.min(rays, MOST_RAYS) }, (_, k) => {
+    const share = rays === 1 ? 0 : isFull ? k / rays - 0.5 : k / (rays - 1) - 0.5;
+    const angle = heading + share * lidar.field_of_view, ux = Math.cos(angle), uy = Math.sin(angle);
+    let distance = reach;
+    for (const [ax, ay, bx, by] of walls) {
+      const right = ux * ay - uy * ax, left = ux * by - uy * bx;
+      if (right === left || right * left > 0) continue;
+      const at = (ax * by - ay * bx) / (left - right);
+      if (at >= 0 && at < distance) distance = at;
+    }
+    for (const [cx, cy, radius] of near) {
+      const along = cx * ux + cy * uy, across = cx * uy - cy * ux, gap = cx * cx + cy * cy - radius * radius;
+      if (gap <= 0) distance = 0;
+      else if (along > 0 && Math.abs(across) <= radius) {
+        distance = Math.min(distance, along - Math.sqrt(radius * radius - across * across));
+      }
+    }
+    return { angle, distance, isMet: distance < reach };
+  });
 }
 
 const wrapped = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
@@ -879,11 +928,34 @@ class Arena {
         to.fill();
       }
     }
+    this.drawRays(frame, s, at);
     if (found.ring) this.drawRing(frame, s, found.ring, at);
     found.channels.forEach((channel) => this.drawSensed(channel, s, at));
     for (const target of found.relayed || []) {
       this.drawReading(px[s] + target.dx * at.scale, py[s] - target.dy * at.scale, this.palette.soft);
     }
+  }
+
+  // The rays of its lidar, with a dot where one meets something.
+  drawRays(frame, s, at) {
+    const rays = raysOf(this.layout, frame, s), { to, ratio, palette } = this;
+    if (!rays.length) return;
+    const reach = this.layout.scene.groups[this.layout.group[s]].lidar.range * at.scale, dot = 3 * ratio;
+    this.copies(this.px[s], this.py[s], reach, at, (x, y) => {
+      const ends = rays.map(({ angle, distance, isMet }) => [
+        x + distance * at.scale * Math.cos(angle), y - distance * at.scale * Math.sin(angle), isMet,
+      ]);
+      to.beginPath();
+      for (const [endX, endY] of ends) {
+        to.moveTo(x, y);
+        to.lineTo(endX, endY);
+      }
+      to.strokeStyle = faded(palette.marker, 0.5);
+      to.lineWidth = 0.9 * ratio;
+      to.stroke();
+      to.fillStyle = palette.marker;
+      for (const [endX, endY, isMet] of ends) if (isMet) to.fillRect(endX - dot / 2, endY - dot / 2, dot, dot);
+    });
   }
 
   drawLongTrail(frame, s, at, shown) {
@@ -1399,6 +1471,10 @@ class Inspector {
     if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range) + shape]);
     const angle = (one.field_of_view * 180) / Math.PI;
     if (angle < 360 - 1e-4) facts.push(["Field of view", `${Math.round(angle)}°`]);
+    if (group.lidar) {
+      const { rays, range, field_of_view: view } = group.lidar, wide = Math.round((view * 180) / Math.PI);
+      facts.push(["Lidar", `${rays} rays, range ${length(range)}${wide < 360 ? `, ${wide}°` : ""}`]);
+    }
     for (const [name, value] of Object.entries(group.fields || {})) {
       // What is sensed without a sensor of its own is below.
       const isKnown = name.startsWith("senses ") && !/ by /.test(value);
@@ -2442,7 +2518,7 @@ async function start(root, data) {
 }
 
 const root = document.getElementById("teamsight"), data = document.getElementById("replay");
-const shared = { View, decodeReplay, decodeFrame, percept, Layout, view: null, ready: null };
+const shared = { View, decodeReplay, decodeFrame, percept, raysOf, Layout, view: null, ready: null };
 // After this script, so that window.teamsight is there.
 if (root && data) shared.ready = Promise.resolve().then(() => start(root, data));
 return shared;
