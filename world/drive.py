@@ -128,6 +128,11 @@ class Drive(Component):
 class Free(Drive):
     """Bodies turn at once, within the turning limit of their group, and go straight ahead."""
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """None."""
+        return ()
+
 
 @dataclass(frozen=True)
 class DifferentialDrive(Drive):

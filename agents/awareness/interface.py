@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
+from functools import lru_cache
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -83,8 +84,9 @@ class Past(NamedTuple):
     target_x: Annotated[Floats, ".targets"]
 
 
+@lru_cache
 def no_past(robots: int) -> Past:
-    """Return the past of a group of this many robots that keeps nothing."""
+    """Return the past of a group of this many robots that keeps nothing, into which nobody writes."""
     nothing, none = kept_lists(0, robots, 0), np.zeros(0)
     return Past(np.full(1, -1), nothing, nothing, np.zeros((0, robots, 2)), none, none, none)
 

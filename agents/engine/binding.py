@@ -436,19 +436,21 @@ class Binding:
             key: TEAM_GROUP.pack(teams[key[0]].value._replace(heading=relay.shown_heading, targets=relay.shown))
             for key, relay in ((key, packed.value) for key, packed in self._relays.items())
         }
-        known = {group.number: keeping_of(group, team_of(groups, group)) for group in groups}
-        reports = self._keep_reports(teams | late, known)
+        mates = [team_of(groups, group) for group in groups]
+        known = {group.number: keeping_of(group, team) for group, team in zip(groups, mates, strict=True)}
+        reports = self._keep_reports(teams | late, known, mates)
         records = []
-        for group in groups:
+        for group, others in zip(groups, mates, strict=True):
             delay, keeping = delay_of(group), known[group.number]
-            team = [late.get((other.number, delay), teams[other.number]) for other in team_of(groups, group)]
+            team = [late.get((other.number, delay), teams[other.number]) for other in others]
             if keeping is not None:
-                team = [reports[other.number, keeping[0]] for other in team_of(groups, group)]
+                team = [reports[other.number, keeping[0]] for other in others]
             records.append(self._group(group, team))
         return records
 
     def _keep_reports(
-        self, sensed: Mapping[Any, Packed[TeamGroup]], known: Mapping[int, tuple[Keeping, int] | None]
+        self, sensed: Mapping[Any, Packed[TeamGroup]], known: Mapping[int, tuple[Keeping, int] | None],
+        mates: Sequence[list[Group]],
     ) -> dict[tuple[int, Keeping], Packed[TeamGroup]]:
         """Bind what keeps the reports of groups, and return the groups with them, by number and what is kept.
 
@@ -458,10 +460,12 @@ class Binding:
             What is known of each group without hops: by its number, or number and delay.
         known : mapping of int to (Keeping, int) or None
             What the degree of each group needs.
+        mates : sequence of list of Group
+            The groups of the team of each group.
         """
-        groups, data, found = self._data.groups, self._data, {}
-        for group in groups:
-            needed = [one for other in team_of(groups, group) if (one := known[other.number]) is not None]
+        data, found = self._data, {}
+        for group, team in zip(data.groups, mates, strict=True):
+            needed = [one for other in team if (one := known[other.number]) is not None]
             for keeping in sorted({one for one, _ in needed}):
                 memory = max(ticks for one, ticks in needed if one == keeping)
                 key, targets = (group.number, keeping), group.relations.get(TARGETS)
@@ -739,13 +743,16 @@ def _team_group(group: Group) -> TeamGroup:
 def _sensing(group: Group, team: list[Packed[TeamGroup]]) -> Sensing:
     """The true surroundings of a group, and the arrays that its degree of awareness writes."""
     teammates = group.relations.get("teammates")
-    robots = sum(len(other.value.identity) for other in team) if group.awareness.spreads else 0
+    work: tuple[Any, ...] = ()
+    if group.awareness.spreads:
+        robots = sum(len(other.value.identity) for other in team)
+        work = np.zeros((robots, 4), np.int64), np.zeros((robots, 7))
     scene = Scene(
         group.bodies.heading, group.bodies.sensing_range, group.bodies.awareness_range, group.room("targets"),
         group.room("teammates"),
         teammates.place if teammates else np.zeros(0, np.int64),
         teammates.first[group.number] if teammates else 0, team, farthest_of(group.range_shape),
-        np.zeros((robots, 4), np.int64), np.zeros((robots, 7)),
+        *work,
     )  # fmt: skip
     perception, parameters = group.perception, np.ascontiguousarray(group.awareness.parameters, float)
     return Sensing(scene, parameters, perception.shown, perception.relayed, perception.situation)

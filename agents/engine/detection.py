@@ -580,11 +580,13 @@ class Keeping(NamedTuple):
 
 def keeping_of(group: Group, team: list[Group]) -> tuple[Keeping, int] | None:
     """Return what the degree of a group needs of the past, and for how many ticks; None for nothing."""
-    degree = type(group.awareness).__name__
-    memory = group.awareness.memory(max(sum(map(len, team)), 1))
+    degree, awareness = type(group.awareness).__name__, group.awareness
+    memory = awareness.memory(max(sum(map(len, team)), 1)) if team else 0
+    if type(memory) is int and memory == 0 and awareness.loss == 0.0:
+        return None
     memory = checks.count(f"{degree}.memory(…)", memory, least=0, most=MOST_DELAY)
-    loss = checks.number(f"{degree}.loss", group.awareness.loss, least=0, most=1)
-    return (Keeping(delay_of(group), loss), memory) if team and (memory or loss) else None
+    loss = checks.number(f"{degree}.loss", awareness.loss, least=0, most=1)
+    return (Keeping(delay_of(group), loss), memory) if team else None
 
 
 def reports_of(

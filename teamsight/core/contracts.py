@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,8 @@ def object_of(parameter: str, value: Any, known: Registry[Any], base: type) -> A
     TypeError, ValueError
         If the name is unknown, the class needs settings, or it is no object of a subclass of `base`.
     """
+    if isinstance(value, str) and known.is_built_in(value):
+        return _built_in(known, value)
     found = known[checks.choice(parameter, value, known)] if isinstance(value, str) else value
     if isinstance(value, str) and isinstance(found, type) and issubclass(found, base):
         check_options(parameter, value, (), declared(found))
@@ -60,6 +63,12 @@ def object_of(parameter: str, value: Any, known: Registry[Any], base: type) -> A
         shown = f"{value.__name__}: is a class; give an object" if isinstance(value, type) else checks.shown(value)
         raise TypeError(f"{parameter}={shown}: must be a {base.__name__}, or one of {', '.join(known)}")
     return found
+
+
+@cache
+def _built_in(known: Registry[Any], name: str) -> Any:
+    """Return one of ours with its defaults: immutable, so that all worlds share it."""
+    return known[name]()
 
 
 def numbers(what: str, value: Any, dimensions: int = 1, *, are_finite: bool = True) -> npt.NDArray[Any]:
