@@ -221,6 +221,7 @@ class Group(Generic[A]):
         team: str | None,
         agent_class: type[A],
         size: int,
+        *,
         policy: Policy | Rule,
         awareness: Awareness,
         host: WorldHost,

@@ -91,7 +91,10 @@ def make_group(
     if name in [group.name for group in data.groups]:
         raise ValueError(f"name={name!r}: another group has this name; give a different one")
     lidar = lidar_of(given["lidar"], data)
-    group: Group[A] = Group(name, number, team, agent_class, size, policy, awareness, host, range_shape, drive, lidar)
+    group: Group[A] = Group(
+        name, number, team, agent_class, size, policy=policy, awareness=awareness, host=host, range_shape=range_shape,
+        drive=drive, lidar=lidar,
+    )  # fmt: skip
     check_needs(group)
     group.founders = [founders]
     group.members.arrived_at[:] = data.timeline.tick

@@ -15,9 +15,9 @@ from teamsight.agents.recording.history import History
 from teamsight.agents.resolve import columns_of_state, first_state_of_members
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.core import checks
+from teamsight.core.contracts import is_own
 from teamsight.world.clock import Clock
-from teamsight.world.contact import BUMPS, Pass, is_own
-from teamsight.world.drive import is_own as is_own_drive
+from teamsight.world.contact import BUMPS, Pass
 from teamsight.world.interaction import InteractionState
 from teamsight.world.interaction import first_state as start_of_interaction
 from teamsight.world.limits import Limits
@@ -272,6 +272,6 @@ def _is_shipped(group: Group) -> bool:
         and group.is_in_table(0)
         and all(type(policy).__module__.startswith("teamsight.policies.") for policy in group.policies)
         and type(awareness).__module__.startswith("teamsight.agents.awareness.")
-        and not is_own_drive(group.drive)
+        and not is_own(group.drive)
         and all(channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values())
     )

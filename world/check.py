@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache
+from functools import cache, partial
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -148,19 +148,36 @@ def _check_steps(
     finite = np.asarray(np.isfinite(reached).all(axis=1))
     inside = np.asarray(arena.contains(np.where(finite[:, None], reached[:, :2], 0.0)))
     unit: npt.NDArray[np.bool_] = np.abs(reached[:, 2] ** 2 + reached[:, 3] ** 2 - 1.0) <= 1e-6
-    for kept, what in (
+    _refuse_calls(
+        partial(_result, arena, given, reached),
         (finite, "which is not finite; return four finite numbers"),
         (inside, "which is outside according to contains(); return a position inside, or on the wall"),
         (unit, "whose heading is not a unit vector; reflect it without changing its length"),
-    ):
-        if not kept.all():
-            raise ValueError(f"{_result(arena, given, reached, int(np.argmin(kept)))}, {what}")
+    )
     return reached
 
 
 def _result(arena: Arena, given: Any, reached: Any, k: int) -> str:
-    before, after = (", ".join(map(str, row[k].tolist())) for row in (given, reached))
-    return f"{type(arena).__name__}: confine({before}, size) returns ({after})"
+    return f"{type(arena).__name__}: confine({_listed(given[k])}, size) returns ({_listed(reached[k])})"
+
+
+def _listed(row: Any) -> str:
+    return ", ".join(map(str, row.tolist()))
+
+
+def _refuse_calls(shown: Callable[[int], str], *parts: tuple[Any, str]) -> None:
+    """Refuse the first call of a kernel that is not as it must be.
+
+    Parameters
+    ----------
+    shown : callable
+        Returns a call, given by its number, with its result.
+    *parts : (ndarray, str)
+        Whether each call is right, and what is wrong with one that is not, with the cure.
+    """
+    for is_right, wrong in parts:
+        if not is_right.all():
+            raise ValueError(f"{shown(int(np.argmin(is_right)))}, {wrong}")
 
 
 def _check_short_steps(arena: Arena, places: Points, extent: float, rng: np.random.Generator) -> None:
@@ -259,15 +276,12 @@ def check_contact(contact: Contact, *, seed: int = 1) -> None:
     _MEETINGS.interpret(name, "meet", entry, meetings._replace(given=given[few], after=meetings.after[few]))
     after = _MEETINGS.execute(name, "meet", entry, meetings)[1].after
     length = np.hypot(way[:, 0], way[:, 1])
-    for kept, what in (
+    _refuse_calls(
+        lambda k: f"{name}: meet({_listed(given[k])}, parameters) returns ({_listed(after[k])})",
         (np.isfinite(after).all(axis=1), "which is not finite; return four finite numbers"),
         (np.abs(after[:, 2] ** 2 + after[:, 3] ** 2 - 1.0) <= 1e-6, "whose heading is no unit vector; keep its length"),
         (np.hypot(after[:, 0], after[:, 1]) <= length * (1 + 1e-9), "a longer way than is left; it would be cut"),
-    ):
-        if not kept.all():
-            k = int(np.argmin(kept))
-            before, then = (", ".join(map(str, row[k].tolist())) for row in (given, after))
-            raise ValueError(f"{name}: meet({before}, parameters) returns ({then}), {what}")
+    )
 
 
 class Rides(NamedTuple):
@@ -355,17 +369,17 @@ def check_drive(drive: Drive, *, steps: int = 40, seed: int = 1) -> None:
             parts = {part: getattr(rides, part)[few] for part in ("asked", "blocked", "state", "done")}
             _RIDES.interpret(name, "carry", entry, rides._replace(**parts))
         after = _RIDES.execute(name, "carry", entry, rides)[1]
-        for kept, what in (
+        called = [*asked.T, rides.blocked]
+        _refuse_calls(
+            lambda k: (
+                f"{name}: carry({', '.join(str(one[k].item()) for one in called)}, {state[k].tolist()}, parameters) "  # noqa: B023
+                f"returns ({_listed(after.done[k])})"  # noqa: B023
+            ),
             (np.isfinite(after.done).all(axis=1), "which is not finite; return three finite numbers"),
             (np.hypot(*after.done[:, :2].T) <= speed * (1 + 1e-9), "a longer way than the speed; limit it to that"),
             (np.abs(after.done[:, 2]) < _MOST_TURN, "a turn of too many rounds; return it in radians"),
             (np.isfinite(after.state).all(axis=1), "and keeps what is not finite; write finite numbers to `state`"),
-        ):
-            if not kept.all():
-                k = int(np.argmin(kept))
-                then = ", ".join(map(str, after.done[k].tolist()))
-                before = ", ".join(map(str, [*asked[k].tolist(), bool(rides.blocked[k]), state[k].tolist()]))
-                raise ValueError(f"{name}: carry({before}, parameters) returns ({then}), {what}")
+        )
         state = after.state
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core.component import Component
-from teamsight.core.contracts import object_of, parameters_of
+from teamsight.core.contracts import is_own, object_of, parameters_of
 from teamsight.core.kernel import Entry, Packed, Record, inlined, kernel, specialise
 from teamsight.core.table import Table
 from teamsight.world.arena import Arena, kernel_period, states_walls
@@ -131,11 +131,6 @@ def contact_of(value: Any, arena: Arena) -> Contact:
             "define `walls`, the segments and discs at which its confine reflects, or use Polygon"
         )
     return contact
-
-
-def is_own(contact: Contact) -> bool:
-    """Whether a contact is the user's own."""
-    return not type(contact).__module__.startswith("teamsight.")
 
 
 class SolidGroup(NamedTuple):

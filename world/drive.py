@@ -232,8 +232,3 @@ def drive_of(value: Any) -> Drive:
         raise ValueError(f"{name}.state={drive.state}: give each number a name of its own")
     numbers(f"{name}.parameters", drive.parameters)
     return drive
-
-
-def is_own(drive: Drive) -> bool:
-    """Whether a drive is the user's own."""
-    return not type(drive).__module__.startswith("teamsight.")

@@ -8,11 +8,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from teamsight.core.contracts import is_own
 from teamsight.core.elementary import atan2, cos_sin
 from teamsight.core.kernel import Entry, Packed, Record, inlined, specialise
 from teamsight.core.table import Field, Table
 from teamsight.world.arena import Arena, Obstructed, kernel_period
-from teamsight.world.drive import Drive, Free, is_own
+from teamsight.world.drive import Drive, Free
 
 Column = npt.NDArray[np.float64]
 

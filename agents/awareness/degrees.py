@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -215,7 +215,7 @@ class SharedAwareness(Awareness):
     shows_teammates = True
     perceive = _perceive_shared
     situate = _situate_shared
-    delivers = ("targets", "teammates", "relayed")
+    delivers: ClassVar[tuple[str, ...]] = ("targets", "teammates", "relayed")
 
     def width(self, team_size: int) -> Width:
         return Width(OWN_SECTORS, OWN_SECTORS * (checks.count("team_size", team_size) - 1))

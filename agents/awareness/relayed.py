@@ -9,11 +9,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.degrees import group_of, slot_of
+from teamsight.agents.awareness.degrees import SharedAwareness, group_of, slot_of
 from teamsight.agents.awareness.interface import (
     OWN_SECTORS,
-    Awareness,
-    Width,
     read_ring,
     situate_targets,
     team_group_at,
@@ -236,7 +234,7 @@ def _hops(name: str, value: Any) -> Any:
 
 
 @dataclass(frozen=True)
-class RelayedAwareness(Awareness):
+class RelayedAwareness(SharedAwareness):
     """As `SharedAwareness`, over several hops: robots pass on the reports of teammates that they hear.
 
     At each tick every robot reports where it is and the targets that it senses. A report goes from a robot to those
@@ -275,6 +273,7 @@ class RelayedAwareness(Awareness):
     order = "o(N)"
     formula = "n + nN"
     shows = "the offset of every teammate that can be reached, and the targets that it senses"
+    shows_teammates = False
     perceive = _perceive_relayed
     situate = _situate_relayed
     delivers = ("targets", "teammates", "relayed", "identities")
@@ -298,13 +297,3 @@ class RelayedAwareness(Awareness):
                 f"delay={self.delay}: {self.memory(present)} ticks for hops={self.hops!r} in a team of {present}; "
                 f"all hops must take at most {MOST_DELAY}, so give a shorter delay or fewer hops"
             )
-
-    def width(self, team_size: int) -> Width:
-        return Width(OWN_SECTORS, OWN_SECTORS * (checks.count("team_size", team_size) - 1))
-
-    def rings(self, team_size: int) -> tuple[int, ...]:
-        return (OWN_SECTORS,) * (team_size - 1)
-
-    @classmethod
-    def dimensions(cls, own: int, delta: int, sigma: int, team_size: int) -> int:
-        return own + own * team_size

@@ -67,14 +67,13 @@ from teamsight.agents.engine.relation import counted_groups
 from teamsight.agents.group import team_of
 from teamsight.agents.recording.transitions import RECORD_AFTER, RECORD_BEFORE
 from teamsight.agents.sensing.lidar import MEASURE, bound_lidar
+from teamsight.core.contracts import is_own
 from teamsight.core.kernel import Entry, Packed, Record, array_at
 from teamsight.core.kernel.record import address_of
 from teamsight.policies.channels import OF_BODIES
 from teamsight.policies.compiled import pack_decision
 from teamsight.policies.interface import Policy, PolicyState
 from teamsight.policies.registry import label
-from teamsight.world.contact import is_own
-from teamsight.world.drive import is_own as is_own_drive
 from teamsight.world.limits import farthest_of
 from teamsight.world.motion import advance_entry, intend_entry, is_watched, pack_move
 from teamsight.world.noise import LANES, Stream, stream_number
@@ -382,7 +381,7 @@ class Binding:
                 decide.append(Phase("decide", loop.DECIDE_DUE if does.due else loop.DECIDE, record, group))
             elif does.decide and does.decision:
                 decide.append(Phase("decide", does.decide, does.decision, group))
-            has_own = is_own_drive(group.drive) or (is_watched(self._data.arena) and group not in self._data.solid)
+            has_own = is_own(group.drive) or (is_watched(self._data.arena) and group not in self._data.solid)
             entry, argument = loop.guarded(does.advance, does.move, has_own)
             move.append(Phase("move", entry, argument, group))
             if solid:
@@ -436,11 +435,11 @@ class Binding:
             key: TEAM_GROUP.pack(teams[key[0]].value._replace(heading=relay.shown_heading, targets=relay.shown))
             for key, relay in ((key, packed.value) for key, packed in self._relays.items())
         }
-        mates = [team_of(groups, group) for group in groups]
-        known = {group.number: keeping_of(group, team) for group, team in zip(groups, mates, strict=True)}
-        reports = self._keep_reports(teams | late, known, mates)
+        team_groups = [team_of(groups, group) for group in groups]
+        known = {group.number: keeping_of(group, team) for group, team in zip(groups, team_groups, strict=True)}
+        reports = self._keep_reports(teams | late, known, team_groups)
         records = []
-        for group, others in zip(groups, mates, strict=True):
+        for group, others in zip(groups, team_groups, strict=True):
             delay, keeping = delay_of(group), known[group.number]
             team = [late.get((other.number, delay), teams[other.number]) for other in others]
             if keeping is not None:
@@ -450,7 +449,7 @@ class Binding:
 
     def _keep_reports(
         self, sensed: Mapping[Any, Packed[TeamGroup]], known: Mapping[int, tuple[Keeping, int] | None],
-        mates: Sequence[list[Group]],
+        team_groups: Sequence[list[Group]],
     ) -> dict[tuple[int, Keeping], Packed[TeamGroup]]:
         """Bind what keeps the reports of groups, and return the groups with them, by number and what is kept.
 
@@ -460,11 +459,11 @@ class Binding:
             What is known of each group without hops: by its number, or number and delay.
         known : mapping of int to (Keeping, int) or None
             What the degree of each group needs.
-        mates : sequence of list of Group
+        team_groups : sequence of list of Group
             The groups of the team of each group.
         """
         data, found = self._data, {}
-        for group, team in zip(data.groups, mates, strict=True):
+        for group, team in zip(data.groups, team_groups, strict=True):
             needed = [one for other in team if (one := known[other.number]) is not None]
             for keeping in sorted({one for one, _ in needed}):
                 memory = max(ticks for one, ticks in needed if one == keeping)
@@ -713,7 +712,7 @@ def can_fail(data: WorldData) -> bool:
     """Whether a step can fail after bodies have moved: by a part of the user's, such as an arena, drive or sensor."""
     sensors = (channel.sensor for group in data.groups for channel in group.channels.values())
     own = any(sensor is not None and is_checked(sensor) for sensor in sensors)
-    own = own or (bool(data.solid) and is_own(data.contact)) or any(is_own_drive(group.drive) for group in data.groups)
+    own = own or (bool(data.solid) and is_own(data.contact)) or any(is_own(group.drive) for group in data.groups)
     return own or is_watched(data.arena) or bool(data.interactions)
 
 

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from teamsight.agents.engine.loop import guarded
 from teamsight.agents.engine.records import DONE, PROGRESS, Phase
+from teamsight.core.contracts import is_own
 from teamsight.core.kernel import Entry, Packed, Record
-from teamsight.world.contact import ContactArrays, SolidBodies, contact_at, contact_entry, is_own
+from teamsight.world.contact import ContactArrays, SolidBodies, contact_at, contact_entry
 from teamsight.world.motion import is_watched
 
 if TYPE_CHECKING:

@@ -187,25 +187,16 @@ LIDAR = Record(LidarArrays)
 lidar_at = LIDAR.at
 
 
-@kernel
-def _meet_near(here: Any, i: int, near: Any, count: int, are_walls: bool) -> None:
-    """Let the rays of robot `i` end at the round things that are noted, `count` bodies or obstacles.
+@inlined
+def _rays_of(here: Any, i: int, near: Any, lanes: Any, begin: Any, end: Any, gap: Any, miss: Any) -> None:
+    """Compute in SIMD lanes, from near angles, which rays of robot `i` may meet each round thing.
 
-    Which rays may meet each is computed from near angles, in SIMD lanes; whether they do, exactly.
+    Written are the first and the last of them, the squared distance less the squared radius, and what is below 0 where
+    some ray may meet it.
     """
-    # The first and the last ray that may meet each.
-    begin = scratch(CHUNK, np.float64)
-    end = scratch(CHUNK, np.float64)
-    gap = scratch(CHUNK, np.float64)
-    # Below 0 where some ray may meet it.
-    miss = scratch(CHUNK, np.float32)
     ahead_x = here.heading[i, 0]
     ahead_y = here.heading[i, 1]
     last = here.readings.shape[1] - 1.0
-    # A number of whole lanes, as the compiler sees; it leaves none over.
-    lanes = np.uint64((count + LANES - 1) // LANES) * np.uint64(LANES)
-    for k in range(np.uint64(count), np.uint64(count) + np.uint64(LANES)):
-        near.radius[k] = 0.0
     for k in range(lanes):
         x = near.x[k]
         y = near.y[k]
@@ -239,6 +230,23 @@ def _meet_near(here: Any, i: int, near: Any, count: int, are_walls: bool) -> Non
         miss[k] = np.float32(-1.0) if (is_between | is_at_seam) & is_near else np.float32(1.0)
     for k in range(lanes, np.uint64(CHUNK)):
         miss[k] = np.float32(1.0)
+
+
+@kernel
+def _meet_near(here: Any, i: int, near: Any, count: int, are_walls: bool) -> None:
+    """Let the rays of robot `i` end at the round things that are noted, `count` bodies or obstacles.
+
+    Which rays may meet each is computed from near angles; whether they do, exactly.
+    """
+    begin = scratch(CHUNK, np.float64)
+    end = scratch(CHUNK, np.float64)
+    gap = scratch(CHUNK, np.float64)
+    miss = scratch(CHUNK, np.float32)
+    # A number of whole lanes, as the compiler sees; it leaves none over.
+    lanes = np.uint64((count + LANES - 1) // LANES) * np.uint64(LANES)
+    for k in range(np.uint64(count), np.uint64(count) + np.uint64(LANES)):
+        near.radius[k] = 0.0
+    _rays_of(here, i, near, lanes, begin, end, gap, miss)
     row = here.row
     way = here.way
     word = below_64(miss, np.uint64(0), np.float32(0.0))

@@ -65,6 +65,11 @@ def object_of(parameter: str, value: Any, known: Registry[Any], base: type) -> A
     return found
 
 
+def is_own(component: Any) -> bool:
+    """Return whether a component is of a class of the user's own."""
+    return not type(component).__module__.startswith("teamsight.")
+
+
 @cache
 def _built_in(known: Registry[Any], name: str) -> Any:
     """Return one of ours with its defaults: immutable, so that all worlds share it."""
