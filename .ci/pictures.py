@@ -91,9 +91,16 @@ def _bodies() -> bytes:
     world = World(Box(6, 3), contact="slide", rng=4)
     world.add(Robot, 16, policy="random-walk", radius=[0.2] * 14 + [0.5] * 2, sensing_range=0.01, awareness_range=0.01)
     drawing, buffer = Drawing(world.record(steps=60).tracks, 640), io.BytesIO()
-    # Without the chart, which has nothing to show.
-    Image.fromarray(drawing.show(60)[44:-90]).save(buffer, "png")
+    # Without the chart and the legend, which have nothing to show.
+    Image.fromarray(drawing.show(60)[44:-108]).save(buffer, "png")
     return buffer.getvalue()
+
+
+def _delta() -> bytes:
+    from teamsight.analysis.delta import choose_delta
+
+    settings = {"robots": 30, "targets": 15, "radius": 5.0, "policy": "random-walk"}
+    return choose_delta(settings, steps=600, risk=0.01, rng=0).to_png()
 
 
 def _drives() -> bytes:
@@ -170,6 +177,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
     "avoiding.png": _avoiding,
     "bodies.png": _bodies,
+    "delta.png": _delta,
     "drives.png": _drives,
     "evolved.png": _evolved,
     "figure-3.png": _figure_3,

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 _WORLD: dict[str, Any] = {"robots": 10, "targets": 15, "radius": 4.0}
 # Their worlds have the same seed, so both teams meet the same targets.
 _TEAMS: tuple[tuple[str, dict[str, Any]], ...] = (
-    ("Random walk", {"policy": "random-walk", "awareness": "none"}),
-    ("A-CMOMMT with awareness", {"policy": "a-cmommt", "awareness": "pairwise"}),
+    ("Blind to teammates", {"policy": "a-cmommt", "awareness": "none"}),
+    ("Aware of teammates", {"policy": "a-cmommt", "awareness": "pairwise"}),
 )
 # A minute at the frames a second at which a recording plays.
 _STEPS, _PER_SECOND = 1200, 20
-# A GIF is large: it shows the beginning, every third step of it, and stays below 2 MB.
-_GIF_STEPS, _GIF_EVERY = 300, 3
-_GIF_SIZE: dict[str, Any] = {"width": 640, "fps": 12.5}
+# A GIF is large: it shows the beginning, every fourth step of it, and stays below 2.5 MB.
+_GIF_STEPS, _GIF_EVERY = 300, 4
+_GIF_SIZE: dict[str, Any] = {"width": 640, "scale": 2, "fps": 10}
 _FILE = Path("teamsight-demo.html")
 
 
@@ -47,7 +47,7 @@ class DemoSettings(Writes):
 
 
 def demo(settings: DemoSettings) -> None:
-    """Show two teams side by side for a minute: a random walk, and A-CMOMMT with awareness of teammates.
+    """Show two teams side by side for a minute: one that is blind to teammates, and one that is aware of them.
 
     Without the extra 'live' the browser shows a recording; without a browser the recording is written. Both worlds have
     the same seed, and so the same targets.

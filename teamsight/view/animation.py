@@ -32,7 +32,7 @@ _MOST_WIDTH, _LEAST_WIDTH = 4_000, 160
 MOST_FRAMES = 20_000
 # Of more frames a GIF shows every second, or third, and so on: it would take tens of megabytes.
 _MOST_IN_GIF = 300
-_COLOURS = 64
+_COLOURS = 32
 _PATIENCE, _EVERY = 2.0, 0.25
 
 
@@ -55,6 +55,7 @@ def rendered(
     frame: int = -1,
     fps: float = 20.0,
     width: int | None = None,
+    scale: int = 1,
     title: str = "",
 ) -> bytes:
     """Return a replay as the content of a film or a picture.
@@ -70,7 +71,9 @@ def rendered(
     fps : float
         Frames a second in a film, at most 50 in a GIF.
     width : int, optional
-        The width [pixels].
+        The width [pixels], at a scale of 1.
+    scale : int
+        How many times finer, 1 to 4: 2 is sharp on a screen with two pixels for each one of a page.
     title : str
         The title of a film, in its metadata.
 
@@ -86,18 +89,19 @@ def rendered(
     pixels = _WIDTHS[ending] * (len(tracks) if ending == ".gif" else 1) if width is None else width
     pixels = checks.count("width", pixels, least=_LEAST_WIDTH, most=_MOST_WIDTH, cure="it is a number of pixels")
     pixels -= pixels % 2
+    scale = checks.count("scale", scale, least=1, most=4, cure="it multiplies the width")
     longest = max(len(track.frames) for track in tracks)
     if ending == ".png":
         chosen = checks.count("frame", frame, least=-longest, most=longest - 1, cure="the last one is −1") % longest
         content = io.BytesIO()
-        Drawing(tracks, pixels).save(content, chosen, _MARK)
+        Drawing(tracks, pixels, scale).save(content, chosen, _MARK)
         return content.getvalue()
     if longest > MOST_FRAMES:
         raise ValueError(f"frames: {longest:,} are too many for a film, at most {MOST_FRAMES:,}; record with every=10")
     if ending == ".gif":
-        return _gif(Drawing(tracks, pixels), checks.number("fps", fps, above=0, most=50))
+        return _gif(Drawing(tracks, pixels, scale), checks.number("fps", fps, above=0, most=50))
     check_video()
-    return _mp4(Drawing(tracks, pixels), checks.number("fps", fps, above=0, most=120), title)
+    return _mp4(Drawing(tracks, pixels, scale), checks.number("fps", fps, above=0, most=120), title)
 
 
 def _gif(drawing: Drawing, fps: float) -> bytes:

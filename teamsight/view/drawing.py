@@ -16,6 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from matplotlib.path import Path
 from matplotlib.transforms import Affine2D
@@ -51,6 +52,8 @@ def square_outline(reach: float, angle: float, field_of_view: float) -> Floats:
 
 _DPI = 100
 _INK, _PALE, _GREY, _BLOCKED = "#1b1f24", "#d0d7de", "#8c959f", "#c2185b"
+# The lines of two runs; their titles have the same colours.
+_LINES = ("#1f77b4", "#d1242f")
 # The size of a marker, and that of one among many or in a small body [points²].
 _MARKER, _SMALL_MARKER = 26.0, 6.0
 # Beyond these numbers of bodies, links and trails are not drawn, since they would cover each other.
@@ -65,8 +68,8 @@ _OUTLINES = {
     "square": Path.unit_rectangle().transformed(Affine2D().translate(-0.5, -0.5).scale(0.9)),
     "diamond": Path.unit_regular_polygon(4).transformed(Affine2D().scale(0.62)),
 }
-# The heights of the chart and of the titles [pixels], and the width of a letter of a title.
-_CHART, _HEAD, _LETTER = 90, 44, 6.4
+# The heights of the chart, the legend and the titles [pixels], and the width of a letter of a title.
+_CHART, _LEGEND, _HEAD, _LETTER = 90, 18, 44, 6.4
 
 
 class Drawing:
@@ -78,22 +81,25 @@ class Drawing:
         One run, or two side by side.
     width : int
         The width of the figure [pixels].
+    scale : int
+        The number of pixels of the picture, along each side, for one of the figure.
     """
 
-    def __init__(self, tracks: Sequence[Track], width: int) -> None:
+    def __init__(self, tracks: Sequence[Track], width: int, scale: int = 1) -> None:
         self._tracks = [(track.scene, list(track.frames)) for track in tracks]
         self.frames = max(len(frames) for _, frames in self._tracks)
-        self.figure = Figure(figsize=(width / _DPI, _height(tracks, width) / _DPI), dpi=_DPI)
+        self.figure = Figure(figsize=(width / _DPI, _height(tracks, width) / _DPI), dpi=_DPI * scale)
         self._canvas = FigureCanvasAgg(self.figure)
         height = self.figure.get_figheight() * _DPI
-        bottom, top = _CHART / height, 1 - _HEAD / height
+        bottom, top = (_CHART + _LEGEND) / height, 1 - _HEAD / height
         share = 1 / len(tracks)
         self._arenas = [
-            _Arena(self.figure.add_axes((k * share, bottom, share, top - bottom)), *track, width * share)
-            for k, track in enumerate(self._tracks)
+            _Arena(self.figure.add_axes((k * share, bottom, share, top - bottom)), *track, width * share, colour)
+            for k, (track, colour) in enumerate(zip(self._tracks, _LINES if len(tracks) > 1 else (_INK,), strict=False))
         ]
         left, low = 42 / width, 20 / height
-        chart = self.figure.add_axes((left, low, 1 - left - 12 / width, bottom - low - 8 / height))
+        chart = self.figure.add_axes((left, low, 1 - left - 12 / width, _CHART / height - low - 8 / height))
+        _draw_legend(self.figure, self._tracks[0][0], (_CHART + 0.5 * _LEGEND) / height)
         self._cursor = _chart(chart, self._tracks)
         self._moving: list[Artist] = [self._cursor, *(one for arena in self._arenas for one in arena.artists)]
         for artist in self._moving:
@@ -143,11 +149,11 @@ _LOOK = np.dtype([
 class _Arena:
     """The arena of one track."""
 
-    def __init__(self, axes: Axes, scene: Scene, frames: list[Frame], width: float) -> None:
-        self._scene, self._frames, self._to_pixels = scene, frames, axes.transData
+    def __init__(self, axes: Axes, scene: Scene, frames: list[Frame], width: float, colour: str) -> None:
+        self._scene, self._frames, self._axes = scene, frames, axes
         self._name = shown(scene.title, max(int(width / _LETTER), 8)).strip("'")
         _draw_walls(axes, scene)
-        self._title = axes.set_title(" ", fontsize=8.5, color=_INK, pad=4)
+        self._title = axes.set_title(" ", fontsize=8.5, color=colour, pad=4)
         outlines = [_OUTLINES[shape] for shape in shapes_of(scene)]
         looks = [
             (
@@ -218,7 +224,7 @@ class _Arena:
     def _sizes(self, radius: Floats) -> Floats:
         """Return the sizes of markers [points²]: none is larger than its body, as long as it can be seen."""
         size = _MARKER if len(self._scene.slots) <= 200 else _SMALL_MARKER
-        points = 2 * radius * self._to_pixels.get_matrix()[0, 0] * 72 / _DPI
+        points = 2 * radius * self._axes.transData.get_matrix()[0, 0] * 72 / self._axes.figure.dpi
         return np.where(radius > 0, np.clip(points**2, _SMALL_MARKER, size), size)
 
     def _show_bodies(
@@ -291,22 +297,34 @@ def _draw_walls(axes: Axes, scene: Scene) -> None:
         axes.plot(*zip(*line, strict=True), color=_INK, linewidth=1.2, linestyle="--" if scene.wraps else "-", zorder=3)
 
 
+def _draw_legend(figure: Figure, scene: Scene, height: float) -> None:
+    """Say below the arenas what the markers of each group mean, at most three groups."""
+    entries: list[Line2D] = []
+    for group, shape in [*zip(scene.groups, shapes_of(scene), strict=True)][:3]:
+        names = ("observed", "missed") if group.role == "target" else ("",)
+        for name in names:
+            look = {"marker": _OUTLINES[shape], "color": group.colour, "markersize": 5.5, "linestyle": ""}
+            hollow = {"markerfacecolor": "none"} if name == "missed" else {}
+            entries.append(Line2D([], [], **look, **hollow, label=f"{group.name} {name}".strip()))  # type: ignore[arg-type]
+    figure.legend(
+        handles=entries, loc="center", bbox_to_anchor=(0.5, height), ncols=len(entries), fontsize=7, frameon=False,
+        handletextpad=0.1, columnspacing=1.2, borderaxespad=0.0, labelcolor=_INK,
+    )  # fmt: skip
+
+
 def _chart(axes: Axes, tracks: list[tuple[Scene, list[Frame]]]) -> Any:
     """Draw the observed fraction against time; return the cursor."""
     for number, (scene, frames) in enumerate(tracks):
         if "observed" in scene.series:
             column = scene.series.index("observed")
             values = [frame.series[column] for frame in frames]
-            colour = ("#1f77b4", "#d1242f")[number]
-            axes.plot([frame.time for frame in frames], values, color=colour, label=scene.title, linewidth=1.0)
+            axes.plot([frame.time for frame in frames], values, color=_LINES[number], linewidth=1.0)
     axes.set_ylim(-0.03, 1.03)
     axes.set_yticks([0.0, 1.0])
     axes.tick_params(labelsize=7, colors=_INK)
     axes.set_ylabel("observed", fontsize=8, color=_INK)
     axes.spines[["top", "right"]].set_visible(False)
     axes.margins(x=0.01)
-    if len(tracks) > 1:
-        axes.legend(fontsize=6, frameon=False, loc="lower right", ncols=2)
     return axes.axvline(tracks[0][1][0].time, color=_INK, linewidth=0.8)
 
 
@@ -314,4 +332,4 @@ def _height(tracks: Sequence[Track], width: int) -> int:
     """Return the height of a figure that fits its arenas [pixels], an even number."""
     ratios = [(s.bounds[3] - s.bounds[1]) / (s.bounds[2] - s.bounds[0]) for s in (track.scene for track in tracks)]
     arena = width / len(tracks) * min(max(*ratios, 0.2), 2.0)
-    return 2 * round((arena + _CHART + _HEAD) / 2)
+    return 2 * round((arena + _CHART + _LEGEND + _HEAD) / 2)

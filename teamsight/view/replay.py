@@ -135,6 +135,7 @@ class Replay:
         frame: int = -1,
         fps: float = 20.0,
         width: int | None = None,
+        scale: int = 1,
     ) -> Path:
         """Write the replay to a file, and return its path.
 
@@ -153,6 +154,9 @@ class Replay:
             Frames a second in a film.
         width : int, optional
             The width of films and pictures [pixels]; by default 480 for each run in a GIF, else 800.
+        scale : int
+            How many times finer films and pictures are, 1 to 4: 2 is sharp on a screen with two pixels for each one of
+            a page, and makes them twice as wide.
 
         Raises
         ------
@@ -170,7 +174,7 @@ class Replay:
         else:
             from teamsight.view.animation import rendered
 
-            content = rendered(self.tracks, ending, frame=frame, fps=fps, width=width, title=self.title)
+            content = rendered(self.tracks, ending, frame=frame, fps=fps, width=width, scale=scale, title=self.title)
         write(path, content, force=force)
         return Path(path)
 

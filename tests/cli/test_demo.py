@@ -70,8 +70,8 @@ def test_without_a_browser_the_recording_is_written(capsys: pytest.CaptureFixtur
     assert (status, err) == (0, "")
     assert out.splitlines()[:2] == ["the recording is in teamsight-demo.html", f"open it in a browser: {place.as_uri()}"]
     page = place.read_text(encoding="utf-8")
-    assert "Random walk" in page
-    assert "A-CMOMMT with awareness" in page
+    assert "Blind to teammates" in page
+    assert "Aware of teammates" in page
 
 
 def test_both_teams_meet_the_same_targets(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -170,7 +170,7 @@ def test_the_live_page_shows_both_teams_with_one_seed(
     assert call(capsys, "demo", "--seed", "3")[0] == 0
     ((model, given, how),) = asked
     assert model is CMOMMT
-    assert (given["seed"], given["policy"], given["awareness"]) == (3, "random-walk", "none")
+    assert (given["seed"], given["policy"], given["awareness"]) == (3, "a-cmommt", "none")
     assert how.pop("beside") == {"policy": "a-cmommt", "awareness": "pairwise"}
     # A port that is in use does not stop the demo.
     assert how == {"rate": 20, "port": 0, "wait": True}

@@ -38,6 +38,16 @@ def test_two_runs_show_the_same_tick() -> None:
         assert found == [f"tick {tick}" for tick in ticks]
 
 
+def test_a_finer_picture_is_the_same_picture() -> None:
+    tracks = CMOMMT(robots=3, targets=3, radius=2.0, rng=1).record(steps=2).tracks
+    one, two = (Drawing(tracks, 300, scale).show(2).astype(float) for scale in (1, 2))
+    assert two.shape == (2 * one.shape[0], 2 * one.shape[1], 3)
+    averaged = two.reshape(one.shape[0], 2, one.shape[1], 2, 3).mean(axis=(1, 3))
+    # Letters and edges fall on other parts of pixels.
+    assert np.abs(averaged - one).mean() < 3.0
+    assert np.abs(averaged[:, ::-1] - one).mean() > 3.0
+
+
 def test_a_link_across_the_seam_leaves_and_arrives() -> None:
     world = World(Torus(4.0, 4.0), rng=1)
     robots = world.add(Robot, 2, policy="stationary", awareness_range=[0.5, 1.5])

@@ -302,6 +302,8 @@ def test_films_and_pictures_are_written_and_known_again(tmp_path: Path) -> None:
         replay.save(place, width=200)
     with pytest.raises(ValueError, match="frame=4: must be at most 3"):
         replay.save(tmp_path / "run.png", frame=4)
+    with pytest.raises(ValueError, match=r"scale=5: must be at most 4"):
+        replay.save(tmp_path / "run.png", scale=5)
     with pytest.raises(ValueError, match=r"fps=60.*at most 50"):
         replay.save(tmp_path / "run.gif", fps=60)
 
