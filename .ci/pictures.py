@@ -80,6 +80,55 @@ def _hops() -> bytes:
     return to_picture(draw(pd.read_parquet(ROOT / "docs" / "hops.parquet")))
 
 
+def _awareness() -> bytes:
+    """Draw what one robot knows of the same teammates under each degree, from its percept."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle as Round
+
+    from teamsight import Box, Robot, Target, World
+    from teamsight.agents import awareness as degrees
+
+    team = [(0, 0), (0.55, 0.35), (0.8, 0.42), (-0.3, 0.75)]
+    team += [(-0.65, -0.2), (0.2, -0.8), (1.7, 0.75), (2.35, 0.1), (-1.5, -0.7)]
+    targets = [(0.5, 0.85), (-0.8, 0.7), (2.1, 0.9), (-0.2, -0.35), (-1.9, -0.35)]
+    panels = [
+        ("none, Θ(0)", degrees.NoAwareness(), "no teammate"),
+        ("ring of 8, Θ(1)", degrees.RingAwareness(8), "the nearest in each sector"),
+        ("nearest 3, Θ(1)", degrees.NearestAwareness(3), "a list of the nearest"),
+        ("pairwise, Θ(N)", degrees.PairwiseAwareness(), "all in range"),
+        ("shared, o(N)", degrees.SharedAwareness(), "and the targets that they sense"),
+        ("relayed over 2 hops, o(N)", degrees.RelayedAwareness(2), "and what they hear from others"),
+    ]
+    figure = Figure((9.6, 4.6), layout="constrained")
+    for axes, (name, degree, meaning) in zip(figure.subplots(2, 3).flat, panels, strict=True):
+        world = World(Box(8, 8), rng=1)
+        robots = world.add(
+            Robot, len(team), policy="stationary", awareness=degree, awareness_range=1.0, sensing_range=0.6
+        )
+        preys = world.add(Target, len(targets), policy="stationary")
+        world.senses(robots, preys)
+        for agent, place in [*zip(robots, team, strict=True), *zip(preys, targets, strict=True)]:
+            agent.position = place
+        robots[0].heading = (1.0, 0.0)
+        percept = robots[0].percept
+        axes.add_patch(Round((0, 0), 1.0, facecolor="C0", alpha=0.08))
+        axes.add_patch(Round((0, 0), 0.6, fill=False, edgecolor="C1", linestyle=":"))
+        if "ring" in name:
+            for edge in (np.arange(8) + 0.5) * np.pi / 4:
+                axes.plot((0, np.cos(edge)), (0, np.sin(edge)), color="0.7", linewidth=0.8, zorder=1)
+        axes.plot(*np.transpose(team[1:]), "o", color="0.75", markersize=7)
+        axes.plot(*np.transpose(targets), "o", mfc="none", mec="0.75", markersize=6)
+        for known, colour in ((percept.teammates, "C0"), (percept.targets, "C1"), (percept.relayed, "C1")):
+            for place in known.offset:
+                axes.plot((0, place[0]), (0, place[1]), color=colour, linewidth=0.8, alpha=0.6)
+                axes.plot(*place, "o", color=colour, markersize=7 if colour == "C0" else 6)
+        axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=11)
+        axes.set(aspect="equal", xlim=(-2.2, 2.6), ylim=(-1.15, 1.25))
+        axes.set_title(f"{name}\n{meaning}", fontsize=10)
+        axes.axis("off")
+    return to_picture(figure)
+
+
 def _bodies() -> bytes:
     import io
 
@@ -176,6 +225,7 @@ def _lidar() -> bytes:
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
     "avoiding.png": _avoiding,
+    "awareness.png": _awareness,
     "bodies.png": _bodies,
     "delta.png": _delta,
     "drives.png": _drives,

@@ -25,8 +25,8 @@ FOREIGN = re.compile(rb"https://(?:unpkg\.com|api\.github\.com|\$\{\w+\}/api)/")
 NOT_FOUND_BY_SEARCH = "search:\n  exclude: true\n"
 # What counts more, or less, among the pages that a search finds.
 BOOSTS = {
-    "policies.md": 4.0, "sensors.md": 4.0, "delta.md": 4.0, "recordings.md": 4.0, "watch.md": 4.0, "tutorial.md": 1.5,
-    "benchmarks.md": 0.7, "source/": 0.4, "changelog.md": 0.4,
+    "policies.md": 4.0, "sensors.md": 4.0, "delta.md": 4.0, "recordings.md": 4.0, "watch.md": 4.0, "tutorial.md": 4.0,
+    "studies.md": 4.0, "benchmarks.md": 0.7, "source/": 0.4, "changelog.md": 0.4,
 }  # fmt: skip
 # Code is wide, and needs no table of contents.
 WIDE = "---\nhide:\n  - navigation\n  - toc\n{}---\n\n"
