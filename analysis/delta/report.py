@@ -287,12 +287,13 @@ class DeltaReport:
         from rich.table import Table
         from rich.text import Text
 
-        yield Text(self.subject, style="dim")
         for number, sentence in enumerate(self.sentences(), -len(self.cautions)):
             yield Text(sentence, style="bold red" if number < 0 else "bold" if number == 0 else "")
+        yield Text(self.subject, style="dim")
         for title, columns, rows in _sections(self):
             if rows:
-                lines = Table(title=title, title_justify="left", title_style="bold")
+                # As the tables of all commands; boxes are in the way of grep.
+                lines = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
                 for number, column in enumerate(columns):
                     lines.add_column(column, justify="right" if number else "left")
                 for row in rows:
