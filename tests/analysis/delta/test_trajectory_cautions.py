@@ -60,7 +60,7 @@ def doubtful(record: pd.DataFrame, awareness_range: float, **given: float) -> De
     assert {one.category for one in caught} == {TrajectoryWarning}
     assert caught[0].filename == __file__
     assert report.sentences()[: len(report.cautions)] == list(report.cautions)
-    assert str(report).split("\n")[1].startswith("Check the unit: ")
+    assert str(report).startswith("Check the unit: ")
     assert "NoAwareness" not in str(report)
     return report
 
