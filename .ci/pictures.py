@@ -221,6 +221,30 @@ def _lidar() -> bytes:
     return to_picture(figure)
 
 
+def _tasks() -> bytes:
+    """Draw each task after some steps of its team with skill, or of one that explores where skill has to be learned."""
+    import io
+
+    from PIL import Image
+
+    from teamsight import TASKS
+    from teamsight.view.drawing import Drawing
+
+    tiles = []
+    for name, task in TASKS.items():
+        world = task.build("explore" if callable(task.skilled) else "skilled", rng=3)
+        replay = world.record(steps=60, title=name)
+        # With the title, without the chart and the legend.
+        tiles.append(Image.fromarray(Drawing(replay.tracks, 300).show(len(replay.frames) - 1)[:-108]))
+    width, height = 300, max(tile.height for tile in tiles)
+    sheet = Image.new("RGB", (4 * width, -(-len(tiles) // 4) * height), "white")
+    for number, tile in enumerate(tiles):
+        sheet.paste(tile, (number % 4 * width, number // 4 * height))
+    buffer = io.BytesIO()
+    sheet.save(buffer, "png")
+    return buffer.getvalue()
+
+
 #: What draws a picture at once, most from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
@@ -235,6 +259,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "lazy-q.png": _lazy_q,
     "lidar.png": _lidar,
     "learning-curves.png": _learning_curves,
+    "tasks.png": _tasks,
 }
 
 #: What runs for long, and the text that makes it, by picture: a file, and its first part that matches.
