@@ -37,10 +37,10 @@ if TYPE_CHECKING:
     from teamsight.policies.lazy.lazy_q import LazyQ, PessimisticLazyQ
     from teamsight.policies.lazy.lazy_regression import LazyRegression
     from teamsight.policies.lazy.sheppard_lazy_q import SheppardLazyQ
-    from teamsight.policies.online.lattice_walk import LatticeWalk
+    from teamsight.policies.online.lattice_walk import BoundedWalk, LatticeWalk
     from teamsight.policies.online.modular_q import ModularQ
     from teamsight.policies.online.online_q import OnlineQ
-    from teamsight.policies.online.prey_q import PreyQ
+    from teamsight.policies.online.prey_q import BoundedPreyQ, PreyQ
     from teamsight.policies.percept_of_one import PerceptOfOne, turn_to
     from teamsight.policies.registry import POLICIES
 
@@ -51,6 +51,8 @@ _HOMES = {
     "Avoiding": "teamsight.policies.avoiding",
     "BCmommt": "teamsight.policies.handmade.b_cmommt",
     "BasisBehaviours": "teamsight.policies.basis",
+    "BoundedPreyQ": "teamsight.policies.online.prey_q",
+    "BoundedWalk": "teamsight.policies.online.lattice_walk",
     "Centroid": "teamsight.policies.handmade.centroid",
     "CompiledPolicy": "teamsight.policies.compiled",
     "Evasive": "teamsight.policies.handmade.evasive",
@@ -88,9 +90,10 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "Avoiding", "BCmommt", "BasisBehaviours", "Centroid",
-    "CompiledPolicy", "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree", "LatticeWalk", "LazyQ",
-    "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept", "PerceptOfOne",
+    "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "Avoiding", "BCmommt", "BasisBehaviours", "BoundedPreyQ",
+    "BoundedWalk", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree",
+    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
+    "PerceptOfOne",
     "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ",
     "Stationary", "SurroundPrey", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip

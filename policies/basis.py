@@ -322,7 +322,7 @@ def _chosen(values: Any, exploration: float, explores: float, fraction: float) -
     """Return a random behaviour with the probability of exploration, otherwise one of the largest value."""
     if explores < exploration:
         return int(fraction * values.shape[0])
-    return chosen_action(values, 0.0, fraction)
+    return chosen_action(values, 0.0, fraction, -1)
 
 
 @inlined

@@ -105,7 +105,8 @@ def checked_channel(name: object) -> str:
 
 #: What policies can read of all bodies like a column: the column of the table of bodies, and the part of its elements.
 OF_BODIES = {
-    "heading_x": ("heading", 0), "heading_y": ("heading", 1), "moved_x": ("moved", 0), "moved_y": ("moved", 1),
+    "position_x": ("position", 0), "position_y": ("position", 1), "heading_x": ("heading", 0),
+    "heading_y": ("heading", 1), "moved_x": ("moved", 0), "moved_y": ("moved", 1),
     "speed": ("speed", 0), "radius": ("radius", 0), "bumps": ("bumps", 0), "blocked": ("blocked", 0),
 }  # fmt: skip
 

@@ -1,7 +1,8 @@
 """Tan (1993): hunters that learn to capture prey, alone or together, with scouts and shared tables.
 
-Puts the 37 values of his tables and figures beside ours, each with a verdict from both intervals, and judges claims on
-what sight of a partner is worth while a team learns. About the result: docs/tasks/pursuit.md.
+Puts the 34 values of his tables and figures beside ours under two readings of what he leaves open, each with a verdict
+from both intervals, and judges claims on what sight of a partner is worth while a team learns. About the result:
+docs/tasks/pursuit.md.
 
 \b
 Examples:
@@ -13,9 +14,9 @@ Examples:
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -29,11 +30,13 @@ from teamsight.analysis.papers.reproduction import (
     column,
     intervals,
     rows_of,
+    verdict_counts,
     verdict_of,
 )
+from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.kinds import draw_means, panels
 from teamsight.analysis.plot.style import DEGREE, FAINT, shades
-from teamsight.analysis.runs.seeds import root
+from teamsight.analysis.runs.seeds import root, run_seed
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED, Verdict, above, interval_text, plus_minus
 from teamsight.core.component import Allowed, Count, Seed
@@ -44,7 +47,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
     from teamsight.agents.world import World
-    from teamsight.analysis.runs.run import Run
+    from teamsight.analysis.runs.simulate import Planned
 
 #: Trials of training where one hunter captures, where two must, and where only the beginning matters.
 ALONE, JOINT, SHORT = 2000, 10_000, 3000
@@ -57,14 +60,16 @@ SMOOTH, DEPTHS = 5, (2, 3, 4)
 RANDOM_TRIALS, TAN_RUNS, LEVEL = 200, 5, 0.90
 #: A difference is decided only if its 95 % interval is not wider than this share of Tan's value to either side.
 WIDEST = 0.25
+#: A value agrees within this share of Tan's. One that is read off a picture may be wrong by so many steps.
+NEAR, READ_OFF = 0.10, 2.0
 #: What Tan reports: the steps of a trial in training and in the test, with half his 90 % intervals where he gives them.
+#: Each value once: 12.21 is in Table 1 too, and at 100.61 and 119.17 curves of Figs. 7 and 8 settle, read as 101 and 116.
 VALUES = """
 Table 1 | 1/1 random        | 123.08
 Table 1 | 1/2 random        | 56.47
 Table 1 | 1/2 joint random  | 354.45
 Table 1 | 2/2 joint random  | 224.92
 Table 1 | 1/1 depth 4       | 25.32
-Table 1 | 1/2 depth 4       | 12.21
 Table 1 | 1/2 joint         | 119.17
 Table 1 | 2/2 joint         | 100.61
 Table 2 | 1/1 depth 2       | 47.14 ± 1.28 | 49.49 ± 1.60
@@ -77,13 +82,11 @@ Table 3 | 1/2 depth 4       | 12.21 ± 0.65 | 11.53 ± 0.61
 Table 3 | 1/2 mutual 2      | 25.20 ± 0.79 | 24.52 ± 1.24
 Table 3 | 1/2 mutual 3      | 14.02 ± 0.75 | 12.98 ± 0.65
 Table 3 | 1/2 mutual 4      | 11.05 ± 0.56 | 8.83 ± 0.78
-Fig. 7  | 2/2 joint         | 101
 Fig. 7  | 2/2 joint passive | 49
 Fig. 7  | 2/2 joint mutual  | 39
 Fig. 7  | 2/2 joint         |              | 49
 Fig. 7  | 2/2 joint passive |              | 42
 Fig. 7  | 2/2 joint mutual  |              | 34
-Fig. 8  | 1/2 joint         | 116
 Fig. 8  | 1/2 joint passive | 84
 Fig. 8  | 1/2 joint mutual  | 76
 """
@@ -107,6 +110,42 @@ ORDERS = (
     ("Mutual scouting helps more", "Tan, Fig. 8", "1/2 joint passive", "1/2 joint mutual", "training"),
 )
 
+
+class Reading(NamedTuple):
+    """What Tan leaves open, as it is read; by default as we do.
+
+    Attributes
+    ----------
+    in_turn : bool
+        Whether hunters move first where two must capture too, and not all at once.
+    legal_prey, legal_hunters : bool
+        Whether they never move against the wall, and do not lose such a move.
+    sides : bool
+        Whether only cells with a side in common are next to each other.
+    no_value : bool
+        Whether what is perceived at a capture counts 0, and not its value.
+    short : bool
+        Whether training has half as many trials.
+    soft : bool
+        Whether hunters choose in tests as in training, and not greedily.
+    """
+
+    in_turn: bool = False
+    legal_prey: bool = False
+    legal_hunters: bool = False
+    sides: bool = False
+    no_value: bool = False
+    short: bool = False
+    soft: bool = False
+
+
+#: The readings that are reported, by name: ours, and that of another simulator.
+READINGS: Mapping[str, Reading] = {
+    "ours": Reading(),
+    "in turn": Reading(in_turn=True, legal_prey=True, short=True, soft=True),
+}
+OURS = next(iter(READINGS))
+
 # The square that reported prey and teammates are in, wherever they are on Tan's grid [cells to each side].
 _EVERYWHERE = 10
 # Steps that are made at once, at least; and for how many times the longest expected training.
@@ -117,34 +156,33 @@ _CURVES = {
     "2/2 joint passive": ("sees the partner", DEGREE["pairwise"]),
     "2/2 joint mutual": ("mutual scouting", DEGREE["shared"]),
 }
+# What `ledger` says of ours.
+_FOUND = ("mean", "half90", "half95", "near", "difference", "low", "high", "verdict")
 # Blocks that one point of the figure averages.
 _POINT = 4
 _PAGE = """
 # Tan's pursuit
 
 {plan.runs} runs of each condition, root seed {plan.seed}. Values are mean steps of a trial: for training over its last
-{settled} trials, for tests over {plan.tests} trials of the greedy policy. Intervals of values are Student's, 90 % as
-Tan gives them, and 95 %. A difference has Welch's 95 % interval: a value agrees if that contains 0 and reaches at most
-{widest:.0%} of the value to either side, is undecided if it contains 0 and is wider, and differs otherwise. Tan's
-random hunters are a mean over 200 trials. Values of his figures, and of learners in his Table 1, have no interval:
-there only ours counts.
+{settled} trials, for tests over {plan.tests} trials of tables that learn no more. Intervals are Student's, 95 %.
 
-Tan does not say in which order agents move, what “next to” means, what a move against the wall does, or how the last
-step of a trial is valued. These are our inferences. Hunters move first where one captures, all move at once where two
-must; diagonals are next to a cell; a move against the wall is lost: so random hunters need as many steps as his. The
-value of what is perceived at a capture counts like any other, as his formula reads.
+Tan does not say in which order agents move, what “next to” means, what a move against the wall does, how tests choose,
+or how the last step of a trial is valued. As we read him (“ours”) hunters move first where one captures, all move at
+once where two must; diagonals are next to a cell; a move against the wall is lost; tests are greedy; the value of what
+is perceived at a capture counts like any other, as his formula reads. “In turn” differs in that hunters move first
+everywhere, prey make legal moves only, training has half as many trials, and tests choose as training does.
 
 ## {values} values
 
+{rules}
+
 {agreement}
 
-| where | prey/hunters | phase | Tan | ours | 95 % | difference | verdict |
-| :--- | :--- | :--- | ---: | ---: | ---: | ---: | :--- |
 {ledger}
 
 ## {number} claims
 
-{chance}
+As we read him. {chance}
 
 {claims}
 """
@@ -168,15 +206,33 @@ class Condition:
     learner: Mapping[str, Any] | None = None
     trials: int = ALONE
 
-    @property
-    def parameters(self) -> dict[str, Any]:
-        """All parameters of the world."""
-        from teamsight.policies.online.prey_q import PreyQ
+    def relevant(self, reading: Reading) -> Reading:
+        """Return a reading without what makes no difference to training here."""
+        is_joint, learns = self.world["rule"] == "pair", self.learner is not None
+        return reading._replace(
+            in_turn=reading.in_turn and is_joint, sides=reading.sides and is_joint,
+            no_value=reading.no_value and learns, short=reading.short and learns, soft=False,
+        )  # fmt: skip
 
-        if self.learner is None:
-            return dict(self.world)
-        # Tan's V(y) is the value of what is perceived next, at the end of a trial too.
-        return {**self.world, "policy": PreyQ(self.world["depth"], values_ends=True, **self.learner)}
+    def parameters(self, reading: Reading = READINGS[OURS]) -> dict[str, Any]:
+        """Return all parameters of the world."""
+        from teamsight.policies.online.lattice_walk import BoundedWalk
+        from teamsight.policies.online.prey_q import BoundedPreyQ, PreyQ
+
+        reading, found = self.relevant(reading), dict(self.world)
+        if reading.in_turn:
+            found["order"] = "in turn"
+        if reading.sides:
+            found["diagonals"] = False
+        if reading.legal_prey:
+            found["prey_policy"] = BoundedWalk()
+        if self.learner is not None:
+            # Tan's V(y) is the value of what is perceived next; as we read it, at the end of a trial too.
+            learner = {"values_ends": not reading.no_value, **self.learner}
+            found["policy"] = (BoundedPreyQ if reading.legal_hunters else PreyQ)(self.world["depth"], **learner)
+        elif reading.legal_hunters:
+            found["policy"] = BoundedWalk()
+        return found
 
 
 def _alone(hunters: int, depth: int, **world: Any) -> dict[str, Any]:
@@ -236,23 +292,49 @@ class Pursuits(NamedConditions):
         Trials of training, as a share of each condition's own.
     tests : int
         Trials of each test.
+    readings : tuple of str
+        How what Tan leaves open is read.
     """
 
     seed: Seed = root("pursuit")
     names: Annotated[tuple[Annotated[str, Allowed(choices=CONDITIONS)], ...], NAMES] = ()
     tests: Count = 1000
+    readings: Annotated[tuple[Annotated[str, Allowed(choices=READINGS)], ...], NAMES] = tuple(READINGS)
     known = CONDITIONS
 
-    def work(self, condition: Condition) -> tuple[dict[str, Any], Callable[[int], Run]]:
-        """Return the column trials, and what returns the run with a seed."""
-        from teamsight.analysis.runs.run import Run
-        from teamsight.tasks.pursuit import Pursuit
+    def planned(self) -> Iterator[Planned]:
+        """Yield each run with the columns that identify it: reading, condition, replicate, seed and trials."""
+        for name in self.readings:
+            for condition in self.names:
+                for columns, run in runs_of(self, condition, READINGS[name]):
+                    yield {"reading": name, **columns}, run
 
-        trials = max(int(self.share * condition.trials), BLOCK)
-        # Steps of a trial, roughly, from which the work of a run is estimated.
-        steps = trials * (110 if condition.world["rule"] == "pair" else 40)
-        measure = Learning(trials, self.tests)
-        return {"trials": trials}, lambda seed: Run(condition.parameters, seed, steps, measure, Pursuit)
+
+def runs_of(plan: NamedConditions, name: str, reading: Reading) -> Iterator[Planned]:
+    """Yield the runs of a condition under a reading: condition, replicate, seed and trials of each, and how to make it.
+
+    Parameters
+    ----------
+    plan : NamedConditions
+        How many, how long, from which seed, and ``tests``.
+    name : str
+        The condition.
+    reading : Reading
+        The reading.
+    """
+    from teamsight.analysis.runs.run import Run
+    from teamsight.tasks.pursuit import Pursuit
+
+    condition, tests = CONDITIONS[name], cast("Any", plan).tests
+    share = plan.share / 2 if condition.relevant(reading).short else plan.share
+    trials = max(int(share * condition.trials), BLOCK)
+    # Steps of a trial, roughly, from which the work of a run is estimated.
+    steps = trials * (110 if condition.world["rule"] == "pair" else 40)
+    parameters, measure = condition.parameters(reading), Learning(trials, tests)
+    for replicate in range(plan.runs):
+        seed = run_seed(plan.seed, replicate)
+        columns = {"condition": name, "replicate": replicate, "seed": seed, "trials": trials}
+        yield columns, Run(parameters, seed, steps, measure, Pursuit)
 
 
 @dataclass(frozen=True)
@@ -269,7 +351,7 @@ class Learning:
     tests: int
 
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
-        """Return the mean steps of a trial in each block of training, at its end, and in the test.
+        """Return the mean steps of a trial in each block of training, at its end, and in two tests: greedy, and soft.
 
         Parameters
         ----------
@@ -282,15 +364,20 @@ class Learning:
 
         hunters: Any = cast("Any", world).hunters
         training = next_trials(world, self.trials)
-        test = training[-SETTLED:]
-        if isinstance(hunters.policy, OnlineQ):
-            hunters.policy = hunters.policy.frozen(hunters.policy_state.floats)
+        test = soft = training[-SETTLED:]
+        learner = hunters.policy
+        if isinstance(learner, OnlineQ):
+            tables = hunters.policy_state.floats.copy()
+            hunters.policy = learner.frozen(tables)
             test = next_trials(world, self.tests)
+            hunters.policy = learner.frozen(tables, learner.temperature)
+            soft = next_trials(world, self.tests)
         whole = training[: len(training) // BLOCK * BLOCK].reshape(-1, BLOCK)
         return {
             "curve": whole.mean(axis=1).tolist(),
             "training": float(training[-SETTLED:].mean()),
             "test": float(test.mean()),
+            "soft": float(soft.mean()),
             "neighbours": int(world.max_neighbours),
         }
 
@@ -317,36 +404,67 @@ def next_trials(world: World, count: int) -> Floats:
     return lengths[:count]
 
 
-def ledger(table: pd.DataFrame) -> pd.DataFrame:
-    """Return each value of Tan whose condition is in the table of runs beside ours.
+class Reported(NamedTuple):
+    """A value of Tan: where it stands, condition, "training" or "test", steps, and half of his interval or NaN."""
+
+    where: str
+    condition: str
+    phase: str
+    steps: float
+    half: float
+
+    @property
+    def may_be_off(self) -> float:
+        """By how many steps it may have been read wrongly."""
+        return READ_OFF if self.where.startswith("Fig") else 0.0
+
+    def is_near(self, mean: float) -> bool:
+        """Whether a mean is within `NEAR` of the value, or of one that may be meant."""
+        return abs(mean - self.steps) - self.may_be_off <= NEAR * self.steps
+
+
+def _reported() -> Iterator[Reported]:
+    for line in VALUES.strip().splitlines():
+        where, condition, *values = map(str.strip, line.split("|"))
+        for phase, text in zip(("training", "test"), values, strict=False):
+            if text:
+                steps, half = ([float(one) for one in text.split("±")] + [math.nan])[:2]
+                yield Reported(where, condition, phase, steps, half)
+
+
+#: All values of Tan.
+REPORTED = tuple(_reported())
+
+
+def ledger(table: pd.DataFrame, reading: str = "") -> pd.DataFrame:
+    """Return each value of Tan whose condition is in the table of runs beside ours under a reading.
+
+    By default the reading is the first of the table.
 
     Returns
     -------
     DataFrame
-        where, condition, phase, steps and half (of Tan's 90 % interval, NaN if he gives none); mean, half90, half95
-        (ours, over the runs); difference (ours minus his), low, high (its 95 % interval); verdict: "agrees" if that
-        interval contains 0 and reaches at most `WIDEST` of his value to either side, "undecided" if it contains 0 and
-        is wider, "differs" if it does not contain 0.
+        The fields of `Reported`; mean, half90, half95 (ours, over the runs); near (whether it agrees within 10 %);
+        difference (ours minus his), low, high (its 95 % interval, longer by what may have been read wrongly); verdict:
+        "agrees" if that interval contains 0 and reaches at most `WIDEST` of his value to either side, "undecided" if it
+        contains 0 and is wider, "differs" if it does not contain 0.
     """
     import pandas as pd
 
+    reading = reading or _readings(table)[0]
+    table = rows_of(table, reading=reading)
     have, rows = set(table["condition"]), []
-    for line in VALUES.strip().splitlines():
-        where, condition, *values = map(str.strip, line.split("|"))
-        for phase, text in zip(("training", "test"), values, strict=False):
-            if text and condition in have:
-                steps, half = ([float(one) for one in text.split("±")] + [math.nan])[:2]
-                found = column(table, phase, condition=condition)
-                mean = float(found.mean())
-                half90, half95 = (interval_of(found, level).high - mean for level in (LEVEL, 0.95))
-                wide, difference = _half_width(found, condition, steps, half), mean - steps
-                low, high = difference - wide, difference + wide
-                verdict = DIFFERS if low > 0.0 or high < 0.0 else AGREES if wide <= WIDEST * steps else UNDECIDED
-                rows.append((
-                    where, condition, phase, steps, half, mean, half90, half95, difference, low, high, verdict,
-                ))  # fmt: skip
-    columns = "where condition phase steps half mean half90 half95 difference low high verdict"
-    return pd.DataFrame(rows, columns=columns.split())
+    for value in REPORTED:
+        if value.condition in have:
+            phase = "soft" if value.phase == "test" and READINGS[reading].soft else value.phase
+            found = column(table, phase, condition=value.condition)
+            mean, steps = float(found.mean()), value.steps
+            half90, half95 = (interval_of(found, level).high - mean for level in (LEVEL, 0.95))
+            wide = _half_width(found, value.condition, steps, value.half) + value.may_be_off
+            low, high = mean - steps - wide, mean - steps + wide
+            verdict = DIFFERS if low > 0.0 or high < 0.0 else AGREES if wide <= WIDEST * steps else UNDECIDED
+            rows.append((*value, mean, half90, half95, value.is_near(mean), mean - steps, low, high, verdict))
+    return pd.DataFrame(rows, columns=[*Reported._fields, *_FOUND])
 
 
 def _half_width(found: Floats, condition: str, steps: float, half: float) -> float:
@@ -404,8 +522,9 @@ def crossings(table: pd.DataFrame) -> dict[int, Floats]:
     return {depth: np.array([crossing(one) for one in gain[:, :blocks]]) for depth, gain in found.items()}
 
 
-def verdicts(table: pd.DataFrame, plan: Pursuits | None = None) -> list[Verdict]:
-    """Return the verdicts on all claims whose conditions are in the table; it has a row for each run."""
+def verdicts(table: pd.DataFrame, plan: Pursuits | None = None, reading: str = "") -> list[Verdict]:
+    """Return the verdicts on all claims whose conditions are in the table, under a reading; by default the first."""
+    table = rows_of(table, reading=reading or _readings(table)[0])
     have, found = set(table["condition"]), []
     for claim, source, worse, better, phase in ORDERS:
         if have >= {worse, better}:
@@ -455,6 +574,7 @@ def _both(*intervals: Interval) -> str:
 
 def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
     """Return learning curves of joint hunters, and what seeing the partner is worth over time, for three depths."""
+    table = rows_of(table, reading=_readings(table)[0])
     have, settled = set(table["condition"]), ledger(table)
     curves = {name: look for name, look in _CURVES.items() if name in have}
     takes = (f"{column(table, 'training', condition=name).mean():.0f} ({label})" for name, (label, _) in curves.items())
@@ -467,7 +587,7 @@ def draw(table: pd.DataFrame, plan: Pursuits) -> Canvas:
     )  # fmt: skip
     for name, (label, colour) in curves.items():
         _draw_band(left, curves_of(table, name), colour, label)
-        for value in rows_of(settled, condition=name, phase="training", where="Fig. 7")["steps"]:
+        for value in rows_of(settled, condition=name, phase="training")["steps"]:
             left.axhline(value, color=colour, linestyle="--", linewidth=1.0)
     left.set_ylim(bottom=0)
     right.axhline(0.0, color=FAINT, linewidth=1.0)
@@ -489,37 +609,72 @@ def _draw_band(axes: Axes, curves: Floats, colour: str, label: str) -> None:
 
 def page_values(table: pd.DataFrame, plan: Pursuits) -> Mapping[str, Any]:
     """Return the values of the page."""
-    rows = ledger(table)
+    *agreement, chance = sentences(table, plan)
     return {
-        "settled": SETTLED, "widest": WIDEST, "values": len(rows),
-        "ledger": "\n".join(map(ledger_row, rows.itertuples())),
-        **dict(zip(("agreement", "chance"), sentences(table, plan), strict=True)),
+        "settled": SETTLED, "values": len(ledger(table)), "rules": RULES, "agreement": " ".join(agreement),
+        "chance": chance, "ledger": ledger_table(table),
     }  # fmt: skip
 
 
-def ledger_row(row: Any) -> str:
-    """Return the row of a table for a value of Tan."""
-    known = f"± {row.half95:.1f}" if math.isfinite(row.half95) else ""
-    tan, ours = (plus_minus(mean, mean + half, ".2f") for mean, half in ((row.steps, row.half), (row.mean, row.half90)))
-    difference = interval_text(Interval(row.difference, row.low, row.high))
-    where = f"{row.where} | {row.condition} | {row.phase}"
-    return f"| {where} | {tan} | {ours} | {known} | {difference} | {row.verdict} |"
+#: How agreement is counted.
+RULES = (
+    f"A value agrees within {100 * NEAR:g} % if ours differs from it by at most that share of it. By the interval rule "
+    "it agrees if Welch's 95 % interval of the difference contains 0 and reaches at most "
+    f"{100 * WIDEST:g} % of the value to either side, is undecided if it contains 0 and is wider, and differs "
+    f"otherwise. Tan's random hunters are a mean over {RANDOM_TRIALS} trials; where he gives no interval only ours "
+    f"counts. What is read off his figures may be wrong by {READ_OFF:g} steps: they are taken off a difference, and "
+    "lengthen its interval to either side."
+)
 
 
-def sentences(table: pd.DataFrame, plan: Pursuits) -> tuple[str, str]:
-    """Return how many values agree, and how many claims would hold by chance."""
-    rows, claims = ledger(table), len(verdicts(table))
-    agree, differ, left = ((rows["verdict"] == name).sum() for name in (AGREES, DIFFERS, UNDECIDED))
+def ledger_table(table: pd.DataFrame) -> str:
+    """Return all values of Tan beside ours, under each reading, as a table of Markdown."""
+    found = {name: ledger(table, name) for name in _readings(table)}
+    columns, rows = ["where", "prey/hunters", "phase", "Tan (90 %)"], []
+    for name in found:
+        columns += [f"{name} (95 %)", f"within {100 * NEAR:g} %", "interval rule"]
+    for parts in zip(*(one.itertuples() for one in found.values()), strict=True):
+        tan = parts[0]
+        cells = [tan.where, tan.condition, tan.phase, plus_minus(tan.steps, tan.steps + tan.half, ".2f")]
+        for part in parts:
+            ours = plus_minus(part.mean, part.mean + part.half95, ".1f")
+            cells += [ours, "yes" if part.near else "no", part.verdict]
+        rows.append(cells)
+    return markdown.table(columns, rows, align="lllr" + "rll" * len(found))
+
+
+def _readings(table: pd.DataFrame) -> list[str]:
+    return list(dict.fromkeys(table["reading"]))
+
+
+def sentences(table: pd.DataFrame, plan: Pursuits) -> Sequence[str]:
+    """Return how many values agree under each reading, and how many claims would hold by chance."""
+    said = []
+    for name in _readings(table):
+        rows = ledger(table, name)
+        agree, differ, left = ((rows["verdict"] == verdict).sum() for verdict in (AGREES, DIFFERS, UNDECIDED))
+        claims = verdict_counts(verdicts(table, reading=name))
+        said.append(
+            f"Reading “{name}”: {rows['near'].sum()} of {len(rows)} values of Tan agree within {100 * NEAR:g} %; by "
+            f"intervals {agree} agree, {differ} differ, {left} are undecided. {claims}"
+        )
+    claims = len(verdicts(table))
     return (
-        f"Of {len(rows)} values of Tan {agree} agree, {differ} differ, {left} are undecided.",
+        *said,
         "Each claim is judged by its own 95 % interval: if nothing made a difference, at most one in 40 would hold by "
         f"chance, {claims / 40:.1f} of {claims}.",
     )
 
 
+def _ledgers(table: pd.DataFrame, plan: Pursuits) -> pd.DataFrame:
+    import pandas as pd
+
+    return pd.concat([ledger(table, name).assign(reading=name) for name in _readings(table)], ignore_index=True)
+
+
 PAPER = Paper(
     plan=Pursuits, name="pursuit", page="tasks/pursuit", template=_PAGE, figures={"pursuit": draw}, values=page_values,
-    verdicts=verdicts, sentences=sentences, tables={"pursuit-ledger.parquet": lambda table, plan: ledger(table)},
+    verdicts=verdicts, sentences=sentences, tables={"pursuit-ledger.parquet": _ledgers},
     quick={"runs": 3, "share": 0.05},
     small={"runs": 2, "share": 0.005, "tests": 20, "names": ("1/1 random", "2/2 joint", "2/2 joint passive")},
 )  # fmt: skip

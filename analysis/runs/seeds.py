@@ -20,6 +20,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "unreliable": (2100,),
         "hops": (2200,),
         "pursuit": (1993,),
+        "pursuit: readings": (1998,),
         "surround": (1996,),
         "foraging": (1994,),
         "foraging: loads": (1995,),

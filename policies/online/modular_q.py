@@ -13,7 +13,7 @@ from teamsight.core.component import Allowed, Flag, NonNegative, Probability
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import PolicyState
-from teamsight.policies.online.lattice_walk import Moves, lattice_move
+from teamsight.policies.online.lattice_walk import EVERY, Moves, lattice_move
 from teamsight.policies.online.online_q import chosen_action, largest
 from teamsight.policies.online.prey_q import MOST_DEPTH, at_rank, cell, cells, closest
 
@@ -101,7 +101,7 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
             for a in range(values.shape[1]):
                 mass[a] = values[now, a] if t == 0 else mass[a] + values[now, a]
             ints[t, _ROW] = -1 if percept.ended[i] else now
-        number = chosen_action(mass, parameters[_TEMPERATURE], noise[0, i])
+        number = chosen_action(mass, parameters[_TEMPERATURE], noise[0, i], EVERY)
         ints[modules, 0] = number
         lattice_move(number, i, percept, action)
 

@@ -15,7 +15,7 @@ from teamsight.core.elementary import exp, modulo
 from teamsight.core.kernel import inlined
 from teamsight.policies.compiled import CompiledPolicy
 from teamsight.policies.interface import Floats, PolicyState
-from teamsight.policies.online.lattice_walk import Moves, lattice_move
+from teamsight.policies.online.lattice_walk import EVERY, Moves, lattice_move
 
 
 @inlined
@@ -28,7 +28,7 @@ def largest(values: Any) -> Any:
 
 
 @inlined
-def chosen_action(values: Any, temperature: float, fraction: float) -> int:
+def chosen_action(values: Any, temperature: float, fraction: float, allowed: int) -> int:
     """Return an action with a probability proportional to exp(value / temperature).
 
     Parameters
@@ -39,15 +39,21 @@ def chosen_action(values: Any, temperature: float, fraction: float) -> int:
         Above 0; or 0 for an action of the largest value, each of equals with the same probability.
     fraction : float
         A uniform number in (0, 1), which chooses.
+    allowed : int
+        The actions to choose from, as bits; at least one. −1 for all.
     """
-    best = largest(values)
+    best = -np.inf
+    for a in range(values.shape[0]):
+        if allowed >> a & 1:
+            best = max(best, values[a])
     total = 0.0
     for a in range(values.shape[0]):
-        total += _weight(values[a] - best, temperature)
+        if allowed >> a & 1:
+            total += _weight(values[a] - best, temperature)
     rest = fraction * total
     last = 0
     for a in range(values.shape[0]):
-        weight = _weight(values[a] - best, temperature)
+        weight = _weight(values[a] - best, temperature) if allowed >> a & 1 else 0.0
         if weight > 0.0:
             last = a
             if rest < weight:
@@ -125,7 +131,12 @@ def _share(tables: Any, last: Any) -> None:
                     tables[i, row, a] = tables[used, row, a]
 
 
-def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
+@inlined
+def _all_moves(i: int, percept: Any, parameters: Any) -> int:
+    return EVERY
+
+
+def online_q(row_of: Callable[..., int], moves_of: Callable[..., int] = _all_moves) -> Callable[..., None]:
     """Return the kernel of an online Q-learner.
 
     Parameters
@@ -133,6 +144,8 @@ def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
     row_of : kernel
         ``row_of(i, percept, parameters, noise)`` returns the row of the table that stands for what robot `i`
         perceives. Its own parameters begin at `ROW_PARAMETERS`, its random numbers at row `ROW_NOISE`.
+    moves_of : kernel
+        ``moves_of(i, percept, parameters)`` returns the moves from which robot `i` chooses, as bits (`EVERY`).
     """
 
     @inlined
@@ -149,7 +162,8 @@ def online_q(row_of: Callable[..., int]) -> Callable[..., None]:
             now = row_of(i, percept, parameters, noise)
             if last[i, 0, _ROW] >= 0 and parameters[_RATE] > 0.0:
                 _learn(i, now, percept, arrays)
-            number = chosen_action(tables[i, now], parameters[_TEMPERATURE], noise[0, i])
+            allowed = moves_of(i, percept, parameters)
+            number = chosen_action(tables[i, now], parameters[_TEMPERATURE], noise[0, i], allowed)
             # What follows the end of a trial is not the result of an action.
             last[i, 0, _ROW] = -1 if percept.ended[i] else now
             last[i, 0, _ACTION] = number
@@ -273,17 +287,21 @@ class OnlineQ(CompiledPolicy):
         ints[:, 0, _ROW] = _NEW
         return PolicyState(floats, ints)
 
-    def frozen(self: L, tables: Floats) -> L:
-        """Return the greedy policy of some tables, which learns no more.
+    def frozen(self: L, tables: Floats, temperature: float = 0.0) -> L:
+        """Return the policy of some tables, which learns no more: greedy, or with the temperature of its choice.
 
         Parameters
         ----------
         tables : ndarray, shape (robots, rows, actions), float64
             The tables, such as ``world.hunters.policy_state.floats``.
+        temperature : float, default 0
+            The temperature.
         """
         if self.one_table and np.ndim(tables) == 3:
             tables = tables[0]
-        return replace(self, tables=tables, learning_rate=0.0, temperature=0.0, average_every=0, one_table=False)
+        return replace(
+            self, tables=tables, learning_rate=0.0, temperature=temperature, average_every=0, one_table=False
+        )
 
     def __repr__(self) -> str:
         shown = {name: value for name, value in vars(self).items() if name != "tables"}

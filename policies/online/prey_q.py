@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from teamsight.core.component import Allowed
 from teamsight.core.kernel import inlined
+from teamsight.policies.online.lattice_walk import PLACE, Side, moves_inside
 from teamsight.policies.online.online_q import ROW_NOISE, ROW_PARAMETERS, OnlineQ, online_q
 
 
@@ -96,7 +97,7 @@ def cells(extent: int) -> int:
     return (2 * extent + 1) ** 2 + 1
 
 
-_DEPTH, _REACH, _PARTNER = range(ROW_PARAMETERS, ROW_PARAMETERS + 3)
+_DEPTH, _REACH, _PARTNER, _SIDE = range(ROW_PARAMETERS, ROW_PARAMETERS + 4)
 #: The largest depth: a table with a partner has more rows than fit beyond it.
 MOST_DEPTH = 15
 
@@ -172,3 +173,37 @@ class PreyQ(OnlineQ):
     @property
     def row_parameters(self) -> tuple[float, ...]:
         return float(self.depth), float(self.reach or self.depth), float(self.partner)
+
+
+@inlined
+def _moves_inside(i: int, percept: Any, parameters: Any) -> int:
+    return moves_inside(i, percept, parameters[_SIDE])  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BoundedPreyQ(PreyQ):
+    """`PreyQ` that never moves against a wall: it chooses among the moves that stay inside.
+
+    What is perceived next counts by its largest value over all moves, as for `PreyQ`.
+
+    Parameters
+    ----------
+    side : int, default 10
+        The walls are those of a ``Box(side, side)`` [cells].
+    depth, reach, partner, learning_rate, discount, temperature, moves, values_ends, average_every, one_table, tables
+        As for `PreyQ`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As for `PreyQ`.
+    """
+
+    side: Side = 10
+
+    kernel = online_q(_row, _moves_inside)
+    columns = PLACE
+
+    @property
+    def row_parameters(self) -> tuple[float, ...]:
+        return *super().row_parameters, float(self.side)

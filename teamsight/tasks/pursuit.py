@@ -73,7 +73,7 @@ def check_order(rule: Any, order: tuple[str, ...]) -> None:
         )
 
 
-_WIDTH, _HEIGHT, _IS_TORUS, _REACH, _HUNTERS, _REWARD, _COST, _CALLS = range(8)
+_WIDTH, _HEIGHT, _IS_TORUS, _REACH, _HUNTERS, _REWARD, _COST, _CALLS, _DIAGONALS = range(9)
 
 # The state: the steps of the trial so far, the calls in this step, the prey captured in it, and whether it begins anew.
 _STEPS, _CALL, _CAPTURED, _IS_RESTART = range(4)
@@ -88,11 +88,11 @@ def _across(gap: float, side: float, is_torus: float) -> float:
 
 @inlined
 def _reaches(hunters: Any, i: int, prey: Any, j: int, parameters: Any) -> bool:
-    """Whether hunter `i` is within reach of prey `j`, diagonals included."""
+    """Whether hunter `i` is within reach of prey `j`: by the larger gap if diagonals count, else by the sum of both."""
     x = _across(hunters.position[i, 0] - prey.position[j, 0], parameters[_WIDTH], parameters[_IS_TORUS])
     y = _across(hunters.position[i, 1] - prey.position[j, 1], parameters[_HEIGHT], parameters[_IS_TORUS])
     # Half a cell of tolerance, so that rounding decides nothing.
-    return bool(max(x, y) < parameters[_REACH] + 0.5)
+    return bool((max(x, y) if parameters[_DIAGONALS] > 0.0 else x + y) < parameters[_REACH] + 0.5)
 
 
 @inlined
@@ -186,6 +186,8 @@ class Rule(NamedTuple):
 
 #: The rules by name.
 RULES = {"alone": Rule(1, 0, in_turn=True), "pair": Rule(2, 1, in_turn=False)}
+#: The orders of moves: that of the rule, or one for any rule.
+ORDERS = ("by rule", "at once", "in turn")
 
 
 @dataclass(frozen=True)
@@ -194,7 +196,8 @@ class Capture(Interaction):
 
     With the rule "alone" hunters move, and those in a prey's cell capture it; if there are none, prey move, and hunters
     whose cell a prey has entered capture it. With "pair" all move at once, and then two hunters in or next to the cell
-    of a prey, diagonals included, capture it. With "alone" the world must have the hunters before the prey.
+    of a prey, diagonals included, capture it. `order` gives any rule the order of the other. Where hunters move first,
+    the world must have them before the prey.
 
     A capture ends the trial of all hunters. The next step begins another: hunters that captured are placed at random,
     nobody else moves, and no action counts. So robots perceive how a trial ended, as with Gymnasium's next-step
@@ -212,6 +215,11 @@ class Capture(Interaction):
         Whether the arena is a `Torus`.
     rule : {"alone", "pair"}, default "alone"
         Who captures.
+    order : {"by rule", "at once", "in turn"}, default "by rule"
+        Who moves when: "in turn", hunters move, those that can capture do, prey move, and again those that can do; "at
+        once", all move, and then those that can capture do.
+    diagonals : bool, default True
+        Whether cells with a corner in common are next to each other.
     reward : float, default 1
         The reward of each hunter that captures.
     cost : float, default 0.1
@@ -232,6 +240,8 @@ class Capture(Interaction):
     height: Annotated[Count, Allowed(unit="cells")]
     torus: Flag = False
     rule: Annotated[str, Allowed(choices=RULES)] = "alone"
+    order: Annotated[str, Allowed(choices=ORDERS)] = "by rule"
+    diagonals: Flag = True
     reward: Annotated[float, Allowed()] = 1.0
     cost: Annotated[float, Allowed()] = 0.1
 
@@ -245,14 +255,15 @@ class Capture(Interaction):
     @property
     def in_turn(self) -> bool:  # type: ignore[override]
         """Whether hunters and prey move one after the other."""
-        return RULES[self.rule].in_turn
+        return RULES[self.rule].in_turn if self.order == ORDERS[0] else self.order == ORDERS[2]
 
     @property
     def parameters(self) -> tuple[float, ...]:
         rule = RULES[self.rule]
-        calls = 2 if rule.in_turn else 1
-        numbers = (self.width, self.height, self.torus, rule.reach, rule.hunters, self.reward, self.cost, calls)
-        return tuple(map(float, numbers))
+        return tuple(map(float, (
+            self.width, self.height, self.torus, rule.reach, rule.hunters, self.reward, self.cost,
+            2 if self.in_turn else 1, self.diagonals,
+        )))  # fmt: skip
 
     def check_fit(self, arena: Arena, order: tuple[str, ...]) -> None:
         check_grid(self, arena)
@@ -467,6 +478,8 @@ class Pursuit(World):
     rule : {"alone", "pair", "surround"}
         Who captures: see `Capture`, and `Surround` for four hunters at once. Fewer than four never surround a prey; a
         warning says so.
+    order, diagonals
+        As for `Capture`; with the rule "surround" as they are by default.
     torus : bool
         Whether the grid has no walls.
     policy : str or Policy
@@ -506,6 +519,8 @@ class Pursuit(World):
         depth: int = 4,
         teammate_depth: int | None = None,
         rule: str = "alone",
+        order: str = ORDERS[0],
+        diagonals: bool = True,
         torus: bool = False,
         policy: PolicyLike = "lattice-walk",
         awareness: AwarenessLike = "none",
@@ -516,6 +531,12 @@ class Pursuit(World):
         seed: int | None = None,
     ) -> None:
         _check(hunters, prey, side, torus, rule, scouts)
+        is_surround = rule == _SURROUND
+        if is_surround and (order, diagonals) != (ORDERS[0], True):
+            raise ValueError(
+                f"order={order!r}, diagonals={diagonals}: are for the rules {' and '.join(RULES)}; leave them out "
+                f"where rule={rule!r}"
+            )
         super().__init__(Torus(side, side) if torus else Box(side, side), rng=rng, seed=seed)
         near = _range("teammate_depth", depth if teammate_depth is None else teammate_depth, side)
         common: dict[str, Any] = {
@@ -531,7 +552,7 @@ class Pursuit(World):
             seen = _range("scout_depth", depth if scout_depth is None else scout_depth, side)
             others = self.add(Scout, scouts, policy="lattice-walk", sensing_range=seen, name="scouts", **common)
             self.senses(others, self._prey)
-        meets = Surround(side, side, torus) if rule == _SURROUND else Capture(side, side, torus, rule)
+        meets = Surround(side, side, torus) if is_surround else Capture(side, side, torus, rule, order, diagonals)
         self.interact(meets, hunters=self._hunters, prey=self._prey)
 
     @property

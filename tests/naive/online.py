@@ -45,13 +45,24 @@ def prey_row(policy: Any, one: Any, noise: list[float]) -> int:
     return row
 
 
-def chosen(values: list[float], temperature: float, number: float) -> int:
-    """The action that the number falls upon, when each has a share proportional to exp(Q / T)."""
-    best = max(values)
+def inside(policy: Any, one: Any) -> list[int]:
+    """The moves that the policy may make: those that end in the grid, if it knows the walls."""
+    if not hasattr(policy, "side"):
+        return list(range(policy.moves))
+    x, y = (float(column[one.identity]) for column in (one.columns.position_x, one.columns.position_y))
+    ends = [(x + along, y + across) for along, across in HEADINGS[: policy.moves]]
+    return [move for move, end in enumerate(ends) if max(map(abs, end)) < policy.side / 2]
+
+
+def chosen(values: list[float], temperature: float, number: float, allowed: list[int] | None = None) -> int:
+    """The action that the number falls upon, when each, of those that are allowed, has a share proportional to exp(Q / T)."""
+    allowed = list(range(len(values))) if allowed is None else allowed
+    best = max(values[move] for move in allowed)
     if temperature == 0:
         weights = [float(value == best) for value in values]
     else:
-        weights = [math.exp((value - best) / temperature) for value in values]
+        weights = [math.exp(min(value - best, 0.0) / temperature) for value in values]
+    weights = [weight if move in allowed else 0.0 for move, weight in enumerate(weights)]
     rest = number * sum(weights)
     for action, weight in enumerate(weights):
         if weight > 0 and rest < weight:
@@ -79,7 +90,7 @@ class QTeam:
             now = self.row_of(policy, one, noise[:, i].tolist())
             if self.last[i] is not None and policy.learning_rate > 0:
                 self.learn(i, now, one)
-            action = chosen(tables[i][now], policy.temperature, float(noise[0, i]))
+            action = chosen(tables[i][now], policy.temperature, float(noise[0, i]), inside(policy, one))
             self.last[i] = None if one.ended else (now, action)
             answers.append((HEADINGS[action], 0.0 if action == 4 else float(one.speed)))
         return answers

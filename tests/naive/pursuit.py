@@ -1,13 +1,14 @@
 """Tan's pursuit as plain loops over cells, and its exact Markov chain: both know nothing of worlds.
 
-In turn: hunters move, check, prey move, check; a hunter in a prey's cell captures it. Jointly: all move, then two hunters
-within one cell of a prey, diagonals included, capture it. A move against the wall is lost. The hunters that captured are
-placed at random for the next trial; all others stay.
+In turn: hunters move, check, prey move, check. At once: all move, then check. Alone, a hunter in a prey's cell captures it,
+by default in turn; jointly, two hunters in or next to its cell do, diagonals included unless said otherwise, by default at
+once. Prey that hunters have captured first do not move. A move against the wall is lost. The hunters that captured are placed at random for the next trial; all others stay.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 import random
 from collections.abc import Sequence
 
@@ -25,17 +26,26 @@ def moved(place: Cell, move: int, side: int, *, torus: bool) -> Cell:
     return (x, y) if 0 <= x < side and 0 <= y < side else place
 
 
-def gap(one: Cell, other: Cell, side: int, *, torus: bool) -> int:
-    """How many king's moves two cells are apart."""
+def legal(place: Cell, side: int) -> list[int]:
+    """The moves that leave a cell and end in another."""
+    return [move for move in range(4) if moved(place, move, side, torus=False) != place]
+
+
+def gap(one: Cell, other: Cell, side: int, *, torus: bool, diagonals: bool = True) -> int:
+    """How many king's moves two cells are apart; or moves without diagonals."""
     gaps = [abs(a - b) for a, b in zip(one, other, strict=True)]
-    return max(min(g, side - g) if torus else g for g in gaps)
+    gaps = [min(g, side - g) if torus else g for g in gaps]
+    return max(gaps) if diagonals else sum(gaps)
 
 
-def captors(hunters: Sequence[Cell], prey: Sequence[Cell], side: int, *, joint: bool, torus: bool) -> set[int]:
+def captors(
+    hunters: Sequence[Cell], prey: Sequence[Cell], side: int, *, joint: bool, torus: bool, diagonals: bool = True
+) -> set[int]:
     """The hunters that capture a prey where all stand now."""
     found: set[int] = set()
     for one in prey:
-        close = [i for i, hunter in enumerate(hunters) if gap(hunter, one, side, torus=torus) <= joint]
+        gaps = [gap(hunter, one, side, torus=torus, diagonals=diagonals) for hunter in hunters]
+        close = [i for i, apart in enumerate(gaps) if apart <= joint]
         if len(close) >= 1 + joint:
             found.update(close)
     return found
@@ -44,8 +54,12 @@ def captors(hunters: Sequence[Cell], prey: Sequence[Cell], side: int, *, joint: 
 class Game:
     """A game with random places from `rng`; moves are given."""
 
-    def __init__(self, side: int, hunters: int, prey: int, rng: random.Random, *, joint: bool, torus: bool) -> None:
+    def __init__(
+        self, side: int, hunters: int, prey: int, rng: random.Random, *, joint: bool, torus: bool,
+        in_turn: bool | None = None, diagonals: bool = True,
+    ) -> None:  # fmt: skip
         self.side, self.rng, self.joint, self.torus = side, rng, joint, torus
+        self.in_turn, self.diagonals = not joint if in_turn is None else in_turn, diagonals
         self.hunters = [self.anywhere() for _ in range(hunters)]
         self.prey = [self.anywhere() for _ in range(prey)]
 
@@ -54,12 +68,13 @@ class Game:
 
     def step(self, hunters: Sequence[int], prey: Sequence[int]) -> set[int]:
         """Make a step; the hunters that captured, which stand elsewhere now."""
-        kind = {"joint": self.joint, "torus": self.torus}
+        kind = {"joint": self.joint, "torus": self.torus, "diagonals": self.diagonals}
         self.hunters = [
             moved(place, m, self.side, torus=self.torus) for place, m in zip(self.hunters, hunters, strict=True)
         ]
-        found = set() if self.joint else captors(self.hunters, self.prey, self.side, **kind)
-        self.prey = [moved(place, m, self.side, torus=self.torus) for place, m in zip(self.prey, prey, strict=True)]
+        found = captors(self.hunters, self.prey, self.side, **kind) if self.in_turn else set()
+        if not found:
+            self.prey = [moved(place, m, self.side, torus=self.torus) for place, m in zip(self.prey, prey, strict=True)]
         found = found or captors(self.hunters, self.prey, self.side, **kind)
         for i in found:
             self.hunters[i] = self.anywhere()
@@ -78,7 +93,10 @@ def trials(game: Game, count: int, moves: int = 4) -> list[int]:
     return lengths
 
 
-def mean_steps(side: int, hunters: int, prey: int, *, joint: bool, torus: bool, moves: int = 4) -> float:
+def mean_steps(
+    side: int, hunters: int, prey: int, *, joint: bool, torus: bool, moves: int = 4, in_turn: bool | None = None,
+    diagonals: bool = True, legal_prey: bool = False, legal_hunters: bool = False,
+) -> float:  # fmt: skip
     """The exact mean length of a trial of random walkers, over infinitely many trials.
 
     It is 1 / the probability of a capture in a step, in the stationary distribution of the chain over all places.
@@ -86,12 +104,19 @@ def mean_steps(side: int, hunters: int, prey: int, *, joint: bool, torus: bool, 
     cells = list(itertools.product(range(side), repeat=2))
     places = list(itertools.product(cells, repeat=hunters + prey))
     number = {place: k for k, place in enumerate(places)}
-    kind = {"joint": joint, "torus": torus}
+    kind = {"joint": joint, "torus": torus, "diagonals": diagonals}
     chain, caught = np.zeros((len(places), len(places))), np.zeros(len(places))
-    share = 1.0 / moves ** (hunters + prey)
+    goes_first = not joint if in_turn is None else in_turn
+    are_legal = [legal_hunters] * hunters + [legal_prey] * prey
     for place, steps in itertools.product(places, itertools.product(range(moves), repeat=hunters + prey)):
+        choices = [legal(one, side) if yes else list(range(moves)) for one, yes in zip(place, are_legal, strict=True)]
+        if any(m not in some for m, some in zip(steps, choices, strict=True)):
+            continue
+        share = 1.0 / math.prod(map(len, choices))
         after = tuple(moved(one, m, side, torus=torus) for one, m in zip(place, steps, strict=True))
-        first = set() if joint else captors(after[:hunters], place[hunters:], side, **kind)
+        first = captors(after[:hunters], place[hunters:], side, **kind) if goes_first else set()
+        if first:
+            after = after[:hunters] + place[hunters:]
         found = sorted(first or captors(after[:hunters], after[hunters:], side, **kind))
         caught[number[place]] += share * bool(found)
         anew = list(itertools.product(cells, repeat=len(found)))

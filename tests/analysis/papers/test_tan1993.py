@@ -13,17 +13,24 @@ from scipy import stats
 from teamsight.analysis.papers.tan1993 import (
     BLOCK,
     CONDITIONS,
-    VALUES,
+    READINGS,
+    REPORTED,
     Pursuits,
+    Reading,
+    Reported,
     crossing,
     crossings,
     gains,
     ledger,
     next_trials,
+    runs_of,
     verdicts,
 )
+from teamsight.analysis.papers.tan1993_readings import Readings, counts, levers
+from teamsight.analysis.papers.tan1993_readings import verdicts as scanned
 from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
+from teamsight.policies import BoundedPreyQ, BoundedWalk
 from teamsight.tasks.pursuit import Pursuit
 
 SMALL = Pursuits(runs=2, share=0.02, tests=20, seed=5, names=("1/1 random", "1/1 depth 2", "1/2 one table"))
@@ -33,7 +40,8 @@ def _table(condition: str, *, training: Any = (), test: Any = (), curve: Any = (
     size = max(len(training), len(test), len(curve))
     missing = [math.nan] * size
     columns = {"training": list(training) or missing, "test": list(test) or missing, "curve": list(curve) or missing}
-    return pd.DataFrame({"condition": condition, "replicate": range(size), **columns, "neighbours": 1})
+    columns["soft"] = [one + 100.0 for one in columns["test"]]
+    return pd.DataFrame({"reading": "ours", "condition": condition, "replicate": range(size), **columns, "neighbours": 1})
 
 
 def _first(condition: str, **more: Any) -> Any:
@@ -43,22 +51,26 @@ def _first(condition: str, **more: Any) -> Any:
 def test_all_values_of_tan_have_a_condition() -> None:
     every = pd.concat([_table(name, training=[1.0, 2.0], test=[1.0, 2.0]) for name in CONDITIONS])
     found = ledger(every)
-    assert found["where"].str.startswith("Table").sum() == 28
-    assert found["where"].str.startswith("Fig").sum() == 9
-    assert {line.split("|")[1].strip() for line in VALUES.strip().splitlines()} == set(found["condition"])
+    # 28 in tables, of which 12.21 is in two; 9 in figures, of which two are in a table too.
+    assert found["where"].str.startswith("Table").sum() == 28 - 1
+    assert found["where"].str.startswith("Fig").sum() == 9 - 2
+    assert not found.duplicated(["condition", "phase"]).any()
+    assert {value.condition for value in REPORTED} == set(found["condition"])
 
 
 def test_every_run_can_be_repeated_from_its_row() -> None:
     table = run_rows(SMALL.planned())
-    assert len(table) == 6
+    assert len(table) == 2 * 6
     again = run_rows(SMALL.planned())
     assert table.equals(again)
-    row = table[(table["condition"] == "1/1 depth 2") & (table["replicate"] == 1)].iloc[0]
-    world = Pursuit(**CONDITIONS["1/1 depth 2"].parameters, rng=int(row["seed"]))
-    lengths = next_trials(world, BLOCK)
-    assert row["trials"] == BLOCK
-    assert row["curve"] == [lengths.mean()]
-    assert row["training"] == lengths.mean()
+    rows = table[(table["condition"] == "1/1 depth 2") & (table["replicate"] == 1)].set_index("reading")
+    for name, reading in READINGS.items():
+        row = rows.loc[name]
+        world = Pursuit(**CONDITIONS["1/1 depth 2"].parameters(reading), rng=int(row["seed"]))
+        lengths = next_trials(world, BLOCK)
+        assert row["trials"] == BLOCK
+        assert row["curve"] == [lengths.mean()]
+        assert row["training"] == lengths.mean()
 
 
 def test_trials_are_counted_from_the_history() -> None:
@@ -121,3 +133,66 @@ def test_a_longer_training_does_not_move_the_crossing() -> None:
 def test_gains_are_paired_by_run() -> None:
     table = pd.concat([_table("a", curve=[[3.0, 3.0], [5.0, 5.0]]), _table("b", curve=[[1.0, 2.0], [1.0, 1.0]])])
     assert gains(table, "a", "b").tolist() == [[2.0, 1.0], [4.0, 4.0]]
+
+
+def test_a_value_is_near_within_a_tenth_and_two_steps_more_in_a_picture() -> None:
+    for where, off in (("Table 1", 0.0), ("Fig. 7", 2.0)):
+        value = Reported(where, "1/1 random", "training", 40.0, math.nan)
+        assert [value.is_near(40.0 + sign * (4.0 + off)) for sign in (-1, 1)] == [True, True]
+        assert [value.is_near(40.0 + sign * (4.01 + off)) for sign in (-1, 1)] == [False, False]
+
+
+def test_the_interval_of_what_is_read_off_a_picture_is_longer() -> None:
+    near = np.array([49.9, 50.1, 50.0])
+    drawn = _first("2/2 joint passive", training=near)
+    assert (drawn["where"], drawn["verdict"]) == ("Fig. 7", "agrees")
+    assert _first("2/2 joint passive", training=near + 2)["verdict"] == "differs"
+    half = (drawn["high"] - drawn["low"]) / 2
+    assert half == pytest.approx(2.0 + stats.t.ppf(0.975, 2) * near.std(ddof=1) / math.sqrt(3))
+
+
+def test_tests_are_greedy_or_soft_by_the_reading() -> None:
+    table = _table("1/1 depth 2", training=[47.0, 47.2], test=[49.0, 49.2])
+    tables = pd.concat([table, table.assign(reading="in turn")])
+    tests = [ledger(tables, name).set_index("phase").loc["test", "mean"] for name in ("ours", "in turn")]
+    assert tests == pytest.approx([49.1, 149.1])
+
+
+def test_readings_change_what_they_name() -> None:
+    def parameters(name: str, **more: bool) -> dict[str, Any]:
+        return CONDITIONS[name].parameters(Reading(**more))
+
+    ours = parameters("2/2 joint")
+    assert not {"order", "diagonals", "prey_policy"} & set(ours)
+    assert parameters("2/2 joint", in_turn=True)["order"] == "in turn"
+    assert parameters("2/2 joint", sides=True)["diagonals"] is False
+    assert parameters("2/2 joint", legal_prey=True)["prey_policy"] == BoundedWalk()
+    assert isinstance(parameters("2/2 joint", legal_hunters=True)["policy"], BoundedPreyQ)
+    assert parameters("1/1 random", legal_hunters=True)["policy"] == BoundedWalk()
+    assert (ours["policy"].values_ends, parameters("2/2 joint", no_value=True)["policy"].values_ends) == (True, False)
+    assert "order" not in parameters("1/1 depth 4", in_turn=True)
+    halves = [next(runs_of(SMALL, "2/2 joint", Reading(short=short)))[0]["trials"] for short in (False, True)]
+    assert halves == [200, 100]
+
+
+def test_the_scan_counts_each_value_once_under_each_reading() -> None:
+    plan = Readings(runs=1, share=0.001, tests=2, seed=4, names=("1/1 random", "1/1 depth 2"))
+    rows = [columns for columns, _ in plan.planned()]
+    # Random hunters do not learn; where one captures, the order and the neighbourhood are not open.
+    assert [sum(row["condition"] == name for row in rows) for name in plan.names] == [4, 16]
+    assert len({tuple(row[one] for one in ("condition", *Reading._fields[:-1])) for row in rows}) == len(rows)
+    table = pd.DataFrame(rows)
+    is_right = table["legal_prey"] & ~table["no_value"]
+    table["training"] = np.where(table["condition"] == "1/1 random", 123.0, np.where(is_right, 47.0, 90.0))
+    table["test"], table["soft"] = 10.0, 49.0
+    found = counts(table)
+    assert len(found) == 128
+    # One value of random hunters; one of training, if both points are read so; one of tests, if they are soft.
+    expected = 1 + (found["legal_prey"] & ~found["no_value"]) + found["soft"]
+    assert (found["near"] == expected).all()
+    assert found.iloc[0][list(Reading._fields)].tolist() == [False, True, False, False, False, False, True]
+    assert levers(found) == {
+        "in_turn": (0, 0.0), "legal_prey": (1, 0.5), "legal_hunters": (0, 0.0), "sides": (0, 0.0),
+        "no_value": (0, -0.5), "short": (0, 0.0), "soft": (1, 1.0),
+    }  # fmt: skip
+    assert [one.verdict for one in scanned(table, plan)] == [FAILS, FAILS]

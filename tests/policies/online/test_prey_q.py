@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from naive import online as naive
 
-from teamsight.policies import LatticeWalk, Policy, PreyQ, check_policy
+from teamsight.policies import BoundedPreyQ, BoundedWalk, LatticeWalk, Policy, PreyQ, check_policy
 from teamsight.policies.percept_of_one import percept_of_one
 from teamsight.tasks.pursuit import Pursuit
 
@@ -17,7 +17,7 @@ class Watched(Policy):
     """A policy in Python that decides as the compiled one and as its slow twin; and compares."""
 
     def __init__(self, policy: PreyQ) -> None:
-        self.policy, self.draws = policy, policy.draws
+        self.policy, self.draws, self.columns = policy, policy.draws, policy.columns
         self.decisions = self.ends = 0
 
     def start(self, size: int) -> Any:
@@ -45,6 +45,8 @@ WORLDS: list[tuple[PreyQ, dict[str, Any]]] = [
     (PreyQ(1, reach=4), {**SMALL, "depth": 1, "prey": 2, "awareness": "shared", "teammate_depth": 4}),
     (PreyQ(1, average_every=7), SMALL),
     (PreyQ(1, one_table=True, discount=0.5), {**SMALL, "hunters": 3}),
+    (BoundedPreyQ(2, side=5), {**SMALL, "order": "in turn", "prey_policy": BoundedWalk(side=5)}),
+    (BoundedPreyQ(1, side=4, moves=5, temperature=0.0), {**SMALL, "side": 4, "depth": 1, "rule": "pair", "order": "in turn"}),
 ]
 
 
@@ -80,6 +82,28 @@ def test_frozen_tables_stay_as_they_are_and_choose_the_best() -> None:
     world.run(500)
     assert np.array_equal(world.hunters.policy_state.floats, learned)
     assert (frozen.learning_rate, frozen.temperature) == (0.0, 0.0)
+    world.hunters.policy = soft = policy.frozen(learned, policy.temperature)
+    world.run(500)
+    assert np.array_equal(world.hunters.policy_state.floats, learned)
+    assert (soft.learning_rate, soft.temperature) == (0.0, 0.4)
+
+
+def test_frozen_hunters_choose_as_in_training_if_wished() -> None:
+    """One row of known values: greedy hunters make the best move always, soft ones with the shares of exp(Q / T)."""
+    values = np.array([0.0, 0.4, -0.4, 0.1])
+    policy = PreyQ(1, temperature=0.4)
+    tables = np.tile(values, (policy.rows, 1))
+    shares = np.exp(values / 0.4) / np.exp(values / 0.4).sum()
+    for temperature, expected in ((0.0, [0.0, 1.0, 0.0, 0.0]), (0.4, shares)):
+        # On a torus, so that no move is lost.
+        world = Pursuit(1, 1, 50, depth=1, torus=True, policy=policy.frozen(tables, temperature), rng=4)
+        made = np.zeros(4)
+        for _ in range(2000):
+            world.step()
+            if world.recording.history["trial_steps"].iloc[-1] > 0:
+                made[int(np.argmax(world.hunters.bodies.moved[0] @ np.array([[0, 1, 0, -1], [1, 0, -1, 0]])))] += 1
+        # Five standard errors of a binomial share.
+        assert np.all(np.abs(made / made.sum() - expected) <= 5 * np.sqrt(shares * (1 - shares) / made.sum()))
 
 
 def test_averaging_makes_all_tables_equal() -> None:
