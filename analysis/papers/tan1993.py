@@ -63,7 +63,7 @@ WIDEST = 0.25
 #: A value agrees within this share of Tan's. One that is read off a picture may be wrong by so many steps.
 NEAR, READ_OFF = 0.10, 2.0
 #: What Tan reports: the steps of a trial in training and in the test, with half his 90 % intervals where he gives them.
-#: Each value once: 12.21 is in Table 1 too, and at 100.61 and 119.17 curves of Figs. 7 and 8 settle, read as 101 and 116.
+#: Each value once: 12.21 is in Table 1 too, and at 100.61 and 119.17 curves of Figs. 7, 8 settle, read as 101 and 116.
 VALUES = """
 Table 1 | 1/1 random        | 123.08
 Table 1 | 1/2 random        | 56.47
@@ -148,8 +148,9 @@ OURS = next(iter(READINGS))
 
 # The square that reported prey and teammates are in, wherever they are on Tan's grid [cells to each side].
 _EVERYWHERE = 10
-# Steps that are made at once, at least; and for how many times the longest expected training.
-_LEAST, _MOST_STEPS = 2000, 40_000_000
+# Steps that are made at once, at least; of how many only half are, where training is to end soon; and for how many
+# times the longest expected training.
+_LEAST, _FAR, _MOST_STEPS = 2000, 20_000, 40_000_000
 # Conditions of the first panel, their names, and the colour of the degree of awareness that each needs.
 _CURVES = {
     "2/2 joint": ("independent", DEGREE["none"]),
@@ -306,11 +307,12 @@ class Pursuits(NamedConditions):
         """Yield each run with the columns that identify it: reading, condition, replicate, seed and trials."""
         for name in self.readings:
             for condition in self.names:
-                for columns, run in runs_of(self, condition, READINGS[name]):
+                # Ours was reported before training could end soon.
+                for columns, run in runs_of(self, condition, READINGS[name], soon=name != OURS):
                     yield {"reading": name, **columns}, run
 
 
-def runs_of(plan: NamedConditions, name: str, reading: Reading) -> Iterator[Planned]:
+def runs_of(plan: NamedConditions, name: str, reading: Reading, *, soon: bool = True) -> Iterator[Planned]:
     """Yield the runs of a condition under a reading: condition, replicate, seed and trials of each, and how to make it.
 
     Parameters
@@ -321,6 +323,8 @@ def runs_of(plan: NamedConditions, name: str, reading: Reading) -> Iterator[Plan
         The condition.
     reading : Reading
         The reading.
+    soon : bool
+        As for `Learning`.
     """
     from teamsight.analysis.runs.run import Run
     from teamsight.tasks.pursuit import Pursuit
@@ -330,7 +334,7 @@ def runs_of(plan: NamedConditions, name: str, reading: Reading) -> Iterator[Plan
     trials = max(int(share * condition.trials), BLOCK)
     # Steps of a trial, roughly, from which the work of a run is estimated.
     steps = trials * (110 if condition.world["rule"] == "pair" else 40)
-    parameters, measure = condition.parameters(reading), Learning(trials, tests)
+    parameters, measure = condition.parameters(reading), Learning(trials, tests, soon)
     for replicate in range(plan.runs):
         seed = run_seed(plan.seed, replicate)
         columns = {"condition": name, "replicate": replicate, "seed": seed, "trials": trials}
@@ -345,10 +349,14 @@ class Learning:
     ----------
     trials, tests : int
         Trials of training, and of the test.
+    soon : bool
+        Whether training ends soon after its last trial, and not when as many steps are made as the first trials let
+        expect, which can be twice as many.
     """
 
     trials: int
     tests: int
+    soon: bool = True
 
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
         """Return the mean steps of a trial in each block of training, at its end, and in two tests: greedy, and soft.
@@ -363,7 +371,7 @@ class Learning:
         from teamsight.policies.online.online_q import OnlineQ
 
         hunters: Any = cast("Any", world).hunters
-        training = next_trials(world, self.trials)
+        training = next_trials(world, self.trials, soon=self.soon)
         test = soft = training[-SETTLED:]
         learner = hunters.policy
         if isinstance(learner, OnlineQ):
@@ -382,8 +390,8 @@ class Learning:
         }
 
 
-def next_trials(world: World, count: int) -> Floats:
-    """Run a world until `count` more trials have ended, and return their steps.
+def next_trials(world: World, count: int, *, soon: bool = False) -> Floats:
+    """Run a world until `count` more trials have ended, and return their steps; if wished, not much longer.
 
     Raises
     ------
@@ -393,12 +401,14 @@ def next_trials(world: World, count: int) -> Floats:
     first, lengths = world.tick, np.zeros(0)
     while len(lengths) < count:
         missing = count - len(lengths)
-        mean = lengths.mean() if len(lengths) else 1.0
+        mean = lengths[-SETTLED if soon else 0 :].mean() if len(lengths) else 1.0
         if world.tick - first > _MOST_STEPS:
             raise ValueError(
                 f"trials={count}: only {len(lengths)} have ended after {_MOST_STEPS:,} steps; give a smaller share"
             )
-        world.run(int(max(_LEAST, 1.05 * missing * (mean + 1.0))), progress=False)
+        wanted = 1.05 * missing * (mean + 1.0)
+        # Half of it as long as trials may still become shorter.
+        world.run(int(max(_LEAST, wanted / 2 if soon and wanted > _FAR else wanted)), progress=False)
         history = world.recording.history.iloc[first:]
         lengths = np.asarray(history["trial_steps"].to_numpy()[history["captures"].to_numpy() > 0], float)
     return lengths[:count]
@@ -635,7 +645,10 @@ def ledger_table(table: pd.DataFrame) -> str:
         columns += [f"{name} (95 %)", f"within {100 * NEAR:g} %", "interval rule"]
     for parts in zip(*(one.itertuples() for one in found.values()), strict=True):
         tan = parts[0]
-        cells = [tan.where, tan.condition, tan.phase, plus_minus(tan.steps, tan.steps + tan.half, ".2f")]
+        value = plus_minus(tan.steps, tan.steps + tan.half, ".2f")
+        if tan.where.startswith("Fig"):
+            value = f"{tan.steps:g} (± {READ_OFF:g} read)"
+        cells = [tan.where, tan.condition, tan.phase, value]
         for part in parts:
             ours = plus_minus(part.mean, part.mean + part.half95, ".1f")
             cells += [ours, "yes" if part.near else "no", part.verdict]
@@ -653,10 +666,10 @@ def sentences(table: pd.DataFrame, plan: Pursuits) -> Sequence[str]:
     for name in _readings(table):
         rows = ledger(table, name)
         agree, differ, left = ((rows["verdict"] == verdict).sum() for verdict in (AGREES, DIFFERS, UNDECIDED))
-        claims = verdict_counts(verdicts(table, reading=name))
+        judged = verdict_counts(verdicts(table, reading=name))
         said.append(
             f"Reading “{name}”: {rows['near'].sum()} of {len(rows)} values of Tan agree within {100 * NEAR:g} %; by "
-            f"intervals {agree} agree, {differ} differ, {left} are undecided. {claims}"
+            f"intervals {agree} agree, {differ} differ, {left} are undecided. {judged}"
         )
     claims = len(verdicts(table))
     return (

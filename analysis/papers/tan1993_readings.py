@@ -41,6 +41,8 @@ OPEN: Mapping[str, tuple[str, str, str, str]] = {
 }
 #: All readings.
 EVERY = tuple(Reading(*flags) for flags in product((False, True), repeat=len(Reading._fields)))
+# The conditions of Tan's values.
+_KNOWN = {value.condition: CONDITIONS[value.condition] for value in REPORTED}
 # Those of training; both tests follow it in each run.
 _TRAINED = Reading._fields[:-1]
 # Readings that are listed, the best first.
@@ -78,9 +80,9 @@ class Readings(NamedConditions):
 
     runs: limits.Runs = 2
     seed: Seed = root("pursuit: readings")
-    names: Annotated[tuple[Annotated[str, Allowed(choices=CONDITIONS)], ...], NAMES] = ()
+    names: Annotated[tuple[Annotated[str, Allowed(choices=_KNOWN)], ...], NAMES] = ()
     tests: Count = 300
-    known: ClassVar[Mapping[str, Any]] = {value.condition: CONDITIONS[value.condition] for value in REPORTED}
+    known: ClassVar[Mapping[str, Any]] = _KNOWN
 
     def planned(self) -> Iterator[Planned]:
         """Yield each run with the columns that identify it: those of `Reading`, condition, replicate, seed, trials."""
@@ -102,14 +104,14 @@ def counts(table: pd.DataFrame) -> pd.DataFrame:
     import pandas as pd
 
     phases = ["training", "test", "soft"]
-    means = table.groupby(["condition", *_TRAINED])[phases].mean().to_dict("index")
+    means: dict[Any, Any] = table.groupby(["condition", *_TRAINED])[phases].mean().to_dict("index")
     have, rows = set(table["condition"]), []
     for reading in EVERY:
         near = 0
         for value in REPORTED:
             if value.condition in have:
-                found = means[value.condition, *CONDITIONS[value.condition].relevant(reading)[:-1]]
-                near += value.is_near(found["soft" if value.phase == "test" and reading.soft else value.phase])
+                mean = means[value.condition, *CONDITIONS[value.condition].relevant(reading)[:-1]]
+                near += value.is_near(mean["soft" if value.phase == "test" and reading.soft else value.phase])
         rows.append((*reading, near, sum(reading)))
     found = pd.DataFrame(rows, columns=[*Reading._fields, "near", "changes"])
     return found.sort_values(["near", "changes"], ascending=[False, True], kind="stable", ignore_index=True)

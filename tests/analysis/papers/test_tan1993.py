@@ -67,7 +67,7 @@ def test_every_run_can_be_repeated_from_its_row() -> None:
     for name, reading in READINGS.items():
         row = rows.loc[name]
         world = Pursuit(**CONDITIONS["1/1 depth 2"].parameters(reading), rng=int(row["seed"]))
-        lengths = next_trials(world, BLOCK)
+        lengths = next_trials(world, BLOCK, soon=name == "in turn")
         assert row["trials"] == BLOCK
         assert row["curve"] == [lengths.mean()]
         assert row["training"] == lengths.mean()
@@ -80,6 +80,16 @@ def test_trials_are_counted_from_the_history() -> None:
     # Each ended trial is followed by a step that begins the next.
     ends = np.flatnonzero(history["captures"]) + 1
     assert lengths.tolist() == [ends[0], *(np.diff(ends) - 1).tolist()][:30]
+
+
+def test_training_ends_soon_if_wished_and_has_the_same_trials() -> None:
+    parameters = CONDITIONS["2/2 joint passive"].parameters()
+    worlds = [Pursuit(**parameters, rng=3) for _ in range(2)]
+    late, soon = (next_trials(world, 2000, soon=soon) for world, soon in zip(worlds, (False, True), strict=True))
+    assert np.array_equal(late, soon)
+    # So much is made at once at most, and each trial has a step that begins it.
+    assert worlds[1].tick <= soon.sum() + len(soon) + 20_000
+    assert worlds[0].tick > worlds[1].tick
 
 
 def test_verdicts_of_values_follow_from_welchs_interval() -> None:
