@@ -13,6 +13,8 @@ Examples:
 
 from __future__ import annotations
 
+import contextlib
+import gc
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -149,8 +151,8 @@ OURS = next(iter(READINGS))
 # The square that reported prey and teammates are in, wherever they are on Tan's grid [cells to each side].
 _EVERYWHERE = 10
 # Steps that are made at once, at least; of how many only half are, where training is to end soon; and for how many
-# times the longest expected training.
-_LEAST, _FAR, _MOST_STEPS = 2000, 20_000, 40_000_000
+# times the longest expected training. Tests of more steps have means that are far from all of Tan's, below 50.
+_LEAST, _FAR, _MOST_STEPS, _LONGEST_TEST = 2000, 20_000, 40_000_000, 100_000
 # Conditions of the first panel, their names, and the colour of the degree of awareness that each needs.
 _CURVES = {
     "2/2 joint": ("independent", DEGREE["none"]),
@@ -307,12 +309,11 @@ class Pursuits(NamedConditions):
         """Yield each run with the columns that identify it: reading, condition, replicate, seed and trials."""
         for name in self.readings:
             for condition in self.names:
-                # Ours was reported before training could end soon.
-                for columns, run in runs_of(self, condition, READINGS[name], soon=name != OURS):
+                for columns, run in runs_of(self, condition, READINGS[name]):
                     yield {"reading": name, **columns}, run
 
 
-def runs_of(plan: NamedConditions, name: str, reading: Reading, *, soon: bool = True) -> Iterator[Planned]:
+def runs_of(plan: NamedConditions, name: str, reading: Reading, *, both: bool = False) -> Iterator[Planned]:
     """Yield the runs of a condition under a reading: condition, replicate, seed and trials of each, and how to make it.
 
     Parameters
@@ -323,8 +324,8 @@ def runs_of(plan: NamedConditions, name: str, reading: Reading, *, soon: bool = 
         The condition.
     reading : Reading
         The reading.
-    soon : bool
-        As for `Learning`.
+    both : bool
+        Whether each is tested both ways, and not as it is read.
     """
     from teamsight.analysis.runs.run import Run
     from teamsight.tasks.pursuit import Pursuit
@@ -334,7 +335,9 @@ def runs_of(plan: NamedConditions, name: str, reading: Reading, *, soon: bool = 
     trials = max(int(share * condition.trials), BLOCK)
     # Steps of a trial, roughly, from which the work of a run is estimated.
     steps = trials * (110 if condition.world["rule"] == "pair" else 40)
-    parameters, measure = condition.parameters(reading), Learning(trials, tests, soon)
+    # Ours was first reported when training could not end soon.
+    soon, soft = both or reading != READINGS[OURS], None if both else reading.soft
+    parameters, measure = condition.parameters(reading), Learning(trials, tests, soon, soft)
     for replicate in range(plan.runs):
         seed = run_seed(plan.seed, replicate)
         columns = {"condition": name, "replicate": replicate, "seed": seed, "trials": trials}
@@ -352,14 +355,18 @@ class Learning:
     soon : bool
         Whether training ends soon after its last trial, and not when as many steps are made as the first trials let
         expect, which can be twice as many.
+    soft : bool, optional
+        Whether hunters choose in the test as in training, and not greedily. By default they are tested both ways, and
+        one that takes far longer than any of Tan's has an infinite mean.
     """
 
     trials: int
     tests: int
     soon: bool = True
+    soft: bool | None = None
 
     def __call__(self, world: World, steps: int) -> dict[str, Any]:
-        """Return the mean steps of a trial in each block of training, at its end, and in two tests: greedy, and soft.
+        """Return the mean steps of a trial in each block of training, at its end, and in the test; or in both tests.
 
         Parameters
         ----------
@@ -371,44 +378,52 @@ class Learning:
         from teamsight.policies.online.online_q import OnlineQ
 
         hunters: Any = cast("Any", world).hunters
+        # Worlds refer to themselves, and few objects are made here: the long histories of former runs would stay.
+        gc.collect()
         training = next_trials(world, self.trials, soon=self.soon)
-        test = soft = training[-SETTLED:]
-        learner = hunters.policy
+        ways = {"test": False, "soft": True} if self.soft is None else {"test": self.soft}
+        tests, learner = dict.fromkeys(ways, training[-SETTLED:]), hunters.policy
         if isinstance(learner, OnlineQ):
             tables = hunters.policy_state.floats.copy()
-            hunters.policy = learner.frozen(tables)
-            test = next_trials(world, self.tests)
-            hunters.policy = learner.frozen(tables, learner.temperature)
-            soft = next_trials(world, self.tests)
+            for name, is_soft in ways.items():
+                hunters.policy = learner.frozen(tables, learner.temperature if is_soft else 0.0)
+                tests[name] = np.array([math.inf])
+                with contextlib.nullcontext() if self.soft is not None else contextlib.suppress(EndlessError):
+                    most = _MOST_STEPS if self.soft is not None else _LONGEST_TEST
+                    tests[name] = next_trials(world, self.tests, most=most)
         whole = training[: len(training) // BLOCK * BLOCK].reshape(-1, BLOCK)
         return {
             "curve": whole.mean(axis=1).tolist(),
             "training": float(training[-SETTLED:].mean()),
-            "test": float(test.mean()),
-            "soft": float(soft.mean()),
+            **{name: float(test.mean()) for name, test in tests.items()},
             "neighbours": int(world.max_neighbours),
         }
 
 
-def next_trials(world: World, count: int, *, soon: bool = False) -> Floats:
+class EndlessError(ValueError):
+    """Raised when trials do not end."""
+
+
+def next_trials(world: World, count: int, *, soon: bool = False, most: int = _MOST_STEPS) -> Floats:
     """Run a world until `count` more trials have ended, and return their steps; if wished, not much longer.
 
     Raises
     ------
-    ValueError
-        If they take more steps than any team should need.
+    EndlessError
+        If they take more steps than `most`, by default than any team should need.
     """
     first, lengths = world.tick, np.zeros(0)
     while len(lengths) < count:
         missing = count - len(lengths)
         mean = lengths[-SETTLED if soon else 0 :].mean() if len(lengths) else 1.0
-        if world.tick - first > _MOST_STEPS:
-            raise ValueError(
-                f"trials={count}: only {len(lengths)} have ended after {_MOST_STEPS:,} steps; give a smaller share"
+        if world.tick - first > most:
+            raise EndlessError(
+                f"trials={count}: only {len(lengths)} have ended after {most:,} steps; give a smaller share"
             )
         wanted = 1.05 * missing * (mean + 1.0)
         # Half of it as long as trials may still become shorter.
-        world.run(int(max(_LEAST, wanted / 2 if soon and wanted > _FAR else wanted)), progress=False)
+        steps = max(_LEAST, wanted / 2 if soon and wanted > _FAR else wanted)
+        world.run(int(min(steps, most)), progress=False)
         history = world.recording.history.iloc[first:]
         lengths = np.asarray(history["trial_steps"].to_numpy()[history["captures"].to_numpy() > 0], float)
     return lengths[:count]
@@ -466,8 +481,7 @@ def ledger(table: pd.DataFrame, reading: str = "") -> pd.DataFrame:
     have, rows = set(table["condition"]), []
     for value in REPORTED:
         if value.condition in have:
-            phase = "soft" if value.phase == "test" and READINGS[reading].soft else value.phase
-            found = column(table, phase, condition=value.condition)
+            found = column(table, value.phase, condition=value.condition)
             mean, steps = float(found.mean()), value.steps
             half90, half95 = (interval_of(found, level).high - mean for level in (LEVEL, 0.95))
             wide = _half_width(found, value.condition, steps, value.half) + value.may_be_off

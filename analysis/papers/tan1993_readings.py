@@ -39,8 +39,13 @@ OPEN: Mapping[str, tuple[str, str, str, str]] = {
     "short": ("trials: one captures; two must", "2,000; 10,000", "1,000; 5,000", "half training"),
     "soft": ("choice in tests", "greedy", "Boltzmann", "Boltzmann tests"),
 }
-#: All readings.
-EVERY = tuple(Reading(*flags) for flags in product((False, True), repeat=len(Reading._fields)))
+# With sides only trials take several times as long; that is read so only beside other orders, prey and tests.
+_OURS_BESIDE_SIDES = ("legal_hunters", "no_value", "short")
+#: All readings of the scan.
+EVERY = tuple(
+    one for flags in product((False, True), repeat=len(Reading._fields))
+    if not (one := Reading(*flags)).sides or not any(getattr(one, name) for name in _OURS_BESIDE_SIDES)
+)  # fmt: skip
 # The conditions of Tan's values.
 _KNOWN = {value.condition: CONDITIONS[value.condition] for value in REPORTED}
 # Those of training; both tests follow it in each run.
@@ -51,14 +56,14 @@ _PAGE = """
 # Readings of Tan's pursuit
 
 {readings} readings of what Tan leaves open, and how many of his {values} values agree within {near:g} % with ours under
-each; those read off a picture may be wrong by {off:g} steps. {plan.runs} runs of each, tests of {plan.tests} trials,
-root seed {plan.seed}.
+each; those read off a picture may be wrong by {off:g} steps. Runs of each: {plan.runs}; trials of a test: {plan.tests};
+root seed {plan.seed}. “Sides only” is combined with the order, prey and tests, and not with the rest.
 
 {spread}
 
 {levers}
 
-“Alone” is the change of the number if only this differs from our reading; “on average” the mean change over all others.
+“Alone” is the change of the number if only this differs from our reading; “on average” its mean over all readings.
 
 {best}
 
@@ -78,7 +83,7 @@ class Readings(NamedConditions):
         Trials of each test.
     """
 
-    runs: limits.Runs = 2
+    runs: limits.Runs = 1
     seed: Seed = root("pursuit: readings")
     names: Annotated[tuple[Annotated[str, Allowed(choices=_KNOWN)], ...], NAMES] = ()
     tests: Count = 300
@@ -88,7 +93,7 @@ class Readings(NamedConditions):
         """Yield each run with the columns that identify it: those of `Reading`, condition, replicate, seed, trials."""
         for name in self.names:
             for reading in dict.fromkeys(map(CONDITIONS[name].relevant, EVERY)):
-                for columns, run in runs_of(self, name, reading):
+                for columns, run in runs_of(self, name, reading, both=True):
                     yield {**{one: getattr(reading, one) for one in _TRAINED}, **columns}, run
 
 
@@ -124,11 +129,11 @@ def levers(found: pd.DataFrame) -> dict[str, tuple[int, float]]:
     def change(name: str, reading: Reading) -> int:
         return int(near[reading._replace(**{name: True})] - near[reading])
 
-    without = {name: [one for one in EVERY if not getattr(one, name)] for name in Reading._fields}
-    return {
-        name: (change(name, Reading()), sum(change(name, one) for one in rest) / len(rest))
-        for name, rest in without.items()
-    }
+    found_by = {}
+    for name in Reading._fields:
+        pairs = [one for one in EVERY if not getattr(one, name) and one._replace(**{name: True}) in near]
+        found_by[name] = change(name, Reading()), sum(change(name, one) for one in pairs) / len(pairs)
+    return found_by
 
 
 def _readings(found: pd.DataFrame) -> list[Reading]:

@@ -45,6 +45,13 @@ def of_program(name: str) -> Callable[[str], Iterator[str]]:
     return lambda text: iter([runpy.run_path(str(ROOT / ".ci" / name))["page"]()])
 
 
+def of_papers(page: str, text: str) -> Iterator[str]:
+    """Yield the tables of all papers with this page."""
+    for name, paper in PAPERS.items():
+        if getattr(paper, "page", "") == page:
+            yield from of_paper(name, text)
+
+
 def of_paper(name: str, text: str) -> Iterator[str]:
     """Yield the tables of a paper, made from its table of runs."""
     paper: Any = PAPERS[name]
@@ -129,7 +136,7 @@ WHOLE: dict[str, Callable[[str], Iterator[str]]] = {
     "evolved": of_evolution,
 }
 TABLES: dict[str, Callable[[str], Iterator[str]]] = {
-    **{page: partial(of_paper, name) for name, paper in PAPERS.items() if (page := getattr(paper, "page", ""))},
+    **{page: partial(of_papers, page) for paper in PAPERS.values() if (page := getattr(paper, "page", ""))},
     "lazy-q": of_diagnosis,
     "unreliable": of_unreliable,
     "tasks/gathering": of_gathering,

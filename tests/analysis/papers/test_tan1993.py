@@ -10,11 +10,14 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from teamsight.analysis.papers import tan1993
 from teamsight.analysis.papers.tan1993 import (
     BLOCK,
     CONDITIONS,
     READINGS,
     REPORTED,
+    EndlessError,
+    Learning,
     Pursuits,
     Reading,
     Reported,
@@ -40,7 +43,6 @@ def _table(condition: str, *, training: Any = (), test: Any = (), curve: Any = (
     size = max(len(training), len(test), len(curve))
     missing = [math.nan] * size
     columns = {"training": list(training) or missing, "test": list(test) or missing, "curve": list(curve) or missing}
-    columns["soft"] = [one + 100.0 for one in columns["test"]]
     return pd.DataFrame({"reading": "ours", "condition": condition, "replicate": range(size), **columns, "neighbours": 1})
 
 
@@ -161,11 +163,31 @@ def test_the_interval_of_what_is_read_off_a_picture_is_longer() -> None:
     assert half == pytest.approx(2.0 + stats.t.ppf(0.975, 2) * near.std(ddof=1) / math.sqrt(3))
 
 
-def test_tests_are_greedy_or_soft_by_the_reading() -> None:
-    table = _table("1/1 depth 2", training=[47.0, 47.2], test=[49.0, 49.2])
-    tables = pd.concat([table, table.assign(reading="in turn")])
-    tests = [ledger(tables, name).set_index("phase").loc["test", "mean"] for name in ("ours", "in turn")]
-    assert tests == pytest.approx([49.1, 149.1])
+def test_tests_are_greedy_or_soft_by_the_reading_and_leave_the_tables_as_they_are() -> None:
+    found, tables = {}, {}
+    for soft in (False, True, None):
+        world = Pursuit(**CONDITIONS["1/1 depth 2"].parameters(), rng=3)
+        found[soft] = Learning(BLOCK, 40, soft=soft)(world, 1)
+        tables[soft] = world.hunters.policy_state.floats
+        policy = world.hunters.policy
+        assert (policy.learning_rate, policy.temperature) == (0.0, 0.0 if soft is False else 0.4)
+    assert tables[None].any()
+    assert np.array_equal(tables[False], tables[True])
+    assert np.array_equal(tables[False], tables[None])
+    assert found[False]["test"] == found[None]["test"] != found[True]["test"]
+    assert "soft" in found[None]
+    with pytest.raises(EndlessError, match=r"trials=9: only 0 have ended after 3 steps; give a smaller share"):
+        next_trials(Pursuit(1, 1, 50, rng=1), 9, most=3)
+
+
+def test_a_test_without_end_has_an_infinite_mean_where_both_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tan1993, "_LONGEST_TEST", 10)
+    world = Pursuit(**CONDITIONS["1/1 depth 2"].parameters(), rng=3)
+    found = Learning(BLOCK, 40)(world, 1)
+    assert (found["test"], found["soft"]) == (math.inf, math.inf)
+    assert math.isfinite(found["training"])
+    assert not any(value.is_near(math.inf) for value in REPORTED)
+    assert [next(runs_of(SMALL, "2/2 joint", one))[1].measure.soft for one in READINGS.values()] == [False, True]
 
 
 def test_readings_change_what_they_name() -> None:
@@ -196,13 +218,13 @@ def test_the_scan_counts_each_value_once_under_each_reading() -> None:
     table["training"] = np.where(table["condition"] == "1/1 random", 123.0, np.where(is_right, 47.0, 90.0))
     table["test"], table["soft"] = 10.0, 49.0
     found = counts(table)
-    assert len(found) == 128
+    assert len(found) == 64 + 8
     # One value of random hunters; one of training, if both points are read so; one of tests, if they are soft.
     expected = 1 + (found["legal_prey"] & ~found["no_value"]) + found["soft"]
     assert (found["near"] == expected).all()
     assert found.iloc[0][list(Reading._fields)].tolist() == [False, True, False, False, False, False, True]
     assert levers(found) == {
-        "in_turn": (0, 0.0), "legal_prey": (1, 0.5), "legal_hunters": (0, 0.0), "sides": (0, 0.0),
+        "in_turn": (0, 0.0), "legal_prey": (1, 20 / 36), "legal_hunters": (0, 0.0), "sides": (0, 0.0),
         "no_value": (0, -0.5), "short": (0, 0.0), "soft": (1, 1.0),
     }  # fmt: skip
     assert [one.verdict for one in scanned(table, plan)] == [FAILS, FAILS]
