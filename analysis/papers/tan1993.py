@@ -1,6 +1,6 @@
 """Tan (1993): hunters that learn to capture prey, alone or together, with scouts and shared tables.
 
-Puts the 34 values of his tables and figures beside ours under two readings of what he leaves open, each with a verdict
+Puts the 34 values of his tables and figures beside ours under readings of what he leaves open, each with a verdict
 from both intervals, and judges claims on what sight of a partner is worth while a team learns. About the result:
 docs/tasks/pursuit.md.
 
@@ -141,9 +141,10 @@ class Reading(NamedTuple):
     soft: bool = False
 
 
-#: The readings that are reported, by name: ours, and that of another simulator.
+#: The readings that are reported: ours, the best of the scan (`tan1993_readings`), and that of another simulator.
 READINGS: Mapping[str, Reading] = {
     "ours": Reading(),
+    "best": Reading(legal_prey=True, soft=True),
     "in turn": Reading(in_turn=True, legal_prey=True, short=True, soft=True),
 }
 OURS = next(iter(READINGS))
@@ -172,8 +173,9 @@ _PAGE = """
 Tan does not say in which order agents move, what “next to” means, what a move against the wall does, how tests choose,
 or how the last step of a trial is valued. As we read him (“ours”) hunters move first where one captures, all move at
 once where two must; diagonals are next to a cell; a move against the wall is lost; tests are greedy; the value of what
-is perceived at a capture counts like any other, as his formula reads. “In turn” differs in that hunters move first
-everywhere, prey make legal moves only, training has half as many trials, and tests choose as training does.
+is perceived at a capture counts like any other, as his formula reads. “Best” differs in that prey make legal moves only
+and tests choose as training does; “in turn” also in that hunters move first everywhere, and training has half as many
+trials.
 
 ## {values} values
 

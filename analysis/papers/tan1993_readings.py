@@ -149,12 +149,12 @@ def verdicts(table: pd.DataFrame, plan: Readings) -> list[Verdict]:
     """Return the verdicts on what another simulator found."""
     found, values = counts(table), _values(table)
     most, changes = int(found["near"].max()), levers(found)
-    largest = max(changes, key=lambda name: changes[name][1])
+    largest = max(changes, key=lambda name: abs(changes[name][1]))
     said = f"at most {most} of {values}, under {(found['near'] == most).sum()} of {len(found)} readings"
     lever = f"{OPEN[largest][0]}: {minus(f'{changes[largest][1]:+.1f}')} values on average"
     return [
         Verdict("Under no reading do more than half agree", "ours", said, HOLDS if 2 * most <= values else FAILS),
-        Verdict("The order of moves is the largest lever", "ours", lever, HOLDS if largest == "in_turn" else FAILS),
+        Verdict("The order of moves changes the number most", "ours", lever, HOLDS if largest == "in_turn" else FAILS),
     ]
 
 

@@ -233,7 +233,8 @@ class Capture(Interaction):
     Notes
     -----
     *Source:* Tan (1993), §4. *Departs:* the order of moves, and that diagonals are next to a cell, are our inference:
-    with them random hunters need about as many steps as in his Table 1. A move against the wall is lost.
+    with them random hunters need about as many steps as in his Table 1. With hunters first everywhere hunters that
+    learn do, and random ones do not; see docs/tasks/pursuit.md. A move against the wall is lost.
     """
 
     width: Annotated[Count, Allowed(unit="cells")]

@@ -189,8 +189,13 @@ def test_rows_of_tan() -> None:
 
 
 @pytest.mark.parametrize(
-    "policy", [PreyQ(1), PreyQ(1, partner=2, average_every=3), LatticeWalk(), LatticeWalk(5)], ids=str
-)
+    "policy",
+    [
+        PreyQ(1), PreyQ(1, partner=2, average_every=3), BoundedPreyQ(1, side=4), LatticeWalk(), LatticeWalk(5),
+        BoundedWalk(5, side=4),
+    ],
+    ids=str,
+)  # fmt: skip
 def test_contract(policy: Policy) -> None:
     check_policy(policy)
 
