@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,7 @@ from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
 from teamsight.policies import BoundedPreyQ, BoundedWalk
 from teamsight.tasks.pursuit import Pursuit
 
+DOCS = Path(__file__).resolve().parents[3] / "docs" / "tasks"
 SMALL = Pursuits(runs=2, share=0.02, tests=20, seed=5, names=("1/1 random", "1/1 depth 2", "1/2 one table"))
 
 
@@ -228,3 +230,16 @@ def test_the_scan_counts_each_value_once_under_each_reading() -> None:
         "no_value": (0, -0.5), "short": (0, 0.0), "soft": (1, 1.0),
     }  # fmt: skip
     assert [one.verdict for one in scanned(table, plan)] == [FAILS, FAILS]
+
+
+def test_the_page_says_how_many_values_agree_under_each_reading() -> None:
+    page = (DOCS / "pursuit.md").read_text(encoding="utf-8")
+    table = pd.read_parquet(DOCS / "pursuit.parquet")
+    for name in READINGS:
+        rows = ledger(table, name)
+        exactly = int((rows["difference"].abs() <= 0.1 * rows["steps"]).sum())
+        agree, claims = (rows["verdict"] == "agrees").sum(), verdicts(table, reading=name)
+        hold = sum(one.verdict == HOLDS for one in claims)
+        assert f"| {name} | {rows['near'].sum()} of 34 | {exactly} | {agree} | {hold} of {len(claims)} |" in page
+    best = counts(pd.read_parquet(DOCS / "pursuit-readings.parquet")).iloc[0]
+    assert Reading(*best[list(Reading._fields)].astype(bool)) == READINGS["best"]
