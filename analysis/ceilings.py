@@ -10,9 +10,10 @@ programming over places and instants, until no robot finds a better one. That is
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -21,18 +22,24 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.cmommt import CMOMMT
+from teamsight.analysis.runs.checkpoint import JSON, Checkpoint, Codec
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
 from teamsight.analysis.runs.simulate import run_rows
-from teamsight.analysis.stats.paired import Interval, interval_of
+from teamsight.analysis.stats.paired import Interval, half_width, interval_of
 from teamsight.core import checks
-from teamsight.core.kernel import Entry, Record
+from teamsight.core.component import assignments
+from teamsight.core.kernel import Entry, Record, inlined
+from teamsight.core.table import Table
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.interface import Action, Percept, Policy
+from teamsight.policies.registry import POLICIES
 from teamsight.world.arena import Arena
 from teamsight.world.motion import advance_entry, bodies_at, pack_move
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
     from teamsight.analysis.runs.executor import Executor
     from teamsight.analysis.runs.simulate import Progress
 
@@ -47,18 +54,24 @@ _HORIZON = 30
 # A plan is improved so often at first, and so often when it is made anew.
 _ROUNDS, _AGAIN = 8, 2
 _LEAST_GAIN = 2e-4
-# A sharing team looks for a target where it would have gone for so many ticks.
-_PATIENCE = 20
-# Places of targets that nobody has seen for long are mapped on a grid of this spacing, in sensing ranges.
-_COARSE = 0.25
+# By what the worth of going to a target shrinks with each tick that it takes after a plan: to one whose place is known,
+# and to a lost one. These and the next were chosen on worlds with the root seed 77.
+_FADES = 0.97, 0.99
+# So many points stand for a lost target, and every so many of them where a plan ends, when it is worth so much to be
+# where it is.
+_POINTS, _EVERY, _PULL = 100, 5, 8.0
+# So many points show where a target that is known may be once it has turned; they count less, since a robot sees the
+# turn when it comes.
+_FEW, _TURNED, _TURNED_PULL = 20, 0.5, 4.0
 _MOST_PLACES = 2_000_000
-_NOWHERE = -1.0
 #: What `planned` takes of the settings of a CMOMMT.
 SETTINGS = ("robots", "targets", "radius", "sensing_range", "robot_speed", "target_speed", "uniform_target_speed")
 
 
 class WayArrays(NamedTuple):
     """The record of the search for a robot's best way.
+
+    Arrays over places have a margin of `_LEG` places that are not in the arena.
 
     Attributes
     ----------
@@ -68,24 +81,32 @@ class WayArrays(NamedTuple):
         Where targets will be, from now on.
     worth : ndarray, shape (ticks, targets), float64
         What it is worth to observe them; 0 if others do.
-    ground : ndarray, shape (x, y), float64
-        What it is worth to be at a place for one leg.
-    discount : ndarray, shape (legs,), float64
-        By what the worth of ground shrinks.
-    prospect : ndarray, shape (x, y), float64
-        What it is worth to be at a place at the end.
-    inside : ndarray, shape (x, y), bool
-        The places in the arena.
+    cloud : ndarray, shape (legs, points, 2), float64
+        Where lost targets may be at the end of each leg.
+    chance : ndarray, shape (legs, points), float64
+        What it is worth to sense these points.
+    far : ndarray, shape (goals, 2), float64
+        What is there to go to when the plan ends.
+    pull : ndarray, shape (goals,), float64
+        What it is worth to be there.
+    rest : ndarray, shape (goals,), float64
+        Which share of that another robot gets.
+    kind : ndarray, shape (goals,), int64
+        The row of `fade` that holds for it.
+    fade : ndarray, shape (kinds, distances), float64
+        The share of the worth that is left at each distance, in places.
+    wall : ndarray, shape (x, y), float64
+        0 for the places in the arena, −∞ for others.
     moves : ndarray, shape (moves, 2), int64
         The ways of one leg, in places; the shortest first.
     low : ndarray, shape (2,), float64
         The place with the indices (0, 0).
     lengths : ndarray, shape (3,), float64
         Spacing, sensing range, and the way of one leg.
-    best, following, worths : ndarray, shape (x, y), float64
+    worths : ndarray, shape (x, y), float64
         Room to work in.
-    came : ndarray, shape (legs, x, y), int16
-        Room to work in: the move by which the best way comes to a place.
+    best : ndarray, shape (legs, x, y), float64
+        Room to work in: what the best way to a place is worth.
     way : ndarray, shape (legs, 2), int64
         Written: the indices of the places at the end of each leg.
     """
@@ -93,17 +114,19 @@ class WayArrays(NamedTuple):
     start: Annotated[Floats, 2]
     paths: Annotated[Floats, "ticks", "targets", 2]
     worth: Annotated[Floats, "ticks", "targets"]
-    ground: Annotated[Floats, "x", "y"]
-    discount: Annotated[Floats, "legs"]
-    prospect: Annotated[Floats, "x", "y"]
-    inside: Annotated[Flags, "x", "y"]
+    cloud: Annotated[Floats, "legs", "points", 2]
+    chance: Annotated[Floats, "legs", "points"]
+    far: Annotated[Floats, "goals", 2]
+    pull: Annotated[Floats, "goals"]
+    rest: Annotated[Floats, "goals"]
+    kind: Annotated[Integers, "goals"]
+    fade: Annotated[Floats, "kinds", "distances"]
+    wall: Annotated[Floats, "x", "y"]
     moves: Annotated[Integers, "moves", 2]
     low: Annotated[Floats, 2]
     lengths: Annotated[Floats, 3]
-    best: Annotated[Floats, "x", "y"]
-    following: Annotated[Floats, "x", "y"]
     worths: Annotated[Floats, "x", "y"]
-    came: Annotated[npt.NDArray[np.int16], "legs", "x", "y"]
+    best: Annotated[Floats, "legs", "x", "y"]
     way: Annotated[Integers, "legs", 2]
 
 
@@ -111,77 +134,145 @@ WAY = Record(WayArrays)
 way_at = WAY.at
 
 
+@inlined
+def _add_disc(here: Any, x: float, y: float, worth: float, left: int, right: int, lower: int, upper: int) -> None:
+    """Add a worth to all places of a box from which a point is sensed; at the ends of each row alone, to be summed."""
+    spacing, reach = here.lengths[0], here.lengths[1]
+    x = (x - here.low[0]) / spacing
+    y = (y - here.low[1]) / spacing
+    square = reach / spacing * (reach / spacing)
+    for i in range(max(left, int(x - reach / spacing)), min(right, int(x + reach / spacing) + 2)):
+        rest = square - (i - x) * (i - x)
+        if rest >= 0.0:
+            half = math.sqrt(rest)
+            first = max(lower, math.ceil(y - half))
+            last = min(upper - 1, math.floor(y + half))
+            if first <= last:
+                here.worths[i, first] += worth
+                here.worths[i, last + 1] -= worth
+
+
+@inlined
+def _add_prospects(here: Any, left: int, right: int, lower: int, upper: int) -> None:
+    """Add what the places of a box are worth at the end, to blocks of as many places as a leg is long."""
+    spacing, most = here.lengths[0], here.fade.shape[1] - 1
+    for i in range(left, right, _LEG):
+        for j in range(lower, upper, _LEG):
+            worth = 0.0
+            for goal in range(here.far.shape[0]):
+                x = here.far[goal, 0] - here.low[0] - (i + _LEG // 2) * spacing
+                y = here.far[goal, 1] - here.low[1] - (j + _LEG // 2) * spacing
+                share = here.fade[here.kind[goal], min(int(math.sqrt(x * x + y * y) / spacing), most)]
+                worth += here.pull[goal] * max(share - here.rest[goal], 0.0)
+            for a in range(i, min(i + _LEG, right)):
+                for b in range(j, min(j + _LEG, upper)):
+                    here.worths[a, b] += worth
+
+
 def _find_way(address: int) -> int:
     here = way_at(address)
-    legs, wide, high = here.came.shape
-    spacing, reach, stride = here.lengths[0], here.lengths[1], here.lengths[2]
+    legs, wide, high = here.best.shape
+    spacing, stride = here.lengths[0], here.lengths[2]
     ticks, targets = here.worth.shape
-    span = int(reach / spacing) + 2
-    # It cannot leave the box around its start.
     column = int(np.rint((here.start[0] - here.low[0]) / spacing))
     row = int(np.rint((here.start[1] - here.low[1]) / spacing))
-    most = int(legs * stride / spacing) + 2
-    left, right = max(column - most, 0), min(column + most + 1, wide)
-    lower, upper = max(row - most, 0), min(row + most + 1, high)
+    left, right, lower, upper = 0, 0, 0, 0
     for leg in range(legs):
+        # It cannot leave the box around its start.
+        most = int((leg + 1) * stride / spacing) + 1
+        left, right = max(column - most, _LEG), min(column + most + 1, wide - _LEG)
+        lower, upper = max(row - most, _LEG), min(row + most + 1, high - _LEG)
         for i in range(left, right):
-            for j in range(lower, upper):
-                here.worths[i, j] = here.ground[i, j] * here.discount[leg]
-                if leg == legs - 1:
-                    here.worths[i, j] += here.prospect[i, j]
+            for j in range(lower, upper + 1):
+                here.worths[i, j] = 0.0
         middle = (leg + 1) * _LEG
         for tick in range(middle - (_LEG - 1) // 2, min(middle + _LEG // 2 + 1, ticks)):
             for m in range(targets):
-                worth = here.worth[tick, m]
-                if worth <= 0.0:
-                    continue
-                x, y = here.paths[tick, m, 0] - here.low[0], here.paths[tick, m, 1] - here.low[1]
-                near_x, near_y = int(x / spacing), int(y / spacing)
-                for i in range(max(left, near_x - span), min(right, near_x + span + 1)):
-                    for j in range(max(lower, near_y - span), min(upper, near_y + span + 1)):
-                        if (i * spacing - x) ** 2 + (j * spacing - y) ** 2 <= reach * reach:
-                            here.worths[i, j] += worth
+                if here.worth[tick, m] > 0.0:
+                    x, y = here.paths[tick, m, 0], here.paths[tick, m, 1]
+                    _add_disc(here, x, y, here.worth[tick, m], left, right, lower, upper)
+        for m in range(here.cloud.shape[1]):
+            if here.chance[leg, m] > 0.0:
+                x, y = here.cloud[leg, m, 0], here.cloud[leg, m, 1]
+                _add_disc(here, x, y, here.chance[leg, m], left, right, lower, upper)
         for i in range(left, right):
+            total = 0.0
             for j in range(lower, upper):
-                best, by = _NOWHERE, 0
-                if here.inside[i, j] and leg == 0:
-                    away_x = i * spacing + here.low[0] - here.start[0]
-                    away_y = j * spacing + here.low[1] - here.start[1]
-                    if away_x * away_x + away_y * away_y <= stride * stride:
-                        best = 0.0
-                elif here.inside[i, j]:
-                    for k in range(here.moves.shape[0]):
-                        a, b = i - here.moves[k, 0], j - here.moves[k, 1]
-                        if left <= a < right and lower <= b < upper and here.best[a, b] > best:
-                            best, by = here.best[a, b], k
-                here.following[i, j] = best + here.worths[i, j] if best >= 0.0 else _NOWHERE
-                here.came[leg, i, j] = by
-        for i in range(left, right):
-            for j in range(lower, upper):
-                here.best[i, j] = here.following[i, j]
-    best, at_x, at_y = _NOWHERE, column, row
+                total += here.worths[i, j]
+                here.worths[i, j] = total
+        if leg == legs - 1 and here.far.shape[0] > 0:
+            _add_prospects(here, left, right, lower, upper)
+        # Of the next leg a place may begin beyond the box.
+        for i in range(max(left - 2 * _LEG, 0), min(right + 2 * _LEG, wide)):
+            for j in range(max(lower - 2 * _LEG, 0), min(upper + 2 * _LEG, high)):
+                here.best[leg, i, j] = -np.inf
+        if leg == 0:
+            for i in range(left, right):
+                for j in range(lower, upper):
+                    x = i * spacing + here.low[0] - here.start[0]
+                    y = j * spacing + here.low[1] - here.start[1]
+                    if x * x + y * y <= stride * stride:
+                        here.best[0, i, j] = here.worths[i, j] + here.wall[i, j]
+        else:
+            for i in range(left, right):
+                into = here.best[leg, i]
+                for k in range(here.moves.shape[0]):
+                    came = here.best[leg - 1, i - here.moves[k, 0]]
+                    by = here.moves[k, 1]
+                    for j in range(lower, upper):
+                        into[j] = max(into[j], came[j - by])
+                for j in range(lower, upper):
+                    into[j] += here.worths[i, j] + here.wall[i, j]
+    best, at_x, at_y = -np.inf, column, row
     for i in range(left, right):
         for j in range(lower, upper):
-            if here.best[i, j] > best:
-                best, at_x, at_y = here.best[i, j], i, j
+            if here.best[legs - 1, i, j] > best:
+                best, at_x, at_y = here.best[legs - 1, i, j], i, j
+    # A robot that no place is near enough to stays where it is.
+    if best < 0.0:
+        return 1
     for leg in range(legs - 1, -1, -1):
         here.way[leg, 0] = at_x
         here.way[leg, 1] = at_y
-        k = here.came[leg, at_x, at_y]
-        at_x -= here.moves[k, 0]
-        at_y -= here.moves[k, 1]
-    # A robot that no place is near enough to stays where it is.
-    return 1 if best < 0.0 else 0
+        if leg > 0:
+            by, best = 0, -np.inf
+            for k in range(here.moves.shape[0]):
+                worth = here.best[leg - 1, at_x - here.moves[k, 0], at_y - here.moves[k, 1]]
+                if worth > best:
+                    by, best = k, worth
+            at_x -= here.moves[by, 0]
+            at_y -= here.moves[by, 1]
+    return 0
 
 
 FIND_WAY = Entry(_find_way)
 
 
-class Land(NamedTuple):
-    """What places are worth, shape (x, y) each: for each leg there, and at the end; see `WayArrays`."""
+class Lost(NamedTuple):
+    """Where lost targets may be; see `WayArrays`.
 
-    ground: Floats
-    prospect: Floats
+    Attributes
+    ----------
+    cloud : ndarray, shape (legs, points, 2), float64
+        Places at the end of each leg.
+    chance : ndarray, shape (legs, points), float64
+        What it is worth to sense them.
+    pull : ndarray, shape (points,), float64
+        What it is worth to be there after the plan.
+    """
+
+    cloud: Floats
+    chance: Floats
+    pull: Floats
+
+
+class Far(NamedTuple):
+    """What robots can go to after the plan; see `WayArrays`."""
+
+    far: Floats
+    pull: Floats
+    rest: Floats
+    kind: Integers
 
 
 class Plans:
@@ -201,36 +292,40 @@ class Plans:
         self.arena, self.reach, self.speed = arena, reach, speed
         self.legs = max(ticks // _LEG, 1)
         self.ticks = self.legs * _LEG
-        self._low, high = np.array(arena.bounds, float)
-        shape = tuple(int(side / speed) + 1 for side in high - self._low)
+        low, high = np.array(arena.bounds, float)
+        shape = tuple(int(side / speed) + 1 + 2 * _LEG for side in high - low)
         if math.prod(shape) * self.legs > 400 * _MOST_PLACES or math.prod(shape) > _MOST_PLACES:
             raise ValueError(
                 f"robot_speed={speed:g}: in {arena} the planner has {math.prod(shape):,} places, which is too many; "
                 "give a higher speed, a smaller arena or fewer steps"
             )
-        self.axes = [low + speed * np.arange(size) for low, size in zip(self._low, shape, strict=True)]
-        self.places = np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1)
-        self._inside = np.ascontiguousarray(arena.contains(self.places))
+        self._low = low - _LEG * speed
+        axes = [start + speed * np.arange(size) for start, size in zip(self._low, shape, strict=True)]
+        self.places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        self._wall = np.where(arena.contains(self.places), 0.0, -np.inf)
+        for side in (self._wall[:_LEG], self._wall[-_LEG:], self._wall[:, :_LEG], self._wall[:, -_LEG:]):
+            side[:] = -np.inf
         around = np.array([
             (i, j) for i in range(-_LEG, _LEG + 1) for j in range(-_LEG, _LEG + 1) if i * i + j * j <= _LEG**2
         ])  # fmt: skip
         self._moves = around[np.argsort((around**2).sum(axis=1), kind="stable")].astype(np.int64)
         self._lengths = np.array([speed, reach, speed * _LEG * (1.0 + 1e-12)])
-        self._room = [np.zeros(shape) for _ in range(3)]
-        self._came = np.zeros((self.legs, *shape), np.int16)
+        far = np.maximum(np.arange(sum(shape)) - reach / speed, 0.0)
+        self._fade = np.array([decay**far for decay in _FADES])
+        self._worths, self._best = np.zeros(shape), np.zeros((self.legs, *shape))
         self._way = np.zeros((self.legs, 2), np.int64)
-        self._bare = np.zeros(shape)
+        self.none = Lost(np.zeros((self.legs, 0, 2)), np.zeros((self.legs, 0)), np.zeros(0))
+        self.nothing = Far(np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0, np.int64))
 
     def way(
-        self, start: Floats, paths: Floats, worth: Floats, land: Land | None = None, decay: float = 1.0
+        self, start: Floats, paths: Floats, worth: Floats, lost: Lost | None = None, far: Far | None = None
     ) -> Floats:
         """Return the best way of one robot, shape (ticks + 1, 2); parameters are as in `WayArrays`."""
-        best, following, worths = self._room
-        ground, prospect = land or (self._bare, self._bare)
-        discount = decay ** (_LEG * np.arange(self.legs, dtype=float))
+        cloud, chance, _ = lost or self.none
+        goals, pull, rest, kind = far or self.nothing
         found = FIND_WAY(WAY.pack(WayArrays(
-            np.ascontiguousarray(start), paths, worth, ground, discount, prospect, self._inside, self._moves,
-            self._low, self._lengths, best, following, worths, self._came, self._way,
+            np.ascontiguousarray(start), paths, worth, cloud, chance, goals, pull, rest, kind, self._fade, self._wall,
+            self._moves, self._low, self._lengths, self._worths, self._best, self._way,
         )))  # fmt: skip
         ends = np.concatenate([start[np.newaxis], np.tile(start, (self.legs, 1)) if found else self._points()])
         at = np.arange(self.ticks + 1) / _LEG
@@ -241,7 +336,8 @@ class Plans:
 
     def observes(self, way: Floats, paths: Floats) -> Flags:
         """Return which targets are observed on a way at each tick, shape (ticks + 1, targets)."""
-        return np.asarray(((way[:, np.newaxis] - paths) ** 2).sum(axis=-1) <= self.reach**2)
+        x, y = paths[..., 0] - way[:, :1], paths[..., 1] - way[:, 1:]
+        return np.asarray(x * x + y * y <= self.reach**2)
 
     def improved(
         self,
@@ -251,8 +347,8 @@ class Plans:
         ways: Floats | None,
         rounds: int,
         rng: np.random.Generator,
-        land: Callable[[int, Floats, Flags], Land] | None = None,
-        decay: float = 1.0,
+        lost: Lost | None = None,
+        after: float = 0.0,
     ) -> Floats:
         """Return ways for all robots, shape (robots, ticks + 1, 2).
 
@@ -260,7 +356,7 @@ class Plans:
         ----------
         start : ndarray, shape (robots, 2), float64
             Where the robots are.
-        paths, worth, decay
+        paths, worth
             As in `WayArrays`.
         ways : ndarray, shape (robots, ticks + 1, 2), float64, optional
             Ways to improve; robots without one stay where they are, and observe nothing yet.
@@ -268,28 +364,57 @@ class Plans:
             How often each robot is asked for a better way, at most.
         rng : numpy.random.Generator
             For the order of robots.
-        land : callable, optional
-            ``land(robot, ways, others)`` returns what places are worth, given which targets other robots observe at
-            each tick.
+        lost : Lost, optional
+            Where lost targets may be.
+        after : float
+            How much it is worth to observe a target after the plan, compared to its last tick.
         """
-        robots, paths = len(start), np.ascontiguousarray(paths)
-        is_new = ways is None
+        robots, paths, lost = len(start), np.ascontiguousarray(paths), lost or self.none
+        has_way = np.full(robots, ways is not None)
         planned = np.repeat(start[:, np.newaxis], self.ticks + 1, axis=1) if ways is None else ways.copy()
-        seen = np.array([self.observes(way, paths) for way in planned])
-        has_way = np.full(robots, not is_new)
-        seen[~has_way] = False
+        all_far = self.nothing
+        if after:
+            pull = np.concatenate([after * worth[-1], lost.pull])
+            kind = (np.arange(len(pull)) >= paths.shape[1]).astype(np.int64)
+            all_far = Far(np.concatenate([paths[-1], lost.cloud[-1]]), pull, np.zeros(len(pull)), kind)
+
+        def sees(way: Floats) -> tuple[Flags, Flags, Floats]:
+            away = np.hypot(all_far.far[:, 0] - way[-1, 0], all_far.far[:, 1] - way[-1, 1]) / self.speed
+            share = self._fade[all_far.kind, np.minimum(away.astype(np.int64), self._fade.shape[1] - 1)]
+            return self.observes(way, paths), self.observes(way[_LEG::_LEG], lost.cloud), share
+
+        seen, near, shares = (np.array(part) for part in zip(*map(sees, planned), strict=True))
+        seen[~has_way], near[~has_way], shares[~has_way] = False, False, 0.0
+        # How many robots sense each.
+        counts, nears = seen.sum(axis=0), near.sum(axis=0)
         last = -math.inf
         for number in range(rounds):
             for robot in rng.permutation(robots).tolist():
-                others = np.asarray(seen[np.arange(robots) != robot].any(axis=0))
-                left = np.where(others, 0.0, worth)
-                places = None if land is None else land(robot, planned, others)
-                way = self.way(start[robot], paths, left, places, decay)
-                now = self.observes(way, paths)
+                counts -= seen[robot]
+                nears -= near[robot]
+                left, chance = np.where(counts > 0, 0.0, worth), np.where(nears > 0, 0.0, lost.chance)
+                far, goals = all_far, np.zeros(0, bool)
+                if after:
+                    # A robot that alone observes a target is not free for others.
+                    is_free = (np.arange(robots) != robot) & ~(seen[:, -1] & (counts[-1] == 1)).any(axis=1)
+                    goals = np.concatenate([counts[-1] == 0, nears[-1] == 0]) & (all_far.pull > 0.0)
+                    rest = shares[is_free].max(axis=0, initial=0.0)
+                    far = Far(all_far.far[goals], all_far.pull[goals], rest[goals], all_far.kind[goals])
+                way = self.way(start[robot], paths, left, Lost(lost.cloud, chance, lost.pull), far)
+                now = sees(way)
+                gains = [
+                    float((left * one[0]).sum() + (chance * one[1]).sum())
+                    + float((far.pull * np.maximum(one[2][goals] - far.rest, 0.0)).sum())
+                    for one in (now, (seen[robot], near[robot], shares[robot]))
+                ]
                 # Between its ends a way observes less or more than was counted.
-                if not has_way[robot] or places is not None or (left * now).sum() >= (left * seen[robot]).sum():
-                    planned[robot], seen[robot], has_way[robot] = way, now, True
-            total = float((worth * seen.any(axis=0)).sum() / max(worth.sum(), 1e-300))
+                if not has_way[robot] or gains[0] >= gains[1]:
+                    planned[robot], has_way[robot] = way, True
+                    seen[robot], near[robot], shares[robot] = now
+                counts += seen[robot]
+                nears += near[robot]
+            total = float((worth * (counts > 0)).sum() + (lost.chance * (nears > 0)).sum())
+            total /= max(float(worth.sum() + lost.chance.sum()), 1e-300)
             if number and total - last < _LEAST_GAIN:
                 break
             last = total
@@ -297,7 +422,15 @@ class Plans:
 
 
 class Planner(Policy):
-    """A team that is steered by a central planner: the base class."""
+    """A team that is steered by a central planner: the base class.
+
+    Attributes
+    ----------
+    has_rest : bool
+        Whether the run goes on after the end of a plan.
+    """
+
+    has_rest = True
 
     def __init__(self) -> None:
         self._world: Any = None
@@ -331,27 +464,16 @@ class Planner(Policy):
         heading = np.where(is_still[:, np.newaxis], 0.0, way / np.where(is_still, 1.0, length)[:, np.newaxis])
         return Action(heading, length), state
 
-    def _prospects(self, position: Floats, worth: Floats) -> Floats:
-        """Return what targets at the end of a plan are worth to a robot at each place, shape (targets, x, y).
-
-        It is observed from the tick at which the robot gets there, and worth less with each tick, as `_certainty` is.
-        """
-        plans, stays = self._plans, float(_certainty(self._world, np.ones(1))[0])
-        away = np.hypot(*np.moveaxis(plans.places - position[:, np.newaxis, np.newaxis], -1, 0))
-        found: Floats = np.maximum(away - plans.reach, 0.0)
-        found = stays ** (found / plans.speed) * (worth / max(1.0 - stays, 1.0 / _HORIZON))[:, np.newaxis, np.newaxis]
-        return found
-
-    def _again(self, paths: Floats, worth: Floats, **more: Any) -> None:
+    def _again(self, paths: Floats, worth: Floats, lost: Lost | None = None) -> None:
         """Plan anew from the present, beginning with what is left of the last plan."""
         ways = None
         if self._ways.size:
             rest = self._ways[:, self._tick - self._since :]
             ways = np.concatenate([rest, np.repeat(rest[:, -1:], self._tick - self._since, axis=1)], axis=1)
-        start = np.array(self._world.robots.position)
-        self._ways = self._plans.improved(
-            start, paths, worth, ways, _ROUNDS if ways is None else _AGAIN, self._rng, **more
-        )
+        start, rounds = np.array(self._world.robots.position), _ROUNDS if ways is None else _AGAIN
+        # A target that goes straight on for ever is observed for as long as a plan looks ahead.
+        after = self.has_rest / max(1.0 - _stays(self._world), 1.0 / _HORIZON)
+        self._ways = self._plans.improved(start, paths, worth, ways, rounds, self._rng, lost, after)
         self._since = self._tick
 
 
@@ -363,6 +485,8 @@ class Clairvoyant(Planner):
     paths : ndarray, shape (steps + 1, targets, 2), float64
         Where the targets are at each tick.
     """
+
+    has_rest = False
 
     def looks(self, steps: int) -> int:
         return -(-steps // _LEG) * _LEG
@@ -385,67 +509,146 @@ class Clairvoyant(Planner):
             self._again(self.paths, worth)
 
 
-def _straight_on(arena: Arena, position: Floats, heading: Floats, speed: Floats, ticks: int) -> Floats:
-    """Return where bodies will be that go straight on, and off walls, shape (ticks + 1, n, 2)."""
-    bodies = bodies_at(np.array(position), np.array(heading))
-    bodies.speed[:], bodies.turn_cosine[:] = speed, -2.0
-    move, entry = pack_move(arena, bodies, np.zeros((len(position), 2)), np.array(speed)), advance_entry(arena)
-    found = [bodies.position.copy()]
+def _stays(world: CMOMMT) -> float:
+    """Return the probability that a target does not turn in a tick."""
+    policy = world.targets.policy
+    return 1.0 - policy.turn_probability if isinstance(policy, RandomWalk) else 1.0
+
+
+class Walkers:
+    """Bodies that walk as targets do; only those that are active.
+
+    Parameters
+    ----------
+    world : CMOMMT
+        The world of the targets.
+    position, heading : ndarray, shape (n, 2), float64
+        Where they begin.
+    speed : ndarray, shape (n,), float64
+        Their speeds [length/tick].
+    """
+
+    def __init__(self, world: CMOMMT, position: Floats, heading: Floats, speed: Floats) -> None:
+        self.bodies, self._stays = bodies_at(position, heading), _stays(world)
+        self.has_turned = np.zeros(len(position), bool)
+        self.bodies.turn_cosine[:], self.bodies.speed[:] = -2.0, speed
+        self._aim = np.zeros_like(position)
+        self._move = pack_move(world.arena, self.bodies, self._aim, np.array(speed), has_inactive=True)
+        self._advance = advance_entry(world.arena)
+
+    def walk(self, rng: np.random.Generator | None, ticks: int = 1) -> None:
+        """Let them walk for some ticks, and turn before the first or not at all; without a generator straight on."""
+        if rng is not None:
+            turned = np.flatnonzero(rng.random(len(self._aim)) >= self._stays**ticks)
+            self._aim[turned] = _directions(rng, len(turned))
+            self.has_turned[turned] = True
+        for _ in range(ticks):
+            self._advance(self._move)
+            self._aim[:] = 0.0
+
+
+def _straight_on(world: CMOMMT, ticks: int, which: Flags | slice = slice(None)) -> tuple[Floats, Floats]:
+    """Return where targets will be that do not turn, and the probability of that, for 0 to so many ticks."""
+    targets = world.targets
+    walkers = Walkers(world, targets.position[which], targets.heading[which], targets.speed[which])
+    paths = [walkers.bodies.position.copy()]
     for _ in range(ticks):
-        entry(move)
-        found.append(bodies.position.copy())
-    return np.array(found)
+        walkers.walk(None)
+        paths.append(walkers.bodies.position.copy())
+    certainty = _stays(world) ** np.arange(ticks + 1.0)
+    return np.array(paths), np.repeat(certainty[:, np.newaxis], len(paths[0]), axis=1)
+
+
+def _foreseen(
+    world: CMOMMT, legs: int, rng: np.random.Generator, known: Flags, points: Table | None = None
+) -> tuple[Floats, Floats, Lost]:
+    """Return where targets may be: paths and worth of those that are known, and clouds of the others and of these.
+
+    Parameters
+    ----------
+    world : CMOMMT
+        The world of the targets.
+    legs : int
+        How far to look ahead.
+    rng : numpy.random.Generator
+        What decides where targets turn.
+    known : ndarray, shape (targets,), bool
+        The targets whose places are known.
+    points : Table, optional
+        `_POINTS` bodies for each target; those of targets that are not known are where these may be.
+    """
+    targets, few, stays = world.targets, np.repeat(np.flatnonzero(known), _FEW), _stays(world)
+    position, heading, speed = targets.position[few], targets.heading[few], targets.speed[few]
+    if points is not None:
+        lost = np.repeat(~known, _POINTS)
+        position = np.concatenate([position, points.position[lost]])
+        heading = np.concatenate([heading, points.heading[lost]])
+        speed = np.concatenate([speed, points.speed[lost]])
+    is_lost, walkers = np.arange(len(position)) >= len(few), Walkers(world, position, heading, speed)
+    cloud, chance = np.zeros((legs, len(position), 2)), np.zeros((legs, len(position)))
+    for leg in range(legs):
+        walkers.walk(rng, _LEG)
+        cloud[leg] = walkers.bodies.position
+        # As long as a target goes straight on, it is on its path.
+        sooner = stays ** (_LEG * (leg + 1.0))
+        chance[leg] = _LEG * np.where(is_lost, sooner / _POINTS, walkers.has_turned * _TURNED / _FEW)
+    pull = _EVERY * np.where(is_lost, _PULL / _POINTS, walkers.has_turned * _TURNED_PULL / _FEW)
+    pull[np.arange(len(pull)) % _EVERY > 0] = 0.0
+    return *_straight_on(world, legs * _LEG, known), Lost(cloud, chance, pull)
 
 
 class Informed(Planner):
     """A team that knows where all targets are, and takes them to go straight on."""
 
     def plan(self) -> None:
-        targets, arena = self._world.targets, self._world.arena
-        paths = _straight_on(arena, targets.position, targets.heading, targets.speed, self._plans.ticks)
-        certainty = _certainty(self._world, np.arange(self._plans.ticks + 1))
-        worth, bare = np.repeat(certainty[:, np.newaxis], len(targets), axis=1), np.zeros(self._plans.places.shape[:2])
-        prospects = self._prospects(paths[-1], worth[-1])
-
-        def land(robot: int, ways: Floats, others: Flags) -> Land:
-            return Land(bare, prospects[~others[-1]].sum(axis=0))
-
-        self._again(paths, worth, land=land)
+        self._again(*_foreseen(self._world, self._plans.legs, self._rng, np.full(len(self._world.targets), True)))
 
 
-def _certainty(world: CMOMMT, ticks: npt.NDArray[Any]) -> Floats:
-    """Return the probability that a target has not turned after so many ticks."""
-    policy = world.targets.policy
-    turns = policy.turn_probability if isinstance(policy, RandomWalk) else 0.0
-    found: Floats = (1.0 - turns) ** np.asarray(ticks, float)
-    return found
+def _directions(rng: np.random.Generator, n: int) -> Floats:
+    angle = rng.uniform(-np.pi, np.pi, n)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 class Sharing(Planner):
     """A team that knows only what some robot senses or has sensed, and how many targets there are.
 
-    Targets that are out of sight are taken to go straight on for a while. Then they may be anywhere that has not been
-    seen since: a map of where they may be spreads, and is empty where robots sense.
+    Where a target may be that is out of sight is a cloud of points, which walk as it does: it begins where it was seen
+    last, and has no point where robots sense.
     """
 
     def attend(self, world: CMOMMT, steps: int) -> None:
         super().attend(world, steps)
-        targets, reach = world.targets, self._plans.reach
-        self._place, self._heading = np.array(targets.position), np.array(targets.heading)
-        # How many ticks ago each was seen; at first nothing is known.
-        self._age = np.full(len(targets), _PATIENCE + 1)
-        low, high = np.array(world.arena.bounds, float)
-        axes = [np.arange(a, b + _COARSE * reach, _COARSE * reach) for a, b in zip(low, high, strict=True)]
-        self._map = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        self._is_land = np.asarray(world.arena.contains(self._map), float)
-        self._belief = self._is_land / self._is_land.sum()
-        # How far places of the map are from each other; and the place of the map next to each place of plans.
-        far = [len(axis) - 1 for axis in axes]
-        self._away = _COARSE * reach * np.hypot(*np.mgrid[-far[0] : far[0] + 1, -far[1] : far[1] + 1])
-        self._nearest = np.ix_(*(
-            np.minimum(np.rint((part - axis[0]) / (_COARSE * reach)).astype(int), len(axis) - 1)
-            for part, axis in zip(self._plans.axes, axes, strict=True)
-        ))  # fmt: skip
+        n = len(world.targets)
+        # Which targets were sensed at the last tick, and where.
+        self._known, self._position, self._heading = np.zeros(n, bool), np.zeros((n, 2)), np.zeros((n, 2))
+        self._luck = np.random.default_rng([world.seed_used, 1])
+        self._clouds = Walkers(
+            world, self._anywhere(n * _POINTS), _directions(self._luck, n * _POINTS),
+            np.repeat(np.array(world.targets.speed), _POINTS),
+        )  # fmt: skip
+
+    def _anywhere(self, n: int) -> Floats:
+        """Return places in the arena, uniformly distributed."""
+        arena, found = self._world.arena, np.zeros((0, 2))
+        low, high = np.array(arena.bounds, float)
+        while len(found) < n:
+            places = low + (high - low) * self._luck.random((2 * n, 2))
+            found = np.concatenate([found, places[arena.contains(places)]])
+        return found[:n]
+
+    def _scattered(self, target: int, robots: Floats) -> tuple[Floats, Floats]:
+        """Return places and headings where a target may be that is at none of its points."""
+        heading = _directions(self._luck, 4 * _POINTS)
+        if self._known[target]:
+            # It has turned.
+            places = self._position[target] + float(self._world.targets.speed[target]) * heading
+        else:
+            places = self._anywhere(4 * _POINTS)
+        free = np.flatnonzero(self._world.arena.contains(places) & ~self._sees(robots, places))
+        if not len(free):
+            return self._anywhere(_POINTS), heading[:_POINTS]
+        chosen = self._luck.choice(free, _POINTS)
+        return places[chosen], heading[chosen]
 
     def decide(self, percept: Percept, state: Any, noise: Any) -> tuple[Action, Any]:
         self._look()
@@ -453,56 +656,32 @@ class Sharing(Planner):
 
     def _look(self) -> None:
         """Note what some robot senses now."""
-        world, reach = self._world, self._plans.reach
-        robots, targets = np.array(world.robots.position), world.targets
+        targets, points = self._world.targets, self._clouds.bodies
+        position, heading = points.position.reshape(-1, _POINTS, 2), points.heading.reshape(-1, _POINTS, 2)
+        robots = np.array(self._world.robots.position)
         seen = self._sees(robots, np.array(targets.position))
         if self._tick:
-            self._place = _straight_on(world.arena, self._place, self._heading, targets.speed, 1)[-1]
-        self._age += 1
-        # One that is not where it would have gone has turned.
-        self._age[self._sees(robots, self._place) & ~seen] = _PATIENCE + 1
-        self._age[seen] = 0
-        self._place[seen], self._heading[seen] = targets.position[seen], targets.heading[seen]
-        around = np.pad(self._belief, 1)
-        spread = around[2:, 1:-1] + around[:-2, 1:-1] + around[1:-1, 2:] + around[1:-1, :-2]
-        share = min(float(np.max(targets.speed)) / (_COARSE * reach), 0.5) / 6.0
-        belief = (self._belief * (1.0 - 4.0 * share) + share * spread) * self._is_land
-        belief[self._sees(robots, self._map.reshape(-1, 2)).reshape(belief.shape)] = 0.0
-        self._belief = belief / max(belief.sum(), 1e-300)
+            lost = self._known & ~seen
+            position[lost], heading[lost] = self._position[lost, np.newaxis], self._heading[lost, np.newaxis]
+            points.active[:] = np.repeat(~seen, _POINTS)
+            self._clouds.walk(self._luck)
+        for target in np.flatnonzero(~seen).tolist():
+            sensed = self._sees(robots, position[target])
+            if sensed.all():
+                position[target], heading[target] = self._scattered(target, robots)
+            elif sensed.any():
+                # What remains is likelier by as much.
+                chosen = self._luck.choice(np.flatnonzero(~sensed), int(sensed.sum()))
+                position[target, sensed], heading[target, sensed] = position[target, chosen], heading[target, chosen]
+        self._known = seen
+        self._position[seen], self._heading[seen] = targets.position[seen], targets.heading[seen]
 
     def _sees(self, robots: Floats, places: Floats) -> Flags:
-        away = ((places[:, np.newaxis] - robots) ** 2).sum(axis=-1)
-        return np.asarray((away <= self._plans.reach**2).any(axis=1))
+        x, y = places[:, :1] - robots[:, 0], places[:, 1:] - robots[:, 1]
+        return np.asarray((x * x + y * y <= self._plans.reach**2).any(axis=1))
 
     def plan(self) -> None:
-        from scipy.signal import fftconvolve
-
-        world, ticks = self._world, np.arange(self._plans.ticks + 1)
-        known = self._age <= _PATIENCE
-        paths = _straight_on(
-            world.arena, self._place[known], self._heading[known], world.targets.speed[known], self._plans.ticks
-        )
-        worth = _certainty(world, ticks[:, np.newaxis] + self._age[known])
-        hidden, plans = int((~known).sum()), self._plans
-        turned = float(_certainty(world, np.ones(1))[0])
-        # What may be at a distance is worth less, by the time that it takes to get there.
-        later = turned ** (np.maximum(self._away - plans.reach, 0.0) / plans.speed) / max(1.0 - turned, 1.0 / _HORIZON)
-        ground, beyond = (
-            hidden * np.maximum(fftconvolve(self._belief, kernel, "same"), 0.0)
-            for kernel in (_LEG * (self._away <= plans.reach), later)
-        )
-        prospects, apart = self._prospects(paths[-1], worth[-1]), (1.6 * plans.reach) ** 2
-        beyond *= float(turned ** plans.ticks)
-
-        def land(robot: int, ways: Floats, others: Flags) -> Land:
-            # Ground to which others go is worth half.
-            there = np.delete(ways, robot, axis=0)[:, [len(ticks) // 3, 2 * len(ticks) // 3, -1]].reshape(-1, 2)
-            away = ((self._map[..., np.newaxis, :] - there) ** 2).sum(axis=-1)
-            share = 0.5 ** (away < apart).sum(axis=-1)
-            prospect = (beyond * share)[self._nearest] + prospects[~others[-1]].sum(axis=0)
-            return Land((ground * share)[self._nearest], prospect)
-
-        self._again(paths, np.ascontiguousarray(worth), land=land, decay=turned)
+        self._again(*_foreseen(self._world, self._plans.legs, self._luck, self._known, self._clouds.bodies))
 
 
 #: The team that knows most, to which others are compared.
@@ -593,6 +772,14 @@ class Observed(NamedTuple):
     teleport: float
 
 
+def _observed_in(content: bytes) -> Observed:
+    return Observed(*(math.nan if one is None else one for one in json.loads(content)))
+
+
+#: Conversion for a checkpoint; JSON has no NaN.
+OBSERVED = Codec(
+    lambda found: JSON.encode([None if math.isnan(one) else one for one in found]), _observed_in
+)
 # Every so many ticks.
 _SAMPLED = 20
 
@@ -614,17 +801,33 @@ def measure(world: Any, steps: int) -> Observed:
 
 #: The degree of awareness of policies that are not made for "pairwise".
 _DEGREES = {"evolved": "ring"}
+#: The strongest A-CMOMMT that docs/evolved.md found, as a team.
+STRONGEST = "a-cmommt:idle=wander,idle_when=no-force,weights=shared,turn_probability=0,gain=4"
+
+
+def team_of(text: str) -> dict[str, Any]:
+    """Return the settings of a team: "a-cmommt:gain=4,idle=wander" is a policy with options."""
+    policy, _, options = text.partition(":")
+    if policy not in PLANNERS:
+        checks.choice("policy", policy, POLICIES)
+    found: dict[str, Any] = {"policy": policy}
+    if policy in _DEGREES:
+        found["awareness"] = _DEGREES[policy]
+    if options:
+        found["policy_options"] = assignments(policy, options.split(","))
+    return found
 
 
 def compare(
     cells: Iterable[tuple[int, int, float]],
-    teams: Sequence[str],
+    teams: Sequence[str] | Mapping[str, Mapping[str, Any]],
     *,
     runs: int,
     steps: int,
     seed: int,
     pool: Executor | None = None,
     progress: Progress = lambda done, total: None,
+    checkpoint: Checkpoint | None = None,
 ) -> pd.DataFrame:
     """Run teams and ceilings on the same worlds.
 
@@ -632,13 +835,13 @@ def compare(
     ----------
     cells : iterable of (int, int, float)
         Numbers of robots and targets, and the radius of the arena.
-    teams : sequence of str
-        Names of policies, and of `PLANNERS`.
+    teams : sequence of str, or mapping of str to mapping
+        Policies as for `team_of`, and names of `PLANNERS`; or the settings of each team by its name.
     runs, steps : int
         The runs of each cell and team, and their steps.
     seed : int
         The root of the seeds.
-    pool, progress
+    pool, progress, checkpoint
         As for `run_all`.
 
     Returns
@@ -647,23 +850,29 @@ def compare(
         One row for each run: robots, targets, radius, team, replicate, seed, observed_fraction and, of a clairvoyant
         team, teleport.
     """
+    settings = dict(teams) if isinstance(teams, Mapping) else {team: team_of(team) for team in teams}
     planned_runs = []
-    for (robots, targets, radius), team, replicate in product(cells, teams, range(runs)):
+    for (robots, targets, radius), team, replicate in product(cells, settings, range(runs)):
         cell = {"robots": robots, "targets": targets, "radius": radius}
-        of_policy = {"awareness": _DEGREES[team]} if team in _DEGREES else {}
         run_seed = model_seed(seed, replicate, robots, targets, radius)
-        run = Run({**cell, **of_policy, "policy": team, "horizon": steps}, run_seed, steps, measure, planned)
+        run = Run({**cell, **settings[team], "horizon": steps}, run_seed, steps, measure, planned)
         planned_runs.append(({**cell, "team": team, "replicate": replicate, "seed": run_seed}, run))
-    return run_rows(planned_runs, pool, progress=progress)
+    return run_rows(planned_runs, pool, progress=progress, checkpoint=checkpoint)
+
+
+#: The name of the files that hold results.
+RESULTS = "ceilings"
+# Ceilings are lines, from what can be reached by radio up to what nobody passes.
+_LINES = {"sharing": "-.", "informed": (0, (1, 1)), "clairvoyant": "--", "teleport": ":"}
 
 
 class Standing(NamedTuple):
-    """What a team observes in a cell [%].
+    """What a team observes in a cell, or on average over all [%].
 
     Attributes
     ----------
     robots, radius, team
-        The cell and the team; "teleport" for what no team can pass.
+        The cell and the team; "teleport" for what no team can pass. Of all cells robots is 0 and radius NaN.
     observed : Interval
         Mean with its 95 % interval.
     more : Interval
@@ -680,19 +889,79 @@ class Standing(NamedTuple):
     share: float
 
 
-def standings(table: pd.DataFrame) -> list[Standing]:
-    """Return what each team observes in each cell; the first team is the reference."""
+def standings(table: pd.DataFrame, reference: str | None = None, *, overall: bool = False) -> list[Standing]:
+    """Return what each team observes in each cell.
+
+    Parameters
+    ----------
+    table : DataFrame
+        From `compare`.
+    reference : str, optional
+        The team with which others are compared; by default the first.
+    overall : bool
+        Return the means over all cells, which count the same; their runs are independent.
+    """
+    rows = table[["robots", "radius", "replicate", "team", "observed_fraction"]]
+    if (ceiling := table["team"] == CEILING).any():
+        most = rows[ceiling].assign(team="teleport", observed_fraction=table.loc[ceiling, "teleport"])
+        rows = pd.concat([rows, most])
+    # A column for each team, in order, and a row for each world.
+    wide = rows.pivot_table("observed_fraction", ["robots", "radius", "replicate"], "team", sort=False, dropna=False)
+    wide = 100.0 * wide[list(dict.fromkeys(rows["team"]))]
+    reference = reference or str(wide.columns[0])
+    cells = [cell for _, cell in wide.groupby(["robots", "radius"], sort=False)]
     found = []
-    of_cell: Any
-    for of_cell, cell in table.groupby(["robots", "radius"], sort=False):
-        of_team = cell.groupby("team", sort=False)["observed_fraction"]
-        fractions = {str(team): 100.0 * runs.to_numpy() for team, runs in of_team}
-        if CEILING in fractions:
-            fractions["teleport"] = 100.0 * cell.loc[cell["team"] == CEILING, "teleport"].to_numpy()
-        first = next(iter(fractions.values()))
-        way = float((fractions[CEILING] - first).mean()) if CEILING in fractions else math.nan
-        for team, observed in fractions.items():
-            more = interval_of(observed - first)
-            share = more.mean / way if way > 0.0 else math.nan
-            found.append(Standing(of_cell[0], of_cell[1], team, interval_of(observed), more, share))
+    for part in [cells] if overall else [[cell] for cell in cells]:
+        ways = _over([(cell[CEILING] - cell[reference]).to_numpy() for cell in part]).mean if CEILING in wide else 0.0
+        robots, radius = (0, math.nan) if overall else part[0].index[0][:2]
+        for team in map(str, wide.columns):
+            more = _over([(cell[team] - cell[reference]).to_numpy() for cell in part])
+            observed = _over([cell[team].to_numpy() for cell in part])
+            found.append(Standing(robots, radius, team, observed, more, more.mean / ways if ways > 0.0 else math.nan))
     return found
+
+
+def _over(cells: Sequence[Floats]) -> Interval:
+    """Return the mean over cells, with Student's interval for independent runs in each."""
+    if len(cells) == 1:
+        return interval_of(cells[0])
+    counts = np.array([len(cell) for cell in cells])
+    mean = float(np.mean([cell.mean() for cell in cells]))
+    if counts.min() < 2:
+        return Interval(mean, -math.inf, math.inf)
+    se = math.sqrt(sum(cell.var(ddof=1) / len(cell) for cell in cells)) / len(cells)
+    wide = float(half_width(np.array(se), np.array((counts - 1).sum() + 1)))
+    return Interval(mean, mean - wide, mean + wide)
+
+
+def draw(table: pd.DataFrame) -> Canvas:
+    """Return what each team observes against the radius, with the ceilings as lines: a panel for each team size."""
+    from teamsight.analysis.plot.kinds import draw_means, panels
+    from teamsight.analysis.plot.style import INK, POLICY, RADIUS_LABEL, colours_of
+
+    found, sizes = standings(table), sorted(set(table["robots"]))
+    teams = [one for one in dict.fromkeys(standing.team for standing in found) if one not in _LINES]
+    # Of a policy and the same with options, the first has its colour.
+    names = [team.partition(":")[0] for team in teams]
+    spare = iter(colours_of(["" for _ in teams]))
+    colours = [
+        POLICY[name] if name in POLICY and name not in names[:place] else next(spare)
+        for place, name in enumerate(names)
+    ]
+    figure, axes = panels(
+        "What teams observe, and what they could observe at most",
+        f"Lines without marks: teams that know more than robots can, and teleport, which nobody passes. Means of "
+        f"{len(set(table['replicate']))} runs, with 95 % intervals.",
+        [f"N = {size}" for size in sizes], x=RADIUS_LABEL, y="observed targets  [%]", sharey=True, sharex=True,
+    )  # fmt: skip
+    for size, panel in zip(sizes, axes, strict=True):
+        of = {team: [one for one in found if (one.robots, one.team) == (size, team)] for team in (*teams, *_LINES)}
+        for team, colour in zip(teams, colours, strict=True):
+            at = [one.radius for one in of[team]]
+            draw_means(panel, at, [one.observed for one in of[team]], colour, names[teams.index(team)], as_bars=True)
+        for team, line in _LINES.items():
+            if of[team]:
+                at, means = [one.radius for one in of[team]], [one.observed.mean for one in of[team]]
+                panel.plot(at, means, color=INK, linestyle=line, linewidth=1.3, label=team)
+    axes[0].legend(frameon=False, fontsize=8)
+    return figure

@@ -19,6 +19,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "learning curves": (9000,),
         "unreliable": (2100,),
         "hops": (2200,),
+        "ceilings": (2300,),
         "pursuit": (1993,),
         "pursuit: readings": (1998,),
         "surround": (1996,),
