@@ -23,6 +23,7 @@ import pandas as pd
 from teamsight import __version__
 from teamsight.agents.awareness import Awareness, PairwiseAwareness, RingAwareness
 from teamsight.agents.cmommt import DEFAULTS
+from teamsight.analysis import ceilings
 from teamsight.analysis.papers.reproduction import Paper, PaperPlan, filled
 from teamsight.analysis.papers.training import Evolution
 from teamsight.analysis.plot import markdown
@@ -58,6 +59,7 @@ GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 
 TRAIN, TRAIN_FURTHER, VALIDATE, SCREEN, TEST, GENERALISE = (
     root(f"evolution: {part}") for part in ("train", "train further", "validate", "screen", "test", "generalise")
 )
+CEILING = root("ceilings")
 TARGETS, STEPS, DELTA = 15, 600, 16
 CONSTANTS, TRAINING = "constants.json", "training.json"
 #: Options of A-CMOMMT of which all combinations are screened, and the values of others under the best of these.
@@ -79,7 +81,9 @@ _FINALISTS = 3
 _CROWDED = 2.0
 # Constants are saved and validated every so many generations.
 _SAVE_EVERY = 100
-_SCREEN_RUNS, _VALIDATE_RUNS = 10, 5
+_SCREEN_RUNS, _VALIDATE_RUNS, _CEILING_RUNS = 10, 5, 2
+_STRONGEST = "a-cmommt, strongest"
+_CEILINGS = "sharing", "clairvoyant"
 # Columns of a gain: a mean difference with its 95 % confidence interval [percentage points].
 _GAIN = ("mean", "low", "high")
 _PAGE = """
@@ -102,6 +106,8 @@ is below {limit:g}: {below}.
 {surface}
 
 ![Gain of the evolved policy over the strongest A-CMOMMT](images/evolved.png)
+
+{ceiling}
 
 ## Training
 
@@ -143,6 +149,15 @@ gain of the force](model.md#where-this-departs-from-the-paper). The best combina
 {added:.1f} percentage points above the best rules with the default constants.
 
 {tuned}
+"""
+# How far the policy goes towards what is possible.
+_CEILING = """
+## The way to what is possible
+
+Over the same grid, with root seed {root}, it goes **{share:.0f} % of the way** from this A-CMOMMT to a clairvoyant
+team: [ceilings](ceilings.md) are teams that know more than robots can, and what no team can pass.
+
+{table}
 """
 # The paragraphs on the validated generations of a training, and of one that began with its constants.
 _TRAINING = """
@@ -385,6 +400,15 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
     ablations = against(
         {"none": policy, **ablated}, root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "ablating")
     )
+    possible = ceilings.compare(
+        [(robots, TARGETS, radius) for robots, radius in GRID.cells],
+        {
+            _STRONGEST: {"policy": ACmommt(**options_of(screened)[0]), "awareness": PairwiseAwareness()},
+            "evolved": _ring(policy), **{name: {"policy": name} for name in _CEILINGS},
+        },
+        runs=min(plan.runs, _CEILING_RUNS), steps=STEPS, seed=CEILING, pool=pool,
+        progress=partial(watch, "planning"),
+    )  # fmt: skip
     elsewhere = against(
         {"evolved": policy}, root=GENERALISE, runs=plan.runs, variations=VARIATIONS,
         progress=partial(watch, "generalising"),
@@ -393,6 +417,7 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
         "screen": screened,
         "cell": by_cell(on_grid),
         "overall": gains_by(on_grid, "policy")[[*_GAIN]],
+        "ceiling": by_ceiling(possible),
         "ablation": gains_by(ablations, "policy")[["name", *_GAIN]],
         "generalisation": gains_by(elsewhere, "variation"),
         "training": pd.DataFrame(_validated(plan.training)[0]),
@@ -401,6 +426,12 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
     table = pd.concat([rows.assign(part=part) for part, rows in parts.items()], ignore_index=True)
     table.attrs.update(plan.conditions())
     return table
+
+
+def by_ceiling(table: pd.DataFrame) -> pd.DataFrame:
+    """Return what teams and ceilings observe over the grid [%], and their share of the way to a clairvoyant team."""
+    found = ceilings.standings(table, overall=True)
+    return pd.DataFrame([{"name": one.team, **one.observed._asdict(), "share": one.share} for one in found])
 
 
 def _validated(folder: Path | None) -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -663,6 +694,7 @@ def page_values(table: pd.DataFrame, plan: Comparison | None = None) -> dict[str
         "overall": _gain(parts["overall"].iloc[0]), "best": _options(screened.iloc[0]), "combinations": len(screened),
         "smallest": _gain(worst), "below": (cells["high"] < WORST).sum() or "none", "surface": _surface(cells),
         "worlds": len(cells_tried()), "robot_steps": _billions(made["robot_steps"]),
+        "ceiling": _ceiling(parts["ceiling"]) if "ceiling" in parts else "",
         "training": validated.get("training", ""), "continued": validated.get("further", ""),
         "ablations": _table(["removed"], parts["ablation"], lambda row: [row["name"]]),
         "generalisation": _table(
@@ -684,6 +716,20 @@ def _gain(row: Any) -> str:
 
 def _billions(robot_steps: float) -> str:
     return f"{robot_steps / 1e9:.1f} × 10⁹"
+
+
+def _ceiling(found: pd.DataFrame) -> str:
+    rows = (
+        [row["name"], f"{row['mean']:.1f} ({row['low']:.1f} to {row['high']:.1f})", f"{100 * row['share']:.0f} %"]
+        for _, row in found.iterrows()
+    )
+    table = markdown.table(["team", "observed [%], 95 % interval", "of the way"], rows)
+    return _CEILING.format(root=CEILING, share=_share(found), table=table).strip()
+
+
+def _share(ceiling: pd.DataFrame) -> float:
+    """Return how much of the way to a clairvoyant team the evolved policy goes [%]."""
+    return 100.0 * float(ceiling.loc[ceiling["name"] == "evolved", "share"].item())
 
 
 def _options(options: Mapping[str, Any] | pd.Series[Any]) -> str:
@@ -733,12 +779,16 @@ def draw(table: pd.DataFrame, plan: Comparison | None = None) -> Canvas:
     import matplotlib
     from matplotlib.colors import CenteredNorm
 
-    cells = _cells_of(table)
+    cells, ceiling = _cells_of(table), table[table["part"] == "ceiling"]
+    about = [
+        f"Θ(1), ring of 16, minus the strongest A-CMOMMT, Θ(N), paired on common noise, mean of {table.attrs['runs']} "
+        f"runs of {STEPS} steps, seed {minus(str(TEST))}; in brackets: the 95 % interval includes 0"
+    ]
+    if len(ceiling):
+        about.append(f"{_share(ceiling):.0f} % of the way from that A-CMOMMT to a team that knows all the future")
     figure, (axes,) = panels(
         f"The evolved policy observes {_gain(table[table['part'] == 'overall'].iloc[0])} points more than A-CMOMMT",
-        f"Θ(1), ring of 16, minus the strongest A-CMOMMT, Θ(N), paired on common noise, mean of {table.attrs['runs']} "
-        f"runs of {STEPS} steps, seed {minus(str(TEST))}; in brackets: the 95 % interval includes 0",
-        ("",), size=(8.0, 5.2), is_plain=False,
+        about, ("",), size=(8.0, 5.2), is_plain=False,
     )  # fmt: skip
     grid = grid_of(cells)
     norm, colours = CenteredNorm(0.0, np.ceil(cells["mean"].abs().max())), matplotlib.colormaps[DIVERGING]

@@ -7,21 +7,29 @@ from itertools import combinations, product
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from teamsight import CMOMMT, Box, Disc
 from teamsight.analysis.ceilings import (
+    _FADES,
     _LEG,
+    OBSERVED,
     PLANNERS,
     SETTINGS,
+    Far,
+    Lost,
+    Observed,
     Plans,
+    Walkers,
     compare,
     measure,
     most_covered,
     planned,
     standings,
+    team_of,
 )
 
 pytestmark = pytest.mark.filterwarnings("ignore:run.. makes its steps one by one:UserWarning")
@@ -58,18 +66,37 @@ def test_three_on_a_circle_are_covered_by_its_centre_alone() -> None:
     assert most_covered(np.arange(10.0).reshape(5, 2) * 10, 3, 1.0) == 3
 
 
-def best_way(plans: Plans, start: np.ndarray, paths: np.ndarray, worth: np.ndarray) -> float:
-    """What the best way is worth, by trying all of them."""
+def prospect(plans: Plans, place: np.ndarray, start: np.ndarray, far: Far) -> float:
+    """What a place is worth at the end, which is that of the middle of its block."""
+    # Blocks begin at the corner of the box that a robot cannot leave.
+    spacing, margin = plans.speed, _LEG
+    low = plans.places[0, 0]
+    corner = np.maximum(np.rint((start - low) / spacing) - (plans.legs * _LEG + 1), margin)
+    block = (np.rint((place - low) / spacing) - corner) // _LEG
+    middle = low + spacing * (corner + block * _LEG + _LEG // 2)
+    found = 0.0
+    for at, pull, rest, kind in zip(*far, strict=True):
+        beyond = max(int(math.dist(at, middle) / spacing) - plans.reach / spacing, 0.0)
+        found += pull * max(_FADES[kind] ** beyond - rest, 0.0)
+    return found
+
+
+def best_way(
+    plans: Plans, start: np.ndarray, paths: np.ndarray, worth: np.ndarray, lost: Lost, far: Far
+) -> tuple[float, Any]:
+    """What the best way is worth, by trying all of them, and what a way is worth."""
     places = [one for one in plans.places.reshape(-1, 2) if plans.arena.contains(one)]
-    stride = _LEG * (plans.places[1, 0] - plans.places[0, 0])[0] * (1 + 1e-9)
+    stride = _LEG * plans.speed * (1 + 1e-9)
 
     def of_leg(place: np.ndarray, leg: int) -> float:
-        middle, total = (leg + 1) * _LEG, 0.0
+        middle = (leg + 1) * _LEG
+        total = prospect(plans, place, start, far) if leg == plans.legs - 1 else 0.0
         for tick in range(middle - (_LEG - 1) // 2, min(middle + _LEG // 2 + 1, len(worth))):
             total += sum(
                 w for w, at in zip(worth[tick], paths[tick], strict=True) if math.dist(at, place) <= plans.reach
             )
-        return total
+        chances = zip(lost.chance[leg], lost.cloud[leg], strict=True)
+        return total + sum(w for w, at in chances if math.dist(at, place) <= plans.reach)
 
     def rest(place: np.ndarray, leg: int) -> float:
         if leg == plans.legs:
@@ -77,7 +104,7 @@ def best_way(plans: Plans, start: np.ndarray, paths: np.ndarray, worth: np.ndarr
         near = [one for one in places if math.dist(one, place) <= stride]
         return max(of_leg(one, leg) + rest(one, leg + 1) for one in near)
 
-    return rest(start, 0)
+    return rest(start, 0), of_leg
 
 
 @pytest.mark.short
@@ -87,18 +114,16 @@ def test_a_way_is_the_best_of_all(seed: int) -> None:
     plans = Plans(Disc(0.5), 0.12, 0.3, 3 * _LEG)
     paths = rng.uniform(-0.5, 0.5, (plans.ticks + 1, 3, 2))
     worth = rng.random((plans.ticks + 1, 3))
+    lost = Lost(rng.uniform(-0.5, 0.5, (plans.legs, 4, 2)), rng.random((plans.legs, 4)), np.zeros(4))
+    far = Far(rng.uniform(-2, 2, (5, 2)), 30 * rng.random(5), rng.uniform(0.5, 1, 5), rng.integers(0, 2, 5))
     start = np.array([0.1, -0.05])
-    way = plans.way(start, paths, worth)
+    way = plans.way(start, paths, worth, lost, far)
     assert np.array_equal(way[0], start)
     steps = np.hypot(*np.diff(way, axis=0).T)
     assert steps.max() <= 0.12 * (1 + 1e-9)
     assert plans.arena.contains(way).all()
-    found = 0.0
-    for leg in range(plans.legs):
-        end = way[(leg + 1) * _LEG]
-        for tick in range((leg + 1) * _LEG - 1, min((leg + 1) * _LEG + 2, len(worth))):
-            found += float(worth[tick][np.hypot(*(paths[tick] - end).T) <= plans.reach].sum())
-    assert found == pytest.approx(best_way(plans, start, paths, worth))
+    most, of_leg = best_way(plans, start, paths, worth, lost, far)
+    assert sum(of_leg(way[(leg + 1) * _LEG], leg) for leg in range(plans.legs)) == pytest.approx(most)
 
 
 @pytest.mark.parametrize("name", PLANNERS)
@@ -148,6 +173,111 @@ def test_a_sharing_team_does_not_know_what_no_robot_senses() -> None:
     for world in worlds:
         world.step()
     assert np.array_equal(worlds[0].robots.position, worlds[1].robots.position)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("seed", range(3))
+def test_where_a_target_is_makes_no_difference_until_a_robot_senses_it(seed: int) -> None:
+    setting = {"robots": 2, "targets": 4, "radius": 4.0}
+    worlds = [planned("sharing", 60, rng=seed, **setting) for _ in range(2)]
+
+    def is_hidden(world: CMOMMT, target: int) -> bool:
+        away = world.robots.position - world.targets.position[target]
+        return bool(np.hypot(*away.T).min() > 1.0)
+
+    target = next(row for row in range(4) if is_hidden(worlds[0], row))
+    spots = np.random.default_rng(seed).uniform(-2.8, 2.8, (50, 2))
+    for spot in spots:
+        worlds[1].targets[target].position = tuple(spot)
+        if is_hidden(worlds[1], target) and math.dist(spot, worlds[0].targets.position[target]) > 1.0:
+            break
+    steps = 0
+    while steps < 60 and all(is_hidden(world, target) for world in worlds):
+        for world in worlds:
+            world.step()
+        assert np.array_equal(worlds[0].robots.position, worlds[1].robots.position)
+        steps += 1
+    assert steps > 3
+
+
+@pytest.mark.short
+def test_a_lost_target_is_where_nobody_senses() -> None:
+    world = planned("sharing", 60, rng=2, **SMALL)
+    planner: Any = world.robots.policy
+    was_lost = False
+    for tick in range(60):
+        if tick % 10 == 5:
+            # Where nothing is that a robot would not sense.
+            planner._clouds.bodies.position[:] = world.robots.position[0]
+        robots, targets = np.array(world.robots.position), np.array(world.targets.position)
+        world.step()
+        known, points = planner._known, planner._clouds.bodies.position.reshape(len(targets), -1, 2)
+        sensed = np.hypot(*(targets[:, np.newaxis] - robots).transpose(2, 0, 1)) <= 1.0
+        assert np.array_equal(known, sensed.any(axis=1))
+        away = np.hypot(*(points[~known, :, np.newaxis] - robots).transpose(3, 0, 1, 2))
+        assert (away > 1.0).all()
+        assert world.arena.contains(points[~known]).all()
+        was_lost |= not known.all()
+    assert was_lost
+
+
+@pytest.mark.short
+def test_walkers_turn_as_often_as_targets_do() -> None:
+    world, n = CMOMMT(robots=1, targets=1, radius=50.0, rng=1), 40_000
+    heading = np.tile([1.0, 0.0], (n, 1))
+    walkers = Walkers(world, np.zeros((n, 2)), heading, np.full(n, 0.075))
+    walkers.walk(np.random.default_rng(0), 3)
+    # 1 − 0.95³ of them, and all as far.
+    assert walkers.has_turned.mean() == pytest.approx(1 - 0.95**3, abs=0.01)
+    assert np.hypot(*walkers.bodies.position.T) == pytest.approx(0.225)
+    assert (walkers.bodies.heading[:, 0] < 0.999).mean() == pytest.approx(1 - 0.95**3, abs=0.01)
+    walkers.walk(None, 2)
+    assert np.hypot(*walkers.bodies.position.T) == pytest.approx(0.375)
+
+
+@pytest.mark.short
+def test_policies_have_options_and_teams_settings() -> None:
+    assert team_of("a-cmommt:gain=4,idle=wander") == {
+        "policy": "a-cmommt", "policy_options": {"gain": 4, "idle": "wander"},
+    }  # fmt: skip
+    assert team_of("evolved") == {"policy": "evolved", "awareness": "ring"}
+    assert team_of("sharing") == {"policy": "sharing"}
+    for text, message in (("a-cmomt:gain=1", "did you mean"), ("a-cmommt:gain", "NAME=VALUE")):
+        with pytest.raises(ValueError, match=message):
+            team_of(text)
+    how: dict[str, Any] = {"runs": 1, "steps": 20, "seed": 3}
+    named = {"one": {"policy": "a-cmommt", "policy_options": {"gain": 4}}, "other": {"policy": "random-walk"}}
+    by_text = compare([(2, 3, 2.0)], ["a-cmommt:gain=4", "random-walk"], **how)
+    by_name = compare([(2, 3, 2.0)], named, **how)
+    assert by_name["team"].tolist() == ["one", "other"]
+    assert by_text["observed_fraction"].tolist() == by_name["observed_fraction"].tolist()
+
+
+@pytest.mark.short
+def test_means_over_cells_count_cells_alike() -> None:
+    fractions = {("slow", 1.0): [0.2, 0.4], ("slow", 2.0): [0.5, 0.7], ("clairvoyant", 1.0): [0.6, 0.8],
+                 ("clairvoyant", 2.0): [0.9, 0.9]}  # fmt: skip
+    table = pd.DataFrame([
+        {"robots": 3, "radius": radius, "team": team, "replicate": number, "observed_fraction": one, "teleport": 1.0}
+        for (team, radius), observed in fractions.items() for number, one in enumerate(observed)
+    ])  # fmt: skip
+    slow, ceiling, teleport = standings(table, overall=True)
+    assert slow.observed.mean == pytest.approx(45.0)
+    assert ceiling.more.mean == pytest.approx(35.0)
+    # The variance of each cell's mean is 100 and 0, and Student's quantile for two degrees of freedom is 4.303.
+    assert ceiling.more.high - ceiling.more.mean == pytest.approx(4.3027 * math.sqrt(0 + 100) / 2, rel=1e-4)
+    assert (slow.share, ceiling.share, teleport.observed.mean) == (0.0, 1.0, 100.0)
+    assert standings(table, "clairvoyant", overall=True)[0].more.mean == pytest.approx(-35.0)
+    (alone, *_) = standings(table[table["replicate"] == 0], overall=True)
+    assert alone.observed.high == math.inf
+
+
+@pytest.mark.short
+def test_a_measure_is_kept_and_read_again() -> None:
+    for found in (Observed(0.25, math.nan), Observed(0.5, 0.75)):
+        again = OBSERVED.decode(OBSERVED.encode(found))
+        assert isinstance(again, Observed)
+        assert str(again) == str(found)
 
 
 @pytest.mark.short

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pandas as pd
 import pytest
 
 from teamsight.cli import main
@@ -25,10 +28,24 @@ def test_each_team_has_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[5].endswith("100 %")
 
 
+def test_a_grid_is_summed_up_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    small = ["--robots", "2,3", "--targets", "3", "--radius", "1.5,2", "--steps", "30", "--runs", "1"]
+    assert call("random-walk", "a-cmommt:gain=2", "--ceilings", "sharing", *small, "--out", str(tmp_path)) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:4]] == ["random-walk", "a-cmommt:gain=2", "sharing"]
+    table = pd.read_parquet(tmp_path / "ceilings.parquet")
+    assert table.groupby(["robots", "radius", "team"]).size().tolist() == [1] * 12
+    assert table.attrs["root"] == 0
+    assert (tmp_path / "images" / "ceilings.png").stat().st_size > 1000
+    assert not (tmp_path / "ceilings.checkpoint").exists()
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["a-cmomt"], "did you mean 'a-cmommt'"),
+        (["a-cmommt:gian=1"], "has no option 'gian'"),
+        (["--ceilings", "sharin"], "did you mean 'sharing'"),
         (["--robots", "0"], "robots=0"),
         (["--radius", "-1"], "radius=-1"),
         (["a-cmommt", "--runs", "0"], "runs=0"),
