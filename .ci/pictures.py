@@ -74,6 +74,12 @@ def _evolved() -> bytes:
     return to_picture(draw(pd.read_parquet(ROOT / "docs" / "evolved.parquet")))
 
 
+def _ceilings() -> bytes:
+    from teamsight.analysis.ceilings import draw
+
+    return to_picture(draw(pd.read_parquet(ROOT / "docs" / "ceilings.parquet")))
+
+
 def _hops() -> bytes:
     from teamsight.analysis.papers.hops import draw
 
@@ -256,6 +262,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "evolved.png": _evolved,
     "figure-3.png": _figure_3,
     "hops.png": _hops,
+    "ceilings.png": _ceilings,
     "lazy-q.png": _lazy_q,
     "lidar.png": _lidar,
     "learning-curves.png": _learning_curves,

@@ -14,6 +14,7 @@ import json
 import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations, product
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -22,6 +23,8 @@ import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.cmommt import CMOMMT
+from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.style import minus
 from teamsight.analysis.runs.checkpoint import JSON, Checkpoint, Codec
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed
@@ -805,6 +808,19 @@ _DEGREES = {"evolved": "ring"}
 STRONGEST = "a-cmommt:idle=wander,idle_when=no-force,weights=shared,turn_probability=0,gain=4"
 
 
+# A step of a planner takes so many of a compiled policy's.
+_PLANNING = 2000.0
+
+
+@dataclass(frozen=True)
+class PlannedRun(Run):
+    """A run of `planned`; what a planner takes decides how work is divided, and how much is left."""
+
+    @property
+    def cost(self) -> float:
+        return super().cost * (_PLANNING if self.parameters["policy"] in PLANNERS else 1.0)
+
+
 def team_of(text: str) -> dict[str, Any]:
     """Return the settings of a team: "a-cmommt:gain=4,idle=wander" is a policy with options."""
     policy, _, options = text.partition(":")
@@ -855,7 +871,7 @@ def compare(
     for (robots, targets, radius), team, replicate in product(cells, settings, range(runs)):
         cell = {"robots": robots, "targets": targets, "radius": radius}
         run_seed = model_seed(seed, replicate, robots, targets, radius)
-        run = Run({**cell, **settings[team], "horizon": steps}, run_seed, steps, measure, planned)
+        run = PlannedRun({**cell, **settings[team], "horizon": steps}, run_seed, steps, measure, planned)
         planned_runs.append(({**cell, "team": team, "replicate": replicate, "seed": run_seed}, run))
     return run_rows(planned_runs, pool, progress=progress, checkpoint=checkpoint)
 
@@ -936,7 +952,7 @@ def _over(cells: Sequence[Floats]) -> Interval:
 
 def draw(table: pd.DataFrame) -> Canvas:
     """Return what each team observes against the radius, with the ceilings as lines: a panel for each team size."""
-    from teamsight.analysis.plot.kinds import draw_means, panels
+    from teamsight.analysis.plot.kinds import panels
     from teamsight.analysis.plot.style import INK, POLICY, RADIUS_LABEL, colours_of
 
     found, sizes = standings(table), sorted(set(table["robots"]))
@@ -950,18 +966,56 @@ def draw(table: pd.DataFrame) -> Canvas:
     ]
     figure, axes = panels(
         "What teams observe, and what they could observe at most",
-        f"Lines without marks: teams that know more than robots can, and teleport, which nobody passes. Means of "
-        f"{len(set(table['replicate']))} runs, with 95 % intervals.",
+        "Without marks: teams that know more than robots can, and teleport, which nobody passes. Means of "
+        f"{len(set(table['replicate']))} runs in each cell.",
         [f"N = {size}" for size in sizes], x=RADIUS_LABEL, y="observed targets  [%]", sharey=True, sharex=True,
     )  # fmt: skip
+    looks: list[tuple[str, dict[str, Any]]] = [
+        *((team, {"color": one, "marker": "o", "markersize": 3}) for team, one in zip(teams, colours, strict=True)),
+        *((team, {"color": INK, "linestyle": line}) for team, line in _LINES.items()),
+    ]
     for size, panel in zip(sizes, axes, strict=True):
-        of = {team: [one for one in found if (one.robots, one.team) == (size, team)] for team in (*teams, *_LINES)}
-        for team, colour in zip(teams, colours, strict=True):
-            at = [one.radius for one in of[team]]
-            draw_means(panel, at, [one.observed for one in of[team]], colour, names[teams.index(team)], as_bars=True)
-        for team, line in _LINES.items():
-            if of[team]:
-                at, means = [one.radius for one in of[team]], [one.observed.mean for one in of[team]]
-                panel.plot(at, means, color=INK, linestyle=line, linewidth=1.3, label=team)
-    axes[0].legend(frameon=False, fontsize=8)
+        for team, look in looks:
+            if of := [one for one in found if (one.robots, one.team) == (size, team)]:
+                means, label = [one.observed.mean for one in of], _short(team).replace("`", "")
+                panel.plot([one.radius for one in of], means, label=label, linewidth=1.3, **look)
+    axes[0].set_ylim(0.0, 102.0)
+    axes[0].legend(frameon=False, fontsize=8, loc="lower left")
     return figure
+
+
+def tables(table: pd.DataFrame) -> list[str]:
+    """Return tables of Markdown: means over all cells with the share of the way, and means for each radius.
+
+    The first team is the reference; if the second is another A-CMOMMT, shares of the way from it are given too.
+    """
+    found, other = standings(table, overall=True), list(dict.fromkeys(table["team"]))[1]
+    shares = [found, standings(table, other, overall=True)]
+    overall = [
+        [_short(one.team), _interval(one.observed), "" if one is found[0] else minus(_interval(one.more, "+.1f")),
+         *(minus(f"{100 * of[number].share:.0f} %") for of in shares)]
+        for number, one in enumerate(found)
+    ]  # fmt: skip
+    radii = sorted(set(table["radius"]))
+    by_radius = [standings(table[table["radius"] == radius], overall=True) for radius in radii]
+    rows = [
+        [_short(one.team), *(f"{of[number].observed.mean:.1f}" for of in by_radius)] for number, one in enumerate(found)
+    ]
+    columns = ["team", "observed [%]", "more than the reference", "of the way", f"of the way from `{other}`"]
+    head = ["team", *(f"R = {radius:g}" for radius in radii)]
+    return [markdown.table(columns, overall), markdown.table(head, rows)]
+
+
+def below(table: pd.DataFrame, team: str = "sharing", other: str = "evolved") -> list[tuple[int, float]]:
+    """Return the cells (robots, radius) in which a team observes less than another on average."""
+    observed = table.pivot_table("observed_fraction", ["robots", "radius"], "team")
+    return [(int(robots), float(radius)) for robots, radius in observed.index[observed[team] < observed[other]]]
+
+
+def _short(team: str) -> str:
+    policy, _, options = team.partition(":")
+    return f"`{policy}`, with options" if options else f"`{policy}`"
+
+
+def _interval(found: Interval, how: str = ".1f") -> str:
+    return f"{found.mean:{how}} ({found.low:{how}} to {found.high:{how}})"

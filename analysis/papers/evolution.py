@@ -82,7 +82,8 @@ _CROWDED = 2.0
 # Constants are saved and validated every so many generations.
 _SAVE_EVERY = 100
 _SCREEN_RUNS, _VALIDATE_RUNS, _CEILING_RUNS = 10, 5, 2
-_STRONGEST = "a-cmommt, strongest"
+#: What the page calls the A-CMOMMT that was screened best.
+STRONGEST = "a-cmommt, strongest"
 _CEILINGS = "sharing", "clairvoyant"
 # Columns of a gain: a mean difference with its 95 % confidence interval [percentage points].
 _GAIN = ("mean", "low", "high")
@@ -403,7 +404,7 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
     possible = ceilings.compare(
         [(robots, TARGETS, radius) for robots, radius in GRID.cells],
         {
-            _STRONGEST: {"policy": ACmommt(**options_of(screened)[0]), "awareness": PairwiseAwareness()},
+            STRONGEST: {"policy": ACmommt(**options_of(screened)[0]), "awareness": PairwiseAwareness()},
             "evolved": _ring(policy), **{name: {"policy": name} for name in _CEILINGS},
         },
         runs=min(plan.runs, _CEILING_RUNS), steps=STEPS, seed=CEILING, pool=pool,

@@ -15,6 +15,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
+from teamsight.analysis import ceilings
 from teamsight.analysis.learning.curves import awareness_gains, make_curves
 from teamsight.analysis.learning.diagnosis import diagnose_explorations, diagnosis_points
 from teamsight.analysis.learning.diagnosis_figure import page as diagnosis_page
@@ -91,6 +92,24 @@ def of_evolution(text: str) -> Iterator[str]:
     yield written(evolution.COMPARISON.text(table, evolution.Comparison()))
 
 
+def of_ceilings(text: str) -> Iterator[str]:
+    table = shipped("ceilings")
+    yield from ceilings.tables(table)
+    assert set(zip(table["robots"], table["radius"], strict=True)) == set(evolution.GRID.cells)
+    yield ", ".join(f"N = {robots}, R = {radius:g}" for robots, radius in ceilings.below(table)) or "in no cell"
+    # The page of the policy has the same.
+    kept = shipped("evolved")
+    made = evolution.by_ceiling(table[table["team"] != "a-cmommt"].replace(ceilings.STRONGEST, evolution.STRONGEST))
+    kept = kept[kept["part"] == "ceiling"][made.columns].reset_index(drop=True)
+    pd.testing.assert_frame_equal(made, kept, check_dtype=False)
+
+
+def of_learning(text: str) -> Iterator[str]:
+    table = shipped("ceilings")
+    where = [cell in Curves().scenarios for cell in zip(table["robots"], table["radius"], strict=True)]
+    yield ceilings.tables(table[where])[0]
+
+
 def of_diagnosis(text: str) -> Iterator[str]:
     found = tables_in(diagnosis_page(diagnosis_points(shipped("lazy-q")), Diagnosis().in_words()))
     # The page shows the first of the four tables, and rows of the third.
@@ -138,6 +157,8 @@ WHOLE: dict[str, Callable[[str], Iterator[str]]] = {
 TABLES: dict[str, Callable[[str], Iterator[str]]] = {
     **{page: partial(of_papers, page) for paper in PAPERS.values() if (page := getattr(paper, "page", ""))},
     "lazy-q": of_diagnosis,
+    "ceilings": of_ceilings,
+    "learning-results": of_learning,
     "unreliable": of_unreliable,
     "tasks/gathering": of_gathering,
 }
@@ -215,8 +236,17 @@ def cells_of_the_evolution(table: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, 
             yield made, general[general["name"] == one.name][made.columns].reset_index(drop=True)
 
 
+def cell_of_ceilings(table: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, pd.DataFrame]]:
+    # Planners are not made again: a last bit of a cosine can change a plan.
+    teams = [ceilings.STRONGEST, "a-cmommt", "evolved"]
+    how = {"runs": 2, "steps": evolution.STEPS, "seed": evolution.CEILING}
+    cell = table[(table["robots"] == 10) & (table["radius"] == 4.0) & table["team"].isin(teams)]
+    yield ceilings.compare([(10, 15, 4.0)], teams, **how), cell.reset_index(drop=True)
+
+
 AGAIN: dict[str, Callable[[pd.DataFrame], Iterator[tuple[pd.DataFrame, pd.DataFrame]]]] = {
     "calibration": setting_of_the_calibration,
+    "ceilings": cell_of_ceilings,
     "evolved": cells_of_the_evolution,
     "lazy-q": exploration_of_the_diagnosis,
     "learning-curves": points_of_curves,
