@@ -125,13 +125,13 @@ def test_what_training_finds_can_be_evaluated(tmp_path: Path) -> None:
     assert points[1]["robot_steps"] == 2 * 4 * evolution.robot_steps()
     evaluate(tmp_path, watch=lambda phase, done, total: phases.append(phase), constants=constants, training=tmp_path,
              runs=2)  # fmt: skip
-    assert list(dict.fromkeys(phases)) == ["evolving", "screening", "validating", "comparing", "ablating", "generalising"]
+    assert list(dict.fromkeys(phases)) == ["evolving", "screening", "validating", "comparing", "ablating", "planning", "generalising"]
     table = pd.read_parquet(tmp_path / "evolved.parquet")
     assert table.attrs["made"]["command"] == "teamsight evolve train --generations 2 --population 4 --seed 1"
     counts = table["part"].value_counts().to_dict()
     # 24 rules, and the further constants under the best 3: as many as 19 gains and turn probabilities if it wanders.
     assert 24 + 3 * 4 <= counts.pop("screen") <= 24 + 3 * 19
-    assert counts == {"cell": 4, "overall": 1, "ablation": 5, "training": 2, "generalisation": 21}
+    assert counts == {"cell": 4, "overall": 1, "ceiling": 5, "ablation": 5, "training": 2, "generalisation": 21}
     assert table.attrs["trained"] == json.loads(training.read_text(encoding="utf-8"))["options"]
     assert table[table["part"] == "generalisation"]["name"].tolist() == [one.name for one in VARIATIONS]
     assert "# The evolved policy" in (tmp_path / "evolved.md").read_text(encoding="utf-8")
