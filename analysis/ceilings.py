@@ -799,6 +799,9 @@ def measure(world: Any, steps: int) -> Observed:
         reach, robots = planner._plans.reach, len(world.robots)
         covered = [most_covered(one, robots, reach) for one in instants]
         most = sum(covered) / len(world.targets) / len(covered) if covered else math.nan
+    if isinstance(planner, Planner):
+        # A world and its planner refer to each other, so that many runs would keep this memory for long.
+        del planner._plans
     return Observed(world.observed_fraction, most)
 
 
