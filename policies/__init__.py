@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from teamsight.policies.compiled import CompiledPolicy
     from teamsight.policies.eager import LinearQ, TabularQ
     from teamsight.policies.evolved import Evolved
+    from teamsight.policies.group_forces import GroupForces
     from teamsight.policies.handmade.a_cmommt import ACmommt
     from teamsight.policies.handmade.b_cmommt import BCmommt
     from teamsight.policies.handmade.centroid import Centroid
@@ -61,6 +62,7 @@ _HOMES = {
     "Floats": "teamsight.policies.interface",
     "LazyQ": "teamsight.policies.lazy.lazy_q",
     "Evolved": "teamsight.policies.evolved",
+    "GroupForces": "teamsight.policies.group_forces",
     "LazyRegression": "teamsight.policies.lazy.lazy_regression",
     "LinearQ": "teamsight.policies.eager",
     "LatticeWalk": "teamsight.policies.online.lattice_walk",
@@ -92,10 +94,10 @@ _HOMES = {
 __all__ = [
     "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "Avoiding", "BCmommt", "BasisBehaviours", "BoundedPreyQ",
     "BoundedWalk", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree",
-    "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ", "PCmommt", "Percept",
-    "PerceptOfOne",
-    "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ", "RandomWalk", "SeekCharger", "SheppardLazyQ",
-    "Stationary", "SurroundPrey", "TabularQ", "check_policy", "column_of", "go", "turn_to", "turned",
+    "GroupForces", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ",
+    "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ",
+    "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "check_policy", "column_of",
+    "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

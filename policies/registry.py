@@ -24,6 +24,7 @@ POLICIES: Registry[Callable[..., Policy]] = Registry(
         "centroid": "teamsight.policies.handmade.centroid:Centroid",
         "evasive": "teamsight.policies.handmade.evasive:Evasive",
         "evolved": "teamsight.policies.evolved:Evolved",
+        "group-forces": "teamsight.policies.group_forces:GroupForces",
         "lattice-walk": "teamsight.policies.online.lattice_walk:LatticeWalk",
         "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
         "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",

@@ -270,3 +270,40 @@ class Diagnosis(_Learning):
             source = f"samples of {len(memory)} transitions, digest {memory.digest}, no interval"
         k = "" if self.k is None else f", k = {self.k}"
         return f"{source}; reward {self.reward}, γ = {self.discount:g}{k}, seed {self.seed}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Imagining(Component):
+    """How long a policy is sought in imagined worlds, and for which teams and arenas.
+
+    Parameters
+    ----------
+    generations : int
+        Number of generations of the search.
+    population : int
+        Number of policies in each generation; each is tried in all worlds of the generation.
+    robots : sequence of int
+        Numbers of robots; each with each radius is a world, unless nearly all targets are observed in it under any
+        policy, with more than a robot for each square of the radius.
+    targets : int
+        Number of targets.
+    radius : sequence of float
+        Radii of the arena.
+    steps : int
+        Number of steps in each world.
+    seed : int
+        Seed of the search and of the imagined worlds.
+    """
+
+    generations: limits.Runs = 24
+    population: Annotated[int, Allowed(least=4, most=1000)] = 14
+    robots: Annotated[tuple[Count, ...], Allowed(most=30, is_sorted=True)] = (5, 10, 20)
+    targets: Count = 15
+    radius: Annotated[tuple[Length, ...], Allowed(most=30, is_sorted=True)] = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)
+    steps: limits.Steps = 600
+    seed: Seed = 0
+
+    @property
+    def cells(self) -> list[tuple[int, float]]:
+        """Number of robots and radius of each world."""
+        return [(robots, radius) for robots, radius in product(self.robots, self.radius) if robots <= radius**2]

@@ -44,6 +44,8 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "designed feature": (-51,),
         "pursuit: constants": (-71,),
         "toward the evolved policy": (-43,),
+        "imagination": (-44,),
+        "imagination: report": (-45,),
     }
 )
 

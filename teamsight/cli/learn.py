@@ -16,6 +16,7 @@ from teamsight.analysis.learning.plans import (
     Diagnosis,
     Evaluation,
     Exploring,
+    Imagining,
     LearnerName,
     Matches,
     RewardName,
@@ -335,6 +336,56 @@ def _sampled(settings: EvaluateSettings) -> LazyMemory:
             "explore longer"
         )
     return memory.sample(settings.sample, settings.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImagineSettings(Imagining, Works, Writes):
+    """Options of ``teamsight learn imagine``.
+
+    Parameters
+    ----------
+    memory : Path
+        Memory to learn from.
+    out : Path
+        File for the model and the constants of the policy.
+    """
+
+    memory: Annotated[File, Allowed(metavar="MEMORY", is_argument=True)]
+    out: File = Path("constants.json")
+
+
+def imagine(settings: ImagineSettings) -> None:
+    """Learn a model of the world, and seek a policy in worlds that it imagines.
+
+    Speeds, turns and ranges are learned from the transitions of a random walk under ring awareness. The constants of the
+    policy 'group-forces' are then sought by CMA-ES in worlds of the model; these steps cost no transitions. It needs the
+    package cma: pip install 'teamsight[evolve]'.
+
+    \b
+    Examples:
+      teamsight learn explore --runs 16 --out memory.safetensors
+      teamsight learn imagine memory.safetensors
+    """
+    from teamsight.analysis.learning import imagination
+    from teamsight.analysis.runs.files import as_json, check_replaceable, write_json
+    from teamsight.cli.show import say, working
+    from teamsight.core.extras import extra
+    from teamsight.policies.group_forces import by_name
+    from teamsight.policies.memory import LazyMemory
+
+    extra("cma", "evolution", "learn imagine")
+    memory, plan = LazyMemory.load(settings.memory), settings.part(Imagining)
+    about = {"memory": memory.digest, "imagining": as_json(plan)}
+    check_replaceable(settings.out, about, force=settings.force)
+    model = imagination.learn_model(memory)
+    say(", ".join(f"{name} = {value:.4g}" for name, value in model._asdict().items()))
+    explored = memory.settings["radius"]
+    with working(settings) as (watch, pool):
+        for done, policy in enumerate(imagination.imagine(model, plan, explored, pool), 1):  # noqa: B007
+            watch("imagining", done, plan.generations)
+    content = {"software": "teamsight", "settings": about, "model": model._asdict()}
+    write_json(settings.out, content | {"constants": by_name(policy.constants)}, force=settings.force)
+    say(f"constants in {settings.out}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,7 +31,7 @@ _COMMANDS = {
     "reproduce": ("Reproduce", "reproduce.papers"), "calibrate": ("Reproduce", "calibrate.calibrate"),
     "warm": ("Set up", "warm.warm"),
 }  # fmt: skip
-_LEARN = ("explore", "evaluate", "figure", "diagnose", "curve")
+_LEARN = ("explore", "evaluate", "imagine", "figure", "diagnose", "curve")
 _EVOLVE = ("train", "test")
 
 
@@ -82,6 +82,7 @@ def learn() -> None:
     \b
       teamsight learn explore --out m.safetensors  600 transitions
       teamsight learn evaluate m.safetensors       what a team learns from them
+      teamsight learn imagine m.safetensors        a policy sought in imagined worlds
       teamsight learn figure --out curves          how many awareness needs
       teamsight learn diagnose --out diagnosis     what a learner makes of them
       teamsight learn curve --task pursuit         teams that learn as they act

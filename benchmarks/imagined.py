@@ -1,0 +1,178 @@
+"""What 9,600 transitions give a team that imagines worlds: `learn_model` and `imagine`, in six worlds, with controls.
+
+Each exploration is made in the world in which the team then acts. Nothing was chosen on the root seed "imagination:
+report". The searches are kept in the folder, so that an interrupted command continues.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from teamsight.agents.awareness import RingAwareness
+from teamsight.agents.reused_worlds import ReusedWorlds
+from teamsight.analysis.learning.evaluation import BY_HAND
+from teamsight.analysis.learning.explore import Exploration, explore
+from teamsight.analysis.learning.imagination import WorldModel, imagine, learn_model
+from teamsight.analysis.learning.plans import EXPLORED, Imagining
+from teamsight.analysis.papers.touzet2000.experiments import gains_of
+from teamsight.analysis.plot import markdown
+from teamsight.analysis.runs.checkpoint import Checkpoint
+from teamsight.analysis.runs.experiment import Experiment, Variant, make_tables
+from teamsight.analysis.runs.files import prepare_folder
+from teamsight.analysis.runs.grid import Grid
+from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.seeds import model_seed, root
+from teamsight.analysis.runs.simulate import run_all
+from teamsight.analysis.stats.paired import interval_of
+from teamsight.policies import ACmommt
+from teamsight.policies.group_forces import BY_HAND as START
+from teamsight.policies.group_forces import GroupForces, in_order
+
+ROOT = root("imagination: report")
+GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
+EXPLORATIONS, RUNS, STEPS = 12, 16, 600
+#: The worlds that are compared: what differs from the default.
+WORLDS: Mapping[str, Mapping[str, Any]] = {
+    "nothing": {},
+    "sensing range halved": {"sensing_range": 0.5},
+    "sensing range doubled": {"sensing_range": 2.0},
+    "awareness range halved": {"awareness_range": 0.5},
+    "awareness range doubled": {"awareness_range": 2.0},
+    "robots and targets twice as fast": {"robot_speed": 0.2, "target_speed": 0.15},
+}
+#: A model that nobody learned: the default world's with speeds and turns half as large again.
+GUESS = WorldModel(0.15, 0.1125, 1.0, 0.075, EXPLORED["radius"])
+LEARNED, LEARNED_ELSEWHERE, GUESSED, UNLEARNED = "learned", "learned in the default world", "guessed model", "start"
+DESIGNED, EVOLVED, STRONGEST = "by hand, f = d", "evolved", "strongest A-CMOMMT"
+
+
+@dataclass(frozen=True)
+class Search:
+    """One exploration, its model and the search in the worlds that this imagines; without a world, in guessed ones."""
+
+    world: str
+    number: int
+    cost = 60_000.0
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """See `Job`."""
+        return "imagined", self.world, str(WORLDS.get(self.world, GUESS)), str(self.number), str(Imagining()), str(RUNS)
+
+    def describe(self) -> str:
+        """See `Job`."""
+        return f"{self.world}, exploration {self.number}"
+
+    def make(self, worlds: ReusedWorlds) -> dict[str, list[float]]:
+        """Return the numbers of the model and the constants of the policy."""
+        seed, model = model_seed(ROOT, self.number, 5, 10, 3.0), GUESS
+        if self.world in WORLDS:
+            model = learn_model(explore(Exploration(seed=seed, runs=RUNS, world=WORLDS[self.world])))
+        *_, policy = imagine(model, Imagining(seed=self.number))
+        return {"model": list(model), "constants": list(policy.constants)}
+
+
+def main() -> None:
+    """Parse the command line, search, simulate and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("imagined"), help="folder for what is kept, and a row a run")
+    parser.add_argument("--explorations", type=int, default=EXPLORATIONS)
+    parser.add_argument("--worlds", type=int, default=len(WORLDS), help="only the first so many")
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    folder, names = prepare_folder(options.out), list(WORLDS)[: options.worlds]
+    jobs = [Search(name, number) for name in (*names, GUESSED) for number in range(options.explorations)]
+    with WorkerPool(options.workers) as pool:
+        found = run_all(jobs, pool, checkpoint=Checkpoint(folder / "imagined.checkpoint"), progress=_tell)
+        made = {(job.world, job.number): one for job, one in zip(jobs, found, strict=True)}
+        asked = [(WORLDS[name], experiments(name, made, options.explorations)) for name in names]
+        tables = make_tables(asked, pool, root=ROOT, runs=1, steps=STEPS)
+    rows = [
+        table.assign(world=name, team=team)
+        for name, of_world in zip(names, tables, strict=True)
+        for team, table in of_world.items()
+    ]
+    pd.concat(rows, ignore_index=True).to_parquet(folder / "imagined.parquet")
+    (folder / "constants.json").write_text(json.dumps({str(key): one for key, one in made.items()}))
+    print(report(names, tables), models(made), sep="\n\n")
+
+
+def _tell(done: float, total: float) -> None:
+    print(f"{done / total:.0%} of the searches", end="\r", flush=True)
+
+
+def experiments(name: str, made: Mapping[tuple[str, int], Any], count: int) -> list[Experiment]:
+    """Return the teams of a world; each exploration runs every cell once."""
+    others = {
+        UNLEARNED: (GroupForces(in_order(START)), RingAwareness()),
+        DESIGNED: BY_HAND[DESIGNED],
+        EVOLVED: ("evolved", "ring"),
+        STRONGEST: (ACmommt(idle="wander", weights="shared", turn_probability=0, gain=4), "pairwise"),
+    }
+    searched = {LEARNED: name, LEARNED_ELSEWHERE: next(iter(WORLDS)), GUESSED: GUESSED}
+    found = [
+        Experiment(
+            team,
+            partial(_variant, [GroupForces(tuple(made[world, number]["constants"])) for number in range(count)]),
+            GRID.cells,
+            replicates=count,
+        )
+        for team, world in searched.items()
+    ]
+    return found + [
+        Experiment(team, {"policy": policy, "awareness": degree}, GRID.cells, replicates=count)
+        for team, (policy, degree) in others.items()
+    ]
+
+
+def _variant(policies: list[GroupForces], setting: object, number: int) -> Variant:
+    return Variant({"policy": policies[number], "awareness": "ring"}, {"exploration": number})
+
+
+def report(names: list[str], tables: list[dict[str, pd.DataFrame]]) -> str:
+    """Return what the team by hand observes, and by how much each other exceeds it, as Markdown."""
+    teams = [team for team in tables[0] if team != DESIGNED]
+    rows = []
+    for name, of_world in zip(names, tables, strict=True):
+        level = 100 * of_world[DESIGNED]["observed_fraction"].mean()
+        gains = [gains_of(of_world[team], of_world[DESIGNED]).average() for team in teams]
+        rows.append([name, f"{level:.1f}", *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in gains)])
+    mean = [
+        interval_of(
+            100
+            * np.mean(
+                [
+                    of_world[team].groupby("replicate")["observed_fraction"].mean()
+                    - of_world[DESIGNED].groupby("replicate")["observed_fraction"].mean()
+                    for of_world in tables
+                ],
+                axis=0,
+            )
+        )
+        for team in teams
+    ]
+    rows.append(["mean of these", "", *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in mean)])
+    return markdown.table(["what is different", f"{DESIGNED} [%]", *(f"{team} [pp]" for team in teams)], rows)
+
+
+def models(made: Mapping[tuple[str, int], Any]) -> str:
+    """Return the mean and standard deviation of each learned number, as Markdown."""
+    rows = []
+    for name in dict.fromkeys(world for world, _ in made):
+        values = np.array([one["model"] for (world, _), one in made.items() if world == name])
+        spread = values.std(axis=0, ddof=1)
+        rows.append([name, *(f"{m:.3f} ± {s:.3f}" for m, s in zip(values.mean(axis=0), spread, strict=True))])
+    return markdown.table(["what is different", *WorldModel._fields], rows)
+
+
+if __name__ == "__main__":
+    main()

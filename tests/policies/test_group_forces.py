@@ -1,0 +1,123 @@
+"""The forces of groups against their slow twin and the team by hand, and the file of their constants."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from chance import generator
+from naive.group_forces import GroupForcesRobot
+
+from teamsight import CMOMMT
+from teamsight.policies import GroupForces, check_policy
+from teamsight.policies.group_forces import BY_HAND, SIZE, by_name, in_order, shipped
+from teamsight.policies.interface import Policy
+from teamsight.policies.percept_of_one import percept_of_one
+
+
+class Watched(Policy):
+    """A NumPy policy that decides as the compiled one and, robot by robot, as its slow twin; and compares."""
+
+    def __init__(self, policy: GroupForces) -> None:
+        self.policy, self.draws = policy, policy.draws
+        self.lost = self.met = 0
+
+    def start(self, size: int) -> Any:
+        return self.policy.start(size), [GroupForcesRobot(self.policy) for _ in range(size)]
+
+    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
+        own, robots = memory
+        action, own = self.policy.decide(percept, own, noise)
+        for i, robot in enumerate(robots):
+            one = percept_of_one(percept, i)
+            heading, distance = robot.decide(one, [])
+            assert action.distance[i] == pytest.approx(distance, abs=1e-8)
+            assert action.heading[i] == pytest.approx(heading, abs=1e-5)
+            self.lost += sum(track[2] < robot.tick for track in robot.target_tracks)
+            self.met += len(one.teammates.distance)
+        return action, (own, robots)
+
+
+def drawn(seed: int) -> GroupForces:
+    """Constants without structure, whose soft edges are wide, so that rounding decides nothing."""
+    constants = by_name(tuple(np.random.default_rng(seed).normal(0, 0.5, SIZE)))
+    return GroupForces(in_order(constants | {"margin": [0.4], "decay": [0.3]}))
+
+
+@pytest.mark.parametrize("awareness", ["ring", "pairwise"])
+@pytest.mark.parametrize("policy", [GroupForces(), drawn(5), drawn(6)], ids=["shipped", "one", "other"])
+def test_the_rule_is_that_of_its_slow_twin(policy: GroupForces, awareness: str) -> None:
+    watched = Watched(policy)
+    model = CMOMMT(
+        robots=5, targets=9, radius=2.5, policy=watched, awareness=awareness, awareness_range=0.8, sensing_range=0.9,
+        target_speed=0.12,
+    )  # fmt: skip
+    # Some of them meet, wherever they were placed.
+    for robot, x in zip(model.robots, (-0.3, 0.0, 0.4), strict=False):
+        robot.position = (x, 0.0)
+    with pytest.warns(UserWarning, match="Python"):
+        model.run(40)
+    assert watched.lost
+    assert watched.met
+
+
+def test_steps_and_a_run_give_the_same_bits() -> None:
+    one, other = (CMOMMT(robots=6, targets=9, radius=3, policy="group-forces", awareness="ring", rng=4) for _ in range(2))
+    one.run(60)
+    for _ in range(60):
+        other.step()
+    assert one.robots.position.tobytes() == other.robots.position.tobytes()
+    assert one.observed_fraction == other.observed_fraction
+
+
+def test_it_keeps_the_contract() -> None:
+    check_policy(GroupForces())
+    check_policy(drawn(1))
+
+
+def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> None:
+    constants = tuple(generator().normal(size=SIZE).tolist())
+    path = tmp_path / "constants.json"
+    path.write_text(json.dumps({"constants": by_name(constants)}), encoding="utf-8")
+    assert GroupForces.load(path).constants == constants
+    assert GroupForces.load(path) == GroupForces(constants) != GroupForces()
+
+
+def test_what_is_shipped_is_the_default_and_differs_from_the_start() -> None:
+    assert GroupForces().constants == shipped() != in_order(BY_HAND)
+    assert repr(GroupForces(in_order(BY_HAND))) != repr(GroupForces())
+    assert pickle.loads(pickle.dumps(GroupForces())) == GroupForces()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda content: content.pop("constants"), "holds no constants"),
+        (lambda content: content["constants"].pop("law"), "holds no constants.*law"),
+        (lambda content: content["constants"]["law"].pop(), "law: has 5 numbers; it must have 6"),
+        (lambda content: content["constants"]["bias"].__setitem__(0, "fast"), "could not convert"),
+        (lambda content: content["constants"]["bias"].__setitem__(0, float("nan")), "is not finite"),
+    ],
+)
+def test_a_bad_file_is_refused(change: Any, message: str, tmp_path: Path) -> None:
+    content = {"constants": by_name(shipped())}
+    change(content)
+    path = tmp_path / "constants.json"
+    path.write_text(json.dumps(content), encoding="utf-8")
+    with pytest.raises(ValueError, match=message):
+        GroupForces.load(path)
+
+
+@pytest.mark.parametrize(("constants", "message"), [((1.0,) * 5, r"the shape \(5,\)"), ((np.inf,) * SIZE, "number 0")])
+def test_wrong_constants_are_refused(constants: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        GroupForces(constants)
+
+
+def test_without_teammates_in_sight_it_is_refused() -> None:
+    with pytest.raises(ValueError, match="needs 'teammates', which awareness 'none' does not deliver"):
+        CMOMMT(policy="group-forces", awareness="none")
