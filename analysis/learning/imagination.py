@@ -7,7 +7,7 @@ that move straight on and are reflected, targets that turn at random, sensing wi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,11 +15,11 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness import RingAwareness
 from teamsight.analysis.learning.explore import Exploration, explore
-from teamsight.analysis.learning.plans import Imagining
+from teamsight.analysis.learning.plans import MOST_GENERATIONS, Imagining
 from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
-from teamsight.analysis.runs.simulate import run_all
+from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.core.extras import extra
 from teamsight.policies.group_forces import BLOCKS, BY_HAND, GroupForces, in_order
 from teamsight.policies.memory import LazyMemory
@@ -32,6 +32,8 @@ ROOT = root("imagination")
 _NEAR, _FAR = 0.3, 0.7
 # An imagined exploration has so many worlds; the model is corrected so often.
 _IMAGINED, _CORRECTIONS = 48, 4
+# In so many worlds of each cell the last policies are compared.
+_FINAL = 8
 # The standard deviation of each constant at the start of the search, by name.
 _SPREAD = dict.fromkeys(BLOCKS, 0.1) | {
     "margin": 0.05, "bias": 0.05, "held": 0.05, "company": 0.3, "rivals": 0.3, "away": 0.3, "lead": 1.0, "decay": 0.3,
@@ -208,16 +210,24 @@ def _probability(value: float) -> float:
 
 def _bounded(model: WorldModel) -> WorldModel:
     """Return the model within the limits of a world."""
-    speeds = (float(np.clip(one, 1e-3, 0.5)) for one in model[:2])
+    robot_speed, target_speed = (float(np.clip(speed, 1e-3, 0.5)) for speed in model[:2])
     return WorldModel(
-        *speeds, float(np.clip(model.awareness_range, 0.1, 10.0)), model.turn_probability, max(model.radius, 1.0)
-    )
+        robot_speed, target_speed, float(np.clip(model.awareness_range, 0.1, 10.0)), model.turn_probability,
+        max(model.radius, 1.0),
+    )  # fmt: skip
 
 
 def imagine(
-    model: WorldModel, plan: Imagining | None = None, explored: float = 3.0, pool: Executor | None = None
-) -> Iterator[GroupForces]:
-    """Yield the policy after each generation of a search in imagined worlds.
+    model: WorldModel,
+    plan: Imagining | None = None,
+    explored: float = 3.0,
+    pool: Executor | None = None,
+    progress: Progress = lambda done, total: None,
+) -> GroupForces:
+    """Return the policy that is found in imagined worlds, from `BY_HAND` by CMA-ES.
+
+    All policies of a generation are tried in the same worlds, and each generation has new ones. The means of some later
+    generations are then tried in further worlds, of which the best is returned.
 
     Parameters
     ----------
@@ -228,7 +238,9 @@ def imagine(
     explored : float
         Radius of the explored arena in the units of the plan's arenas.
     pool : Executor, optional
-        Processes that do the work; by default this process.
+        Processes that do the work; by default this process. The policy does not depend on it.
+    progress : callable
+        Called with the generations done and in all.
 
     Raises
     ------
@@ -241,18 +253,30 @@ def imagine(
     rng, degree = np.random.default_rng(plan.seed), RingAwareness()
     options = {
         "popsize": plan.population, "randn": lambda *shape: rng.standard_normal(shape), "seed": np.nan, "verbose": -9,
+        # Do not stop: with noise, equal results do not mean convergence.
         "tolfun": 0, "tolfunhist": 0, "tolflatfitness": np.inf, "tolstagnation": np.inf, "tolx": 0,
     }  # fmt: skip
     strategy = cma.CMAEvolutionStrategy(np.zeros(len(start)), 1.0, options)
-    for generation in range(plan.generations):
-        asked = strategy.ask()
+
+    def policy(place: Floats) -> GroupForces:
+        return GroupForces(tuple((start + spread * place).tolist()))
+
+    def observed(policies: list[GroupForces], replicates: range) -> Floats:
+        """Return the share of the targets that each observes."""
         runs = []
-        for one in asked:
-            team = {"policy": GroupForces(tuple(start + spread * one)), "awareness": degree, "targets": plan.targets}
-            for robots, radius in plan.cells:
-                world = model.parameters(radius / explored)
-                seed = model_seed(ROOT, plan.seed * plan.generations + generation, robots, plan.targets, radius)
-                runs.append(Run({**team, **world, "robots": robots}, seed, plan.steps))
-        observed = np.array([one.observed_fraction for one in run_all(runs, pool)]).reshape(len(asked), -1)
-        strategy.tell(asked, list(-observed.mean(axis=1)))
-        yield GroupForces(tuple(start + spread * np.array(strategy.mean)))
+        for one in policies:
+            for (robots, radius), replicate in product(plan.cells, replicates):
+                world = model.parameters(radius / explored) | {"robots": robots, "targets": plan.targets}
+                seed = model_seed(ROOT, plan.seed * MOST_GENERATIONS + replicate, robots, plan.targets, radius)
+                runs.append(Run({"policy": one, "awareness": degree, **world}, seed, plan.steps))
+        found = [outcome.observed_fraction for outcome in run_all(runs, pool)]
+        return np.asarray(np.array(found).reshape(len(policies), -1).mean(axis=1))
+
+    means = []
+    for generation in range(plan.generations):
+        places = strategy.ask()
+        strategy.tell(places, list(-observed([policy(place) for place in places], range(generation, generation + 1))))
+        means.append(policy(strategy.mean))
+        progress(generation + 1, plan.generations)
+    last = means[plan.generations // 2 :: max(plan.generations // 12, 1)]
+    return last[int(np.argmax(observed(last, range(plan.generations, plan.generations + _FINAL))))]

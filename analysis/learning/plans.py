@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 EXPLORED: dict[str, Any] = {"robots": 5, "targets": 10, "radius": 3.0}
 #: Fewest explorations with an interval: with two its half-width is 13 standard errors.
 LEAST_FOR_INTERVAL = 3
+#: Each generation of a search has its own worlds; more would meet those of the next seed.
+MOST_GENERATIONS = 10_000
 _ROOT = root("learning curves")
 # Rows of a table of tests.
 _MOST_ROWS = 2e6
@@ -295,7 +297,7 @@ class Imagining(Component):
         Seed of the search and of the imagined worlds.
     """
 
-    generations: limits.Runs = 24
+    generations: Annotated[int, Allowed(least=1, most=MOST_GENERATIONS - 100)] = 36
     population: Annotated[int, Allowed(least=4, most=1000)] = 14
     robots: Annotated[tuple[Count, ...], Allowed(most=30, is_sorted=True)] = (5, 10, 20)
     targets: Count = 15

@@ -357,9 +357,9 @@ class ImagineSettings(Imagining, Works, Writes):
 def imagine(settings: ImagineSettings) -> None:
     """Learn a model of the world, and seek a policy in worlds that it imagines.
 
-    Speeds, turns and ranges are learned from the transitions of a random walk under ring awareness. The constants of the
-    policy 'group-forces' are then sought by CMA-ES in worlds of the model; these steps cost no transitions. It needs the
-    package cma: pip install 'teamsight[evolve]'.
+    Speeds, turns and ranges are learned from the transitions of a random walk under ring awareness. The constants of
+    the policy 'group-forces' are then sought by CMA-ES in worlds of the model; these steps cost no transitions. It
+    needs the package cma: pip install 'teamsight[evolve]'.
 
     \b
     Examples:
@@ -381,8 +381,7 @@ def imagine(settings: ImagineSettings) -> None:
     say(", ".join(f"{name} = {value:.4g}" for name, value in model._asdict().items()))
     explored = memory.settings["radius"]
     with working(settings) as (watch, pool):
-        for done, policy in enumerate(imagination.imagine(model, plan, explored, pool), 1):  # noqa: B007
-            watch("imagining", done, plan.generations)
+        policy = imagination.imagine(model, plan, explored, pool, partial(watch, "imagining"))
     content = {"software": "teamsight", "settings": about, "model": model._asdict()}
     write_json(settings.out, content | {"constants": by_name(policy.constants)}, force=settings.force)
     say(f"constants in {settings.out}")
