@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from teamsight.agents.awareness import RingAwareness
@@ -39,9 +40,11 @@ from teamsight.policies.group_forces import GroupForces, in_order
 
 ROOT = root("imagination: report")
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
-EXPLORATIONS, RUNS, STEPS = 12, 16, 600
+RUNS, STEPS = 16, 600
+#: Explorations of the default world, and of each other.
+EXPLORATIONS, ELSEWHERE = 12, 4
 #: Searches in guessed worlds, which need no exploration; each stands beside several explorations.
-GUESSES = 6
+GUESSES = 4
 #: The worlds that are compared: what differs from the default.
 WORLDS: Mapping[str, Mapping[str, Any]] = {
     "nothing": {},
@@ -50,6 +53,7 @@ WORLDS: Mapping[str, Mapping[str, Any]] = {
     "awareness range halved": {"awareness_range": 0.5},
     "awareness range doubled": {"awareness_range": 2.0},
 }
+DEFAULT = next(iter(WORLDS))
 #: A model that nobody learned: the default world's with speeds and turns half as large again.
 GUESS = WorldModel(0.15, 0.1125, 1.0, 0.075, EXPLORED["radius"])
 LEARNED, LEARNED_ELSEWHERE, GUESSED, UNLEARNED = "learned", "learned in the default world", "guessed model", "start"
@@ -87,17 +91,16 @@ def main() -> None:
     """Parse the command line, search, simulate and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("imagined"), help="folder for what is kept, and a row a run")
-    parser.add_argument("--explorations", type=int, default=EXPLORATIONS)
     parser.add_argument("--worlds", type=int, default=len(WORLDS), help="only the first so many")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     folder, names = prepare_folder(options.out), list(WORLDS)[: options.worlds]
-    jobs = [Search(name, number) for name in (*names, GUESSED) for number in range(options.explorations)]
-    jobs = [job for job in jobs if job.world in WORLDS or job.number < GUESSES]
+    count = dict.fromkeys(names, ELSEWHERE) | {DEFAULT: EXPLORATIONS}
+    jobs = [Search(name, number) for name, several in {**count, GUESSED: GUESSES}.items() for number in range(several)]
     with WorkerPool(options.workers) as pool:
         found = run_all(jobs, pool, checkpoint=Checkpoint(folder / "imagined.checkpoint"), progress=_tell)
         made = {(job.world, job.number): one for job, one in zip(jobs, found, strict=True)}
-        asked = [(WORLDS[name], experiments(name, made, options.explorations)) for name in names]
+        asked = [(WORLDS[name], experiments(name, made, count[name])) for name in names]
         tables = make_tables(asked, pool, root=ROOT, runs=1, steps=STEPS)
     rows = [
         table.assign(world=name, team=team)
@@ -121,7 +124,7 @@ def experiments(name: str, made: Mapping[tuple[str, int], Any], count: int) -> l
         EVOLVED: ("evolved", "ring"),
         STRONGEST: (ACmommt(idle="wander", weights="shared", turn_probability=0, gain=4), "pairwise"),
     }
-    searched = {LEARNED: name, LEARNED_ELSEWHERE: next(iter(WORLDS)), GUESSED: GUESSED}
+    searched = {LEARNED: name, LEARNED_ELSEWHERE: DEFAULT, GUESSED: GUESSED}
     found = []
     for team, world in searched.items():
         several = [one for (of, _), one in made.items() if of == world]
@@ -145,22 +148,16 @@ def report(names: list[str], tables: list[dict[str, pd.DataFrame]]) -> str:
         level = 100 * of_world[DESIGNED]["observed_fraction"].mean()
         gains = [gains_of(of_world[team], of_world[DESIGNED]).average() for team in teams]
         rows.append([name, f"{level:.1f}", *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in gains)])
-    mean = [
-        interval_of(
-            100
-            * np.mean(
-                [
-                    of_world[team].groupby("replicate")["observed_fraction"].mean()
-                    - of_world[DESIGNED].groupby("replicate")["observed_fraction"].mean()
-                    for of_world in tables
-                ],
-                axis=0,
-            )
-        )
-        for team in teams
-    ]
+    few = min(of_world[DESIGNED]["replicate"].nunique() for of_world in tables)
+    mean = [interval_of(100 * np.mean([_gains(one, team)[:few] for one in tables], axis=0)) for team in teams]
     rows.append(["mean of these", "", *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in mean)])
     return markdown.table(["what is different", f"{DESIGNED} [%]", *(f"{team} [pp]" for team in teams)], rows)
+
+
+def _gains(of_world: Mapping[str, pd.DataFrame], team: str) -> npt.NDArray[np.float64]:
+    """Return by how much a team exceeds that by hand, by exploration."""
+    means = [of_world[name].groupby("replicate")["observed_fraction"].mean() for name in (team, DESIGNED)]
+    return np.asarray(means[0] - means[1], float)
 
 
 def models(made: Mapping[tuple[str, int], Any]) -> str:

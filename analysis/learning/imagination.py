@@ -168,14 +168,14 @@ def learn_model(memory: LazyMemory, seed: int = 0) -> WorldModel:
     ----------
     memory : LazyMemory
         An exploration by random walk under `RingAwareness`, as of `teamsight learn explore`. Of its settings only the
-        numbers of robots and targets are used: speeds and ranges are learned.
+        numbers of robots and targets are read: speeds and ranges are learned.
     seed : int
         Seed of the imagined explorations.
 
     Raises
     ------
     ValueError
-        If the transitions are too few, or show no teammates.
+        If the transitions are too few, are not of CMOMMT, or show no ring of teammates.
 
     Notes
     -----
@@ -185,7 +185,12 @@ def learn_model(memory: LazyMemory, seed: int = 0) -> WorldModel:
     settings = memory.settings
     if settings.get("teammate_layout") != "sectors" or not memory.added:
         raise ValueError("memory: its inputs show no ring of teammates; explore with awareness='ring'")
+    missing = [name for name in ("robots", "targets", "radius") if not isinstance(settings.get(name), int | float)]
+    if missing:
+        raise ValueError(f"memory: its settings lack one number for {', '.join(missing)}; explore CMOMMT, once")
     wanted = statistics(memory)
+    if not min(wanted.step, wanted.teammate_step) > 0.0:
+        raise ValueError(f"memory: its {len(memory)} transitions do not show the robots' own steps; explore longer")
     model = WorldModel(
         wanted.step, math.sqrt(2.0) * wanted.spread, wanted.step / wanted.teammate_step,
         _probability(1.0 - wanted.straight), 1.0 / math.sqrt(wanted.sensed),

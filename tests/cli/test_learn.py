@@ -13,6 +13,7 @@ from teamsight.analysis.learning.plans import Curves
 from teamsight.analysis.runs import simulate
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.cli import main
+from teamsight.policies import GroupForces
 from teamsight.policies.memory import LazyMemory
 
 WORLD = {"robots": 3, "targets": 5, "radius": 1.5}
@@ -516,3 +517,24 @@ def test_ctrl_c_reports_what_is_kept_of_a_diagnosis(
         assert (status, err.strip()) == (130, f"teamsight: interrupted; {message}")
     assert call(capsys, *command)[0] == 0
     assert not kept.exists()
+
+
+def test_imagine_writes_constants_that_a_policy_loads(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    memory, out = tmp_path / "memory.safetensors", tmp_path / "constants.json"
+    assert call(capsys, "explore", "--out", str(memory), "--runs", "4")[0] == 0
+    plan = ["--generations", "2", "--population", "4", "--robots", "3", "--radius", "2,3", "--steps", "20"]
+    line = ["imagine", str(memory), "--out", str(out), *plan, "--workers", "1"]
+    status, shown, _ = call(capsys, *line)
+    assert (status, "turn_probability = " in shown, f"constants in {out}" in shown) == (0, True, True)
+    assert GroupForces.load(out) != GroupForces()
+    before = out.read_bytes()
+    assert call(capsys, *line)[0] == 0
+    assert out.read_bytes() == before
+    status, _, err = call(capsys, *line, "--seed", "1")
+    assert (status, "holds results of other settings" in err, "--force" in err) == (2, True, True)
+
+
+def test_imagine_says_what_it_cannot_learn_from(capsys: pytest.CaptureFixture[str], small: Path, tmp_path: Path) -> None:
+    status, _, err = call(capsys, "imagine", str(small), "--out", str(tmp_path / "constants.json"))
+    assert (status, "memory: " in err, "explore longer" in err) == (2, True, True)
+    assert not (tmp_path / "constants.json").exists()

@@ -156,7 +156,7 @@ def test_settings_know_what_was_given() -> None:
 
 
 def test_help_imports_nothing_slow() -> None:
-    commands = ["", "run", "delta", "plot", "learn", "learn explore", "learn evaluate", "learn figure", "learn diagnose", "learn curve", "evolve train", "reproduce", "reproduce tan1993", "reproduce gathering"]
+    commands = ["", "run", "delta", "plot", "learn", "learn explore", "learn evaluate", "learn imagine", "learn figure", "learn diagnose", "learn curve", "evolve train", "reproduce", "reproduce tan1993", "reproduce gathering"]
     # In one process, which one alone would spoil for all others: the first line with a slow import names it.
     code = f"""
 import sys, teamsight.cli as c

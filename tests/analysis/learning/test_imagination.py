@@ -30,7 +30,7 @@ def by_hand(
         following[i, [sector, sectors]] = later, round(teammate - 0.1 * share, 3)
         action[i] = 0.0, share
     facts = {"sensed": np.ones(len(rows))}
-    settings = {"targets": 4, "robots": 2, "teammate_layout": "sectors"}
+    settings = {"targets": 4, "teammate_layout": "sectors"}
     return LazyMemory.of(situation, action, following, facts, own=sectors, settings=settings)
 
 
@@ -68,7 +68,7 @@ def test_the_model_is_that_of_the_world(world: dict[str, Any]) -> None:
     """Within a fifth; of the turns within 0.15. Over explorations of 9,600 the standard deviations were at most 6 % and 0.03."""
     memory = explore(Exploration(seed=5, runs=32, world=world))
     # Speeds and ranges are not read.
-    kept = {name: memory.settings[name] for name in ("robots", "targets", "teammate_layout")}
+    kept = {name: memory.settings[name] for name in ("robots", "targets", "radius", "teammate_layout")}
     facts = {name: memory.fact(name) for name in memory.facts}
     memory = LazyMemory.of(
         memory.situation, memory.action, memory.next_situation, facts, own=memory.own, settings=kept
@@ -92,6 +92,11 @@ def test_a_memory_without_a_ring_of_teammates_is_refused() -> None:
     memory = explore(Exploration(awareness="none"))
     with pytest.raises(ValueError, match="show no ring of teammates; explore with awareness='ring'"):
         learn_model(memory)
+
+
+def test_a_memory_of_another_scenario_is_refused() -> None:
+    with pytest.raises(ValueError, match="its settings lack one number for robots, radius; explore CMOMMT, once"):
+        learn_model(by_hand(16, [(0.6, 0, 0.5, 1.0, 0.6)]))
 
 
 def test_the_search_depends_on_its_seed_alone_and_leaves_the_start() -> None:
