@@ -36,7 +36,7 @@ from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies import ACmommt
 from teamsight.policies.group_forces import BY_HAND as START
-from teamsight.policies.group_forces import GroupForces, in_order
+from teamsight.policies.group_forces import GroupForces, by_name, in_order
 
 ROOT = root("imagination: report")
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
@@ -93,12 +93,16 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("imagined"), help="folder for what is kept, and a row a run")
     parser.add_argument("--worlds", type=int, default=len(WORLDS), help="only the first so many")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--parts", action="store_true", help="only: what each part of the shipped constants is worth")
     options = parser.parse_args()
+    if options.parts:
+        print(parts())
+        return
     folder, names = prepare_folder(options.out), list(WORLDS)[: options.worlds]
     count = dict.fromkeys(names, ELSEWHERE) | {DEFAULT: EXPLORATIONS}
     jobs = [Search(name, number) for name, several in {**count, GUESSED: GUESSES}.items() for number in range(several)]
     with WorkerPool(options.workers) as pool:
-        found = run_all(jobs, pool, checkpoint=Checkpoint(folder / "imagined.checkpoint"), progress=_tell)
+        found = run_all(jobs, pool, checkpoint=Checkpoint(folder / "imagined.checkpoint"), progress=_show)
         made = {(job.world, job.number): one for job, one in zip(jobs, found, strict=True)}
         asked = [(WORLDS[name], experiments(name, made, count[name])) for name in names]
         tables = make_tables(asked, pool, root=ROOT, runs=1, steps=STEPS)
@@ -112,7 +116,7 @@ def main() -> None:
     print(report(names, tables), models(made), sep="\n\n")
 
 
-def _tell(done: float, total: float) -> None:
+def _show(done: float, total: float) -> None:
     print(f"{done / total:.0%} of the searches", end="\r", flush=True)
 
 
@@ -158,6 +162,25 @@ def _gains(of_world: Mapping[str, pd.DataFrame], team: str) -> npt.NDArray[np.fl
     """Return by how much a team exceeds that by hand, by exploration."""
     means = [of_world[name].groupby("replicate")["observed_fraction"].mean() for name in (team, DESIGNED)]
     return np.asarray(means[0] - means[1], float)
+
+
+def parts() -> str:
+    """Return what the shipped constants lose if a part of them is as it was at the start, on other worlds."""
+    shipped, degree = by_name(GroupForces().constants), RingAwareness()
+    changed = {name: GroupForces(in_order({**shipped, name: START[name]})) for name in shipped}
+    policies = {"nothing": GroupForces(), **changed, "all": GroupForces(in_order(START))}
+    teams = [
+        Experiment(name, {"policy": one, "awareness": degree}, GRID.cells, replicates=EXPLORATIONS)
+        for name, one in policies.items()
+    ]
+    by_hand = Experiment(DESIGNED, dict(zip(("policy", "awareness"), BY_HAND[DESIGNED], strict=True)), GRID.cells,
+                         replicates=EXPLORATIONS)  # fmt: skip
+    (tables,) = make_tables([({}, [*teams, by_hand])], root=root("imagination: parts"), runs=1, steps=STEPS)
+    rows = []
+    for name in policies:
+        gains = [gains_of(tables[name], tables[other]).average() for other in (DESIGNED, "nothing")]
+        rows.append([name, *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in gains)])
+    return markdown.table(["as at the start", f"minus {DESIGNED} [pp]", "minus the whole [pp]"], rows)
 
 
 def models(made: Mapping[tuple[str, int], Any]) -> str:

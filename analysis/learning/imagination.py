@@ -136,17 +136,17 @@ def statistics(memory: LazyMemory) -> Statistics:
     teammate_step, _ = _regressed(teammates)
     at = {memory.situation[i].tobytes(): i for i in range(len(memory))}
     index = {key: k for k, key in enumerate(zip(targets.transition, targets.sector, strict=True))}
-    pairs = []
+    rests = []
     for k, (i, sector) in enumerate(zip(targets.transition, targets.next_sector, strict=True)):
         following = index.get((at.get(memory.next_situation[i].tobytes(), -1), sector))
         if following is not None:
-            pairs.append((rest[k], rest[following]))
-    if len(pairs) < 2:
+            rests.append((rest[k], rest[following]))
+    if len(rests) < 2:
         raise ValueError(
-            f"memory: has {len(memory)} transitions and {len(pairs)} successive pairs of a lone target, at least 2; "
+            f"memory: has {len(memory)} transitions and {len(rests)} times two steps with a lone target, at least 2; "
             "explore longer"
         )
-    one, other = np.array(pairs).T
+    one, other = np.array(rests).T
     straight = float(one @ other / math.sqrt((one @ one) * (other @ other)))
     sensed = float(np.mean(memory.fact("sensed"))) / memory.settings["targets"]
     return Statistics(step, float(np.sqrt(np.mean(rest**2))), straight, teammate_step, sensed)

@@ -46,6 +46,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "toward the evolved policy": (-43,),
         "imagination": (-44,),
         "imagination: report": (-45,),
+        "imagination: parts": (-46,),
     }
 )
 

@@ -83,7 +83,7 @@ def test_the_model_is_that_of_the_world(world: dict[str, Any]) -> None:
     assert model.turn_probability == pytest.approx(0.05, abs=0.15)
 
 
-def test_targets_that_turn_at_each_step_are_told_from_those_that_seldom_do() -> None:
+def test_targets_that_turn_at_each_step_are_distinguished_from_those_that_seldom_do() -> None:
     options = {"target_policy_options": {"turn_probability": 1.0}}
     assert learn_model(explore(Exploration(runs=8, world=options))).turn_probability > 0.8
 
