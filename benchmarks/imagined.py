@@ -24,7 +24,6 @@ from teamsight.analysis.learning.evaluation import BY_HAND
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.imagination import WorldModel, imagine, learn_model
 from teamsight.analysis.learning.plans import EXPLORED, Imagining
-from teamsight.analysis.papers.touzet2000.experiments import gains_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import Experiment, Variant, make_tables
@@ -42,7 +41,7 @@ ROOT = root("imagination: report")
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
 RUNS, STEPS = 16, 600
 #: Explorations of the default world, and of each other.
-EXPLORATIONS, ELSEWHERE = 12, 4
+EXPLORATIONS, ELSEWHERE = 12, 3
 #: Searches in guessed worlds, which need no exploration; each stands beside several explorations.
 GUESSES = 4
 #: The worlds that are compared: what differs from the default.
@@ -144,24 +143,36 @@ def _variant(policies: list[GroupForces], setting: object, number: int) -> Varia
     return Variant({"policy": policies[number], "awareness": "ring"}, {"exploration": number})
 
 
+#: Which team is compared with which.
+COMPARED = (
+    (LEARNED, DESIGNED), (LEARNED, GUESSED), (LEARNED, LEARNED_ELSEWHERE), (LEARNED, EVOLVED), (LEARNED, STRONGEST),
+    (UNLEARNED, DESIGNED),
+)  # fmt: skip
+
+
 def report(names: list[str], tables: list[dict[str, pd.DataFrame]]) -> str:
-    """Return what the team by hand observes, and by how much each other exceeds it, as Markdown."""
-    teams = [team for team in tables[0] if team != DESIGNED]
-    rows = []
-    for name, of_world in zip(names, tables, strict=True):
-        level = 100 * of_world[DESIGNED]["observed_fraction"].mean()
-        gains = [gains_of(of_world[team], of_world[DESIGNED]).average() for team in teams]
-        rows.append([name, f"{level:.1f}", *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in gains)])
-    few = min(of_world[DESIGNED]["replicate"].nunique() for of_world in tables)
-    mean = [interval_of(100 * np.mean([_gains(one, team)[:few] for one in tables], axis=0)) for team in teams]
-    rows.append(["mean of these", "", *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in mean)])
-    return markdown.table(["what is different", f"{DESIGNED} [%]", *(f"{team} [pp]" for team in teams)], rows)
+    """Return the paired differences between teams in each world, with intervals over explorations, as Markdown."""
+    gains = np.array([[_gains(of_world, *teams)[:ELSEWHERE] for teams in COMPARED] for of_world in tables])
+    rows = [
+        [name, f"{100 * of_world[DESIGNED]['observed_fraction'].mean():.1f}"]
+        + [written(_gains(of_world, *teams)) for teams in COMPARED]
+        for name, of_world in zip(names, tables, strict=True)
+    ]
+    rows.append([f"mean, {ELSEWHERE} explorations each", "", *map(written, gains.mean(axis=0))])
+    heads = (f"{one} minus {other} [pp]" for one, other in COMPARED)
+    return markdown.table(["what is different", f"{DESIGNED} [%]", *heads], rows)
 
 
-def _gains(of_world: Mapping[str, pd.DataFrame], team: str) -> npt.NDArray[np.float64]:
-    """Return by how much a team exceeds that by hand, by exploration."""
-    means = [of_world[name].groupby("replicate")["observed_fraction"].mean() for name in (team, DESIGNED)]
-    return np.asarray(means[0] - means[1], float)
+def written(gains: npt.NDArray[np.float64]) -> str:
+    """Return the mean with half its 95 % interval."""
+    one = interval_of(gains)
+    return f"{one.mean:+.2f} ± {one.high - one.mean:.2f}"
+
+
+def _gains(of_world: Mapping[str, pd.DataFrame], team: str, other: str) -> npt.NDArray[np.float64]:
+    """Return by how much a team exceeds another on the mean of the grid [percentage points], by exploration."""
+    one, two = (of_world[name].groupby("replicate")["observed_fraction"].mean() for name in (team, other))
+    return 100 * np.asarray(one - two, float)
 
 
 def parts() -> str:
@@ -176,10 +187,7 @@ def parts() -> str:
     by_hand = Experiment(DESIGNED, dict(zip(("policy", "awareness"), BY_HAND[DESIGNED], strict=True)), GRID.cells,
                          replicates=EXPLORATIONS)  # fmt: skip
     (tables,) = make_tables([({}, [*teams, by_hand])], root=root("imagination: parts"), runs=1, steps=STEPS)
-    rows = []
-    for name in policies:
-        gains = [gains_of(tables[name], tables[other]).average() for other in (DESIGNED, "nothing")]
-        rows.append([name, *(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}" for one in gains)])
+    rows = [[name, *(written(_gains(tables, name, other)) for other in (DESIGNED, "nothing"))] for name in policies]
     return markdown.table(["as at the start", f"minus {DESIGNED} [pp]", "minus the whole [pp]"], rows)
 
 
