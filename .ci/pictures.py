@@ -276,6 +276,7 @@ RUN: dict[str, tuple[str, str]] = {
     "gathering.png": ("docs/tasks/gathering-index.parquet", r"(?s).*"),
     "study.png": ("docs/studies.md", r"(?s)```toml.*?```sh.*?```"),
     "train_team.png": ("examples/train_team.py", r"(?s).*"),
+    "train_ppo.png": ("examples/train_ppo.py", r"(?s).*"),
     "two-teams.gif": ("teamsight/cli/demo.py", r"(?s)_WORLD.*"),
 }
 

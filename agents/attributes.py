@@ -34,6 +34,7 @@ PolicyName: TypeAlias = Literal[
     "lazy-collective",
     "lazy-cooperative",
     "p-cmommt",
+    "ppo",
     "random-walk",
     "stationary",
 ]

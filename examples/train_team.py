@@ -48,7 +48,7 @@ def returns(env: TeamVectorEnv, weights: Floats, seeds: range) -> Floats:
 def train(generations: int) -> tuple[Floats, list[float]]:
     """Return the mean of the last distribution of weights, and the mean return of each generation."""
     strategy = cma.CMAEvolutionStrategy(np.zeros(SIZE), 0.3, {"seed": 1, "verbose": -9})
-    env = vector_env(strategy.popsize * WORLDS, max_cycles=STEPS, autoreset="disabled")
+    env = vector_env(strategy.popsize * WORLDS, max_cycles=STEPS, autoreset="disabled", action="continuous")
     curve: list[float] = []
     for first in range(0, generations * WORLDS, WORLDS):
         candidates = strategy.ask()
@@ -62,7 +62,8 @@ def train(generations: int) -> tuple[Floats, list[float]]:
 def main() -> None:
     weights, curve = train(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
     seeds = range(1_000_000, 1_000_000 + TRIALS)
-    learned = returns(vector_env(TRIALS, max_cycles=600, autoreset="disabled"), weights[None], seeds)[0]
+    env = vector_env(TRIALS, max_cycles=600, autoreset="disabled", action="continuous")
+    learned = returns(env, weights[None], seeds)[0]
     for name in ("random-walk", "a-cmommt"):
         models = [CMOMMT(policy=name, awareness="ring", seed=seed) for seed in seeds]
         for model in models:

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from teamsight.policies.online.prey_q import BoundedPreyQ, PreyQ
     from teamsight.policies.percept_of_one import PerceptOfOne, turn_to
     from teamsight.policies.registry import POLICIES
+    from teamsight.policies.trained import Trained
 
 _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
@@ -84,6 +85,7 @@ _HOMES = {
     "Stationary": "teamsight.policies.handmade.stationary",
     "SurroundPrey": "teamsight.policies.handmade.surround_prey",
     "TabularQ": "teamsight.policies.eager",
+    "Trained": "teamsight.policies.trained",
     "check_policy": "teamsight.policies.check",
     "column_of": "teamsight.policies.channels",
     "go": "teamsight.policies.actions",
@@ -96,8 +98,8 @@ __all__ = [
     "BoundedWalk", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree",
     "GroupForces", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ",
     "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ",
-    "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "check_policy", "column_of",
-    "go", "turn_to", "turned",
+    "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "Trained", "check_policy",
+    "column_of", "go", "turn_to", "turned",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

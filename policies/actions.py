@@ -114,6 +114,25 @@ def act(rotation: float, share: float, i: int, percept: Any, action: Any) -> Non
     action.distance[i] = share * percept.speed[i]
 
 
+@inlined
+def act_along(x: float, y: float, i: int, percept: Any, action: Any) -> None:
+    """Write the action of robot `i`: turn to (x, y), ahead and to its left, and go as far, at most its speed.
+
+    Parameters
+    ----------
+    x, y : float
+        In units of the speed; (0, 0) keeps the heading.
+    i : int
+        The robot.
+    percept, action
+        The arguments of a policy's kernel.
+    """
+    ahead_x = percept.heading[i, 0]
+    ahead_y = percept.heading[i, 1]
+    distance = min(math.sqrt(x * x + y * y), 1.0) * percept.speed[i]
+    go(action, i, x * ahead_x - y * ahead_y, x * ahead_y + y * ahead_x, distance)
+
+
 # A little more, for rounding.
 _LARGEST_TURN = 2.0 * math.pi * (1.0 + 1e-9)
 

@@ -29,6 +29,7 @@ POLICIES: Registry[Callable[..., Policy]] = Registry(
         "lazy-collective": "teamsight.policies.lazy.lazy_q:lazy_collective",
         "lazy-cooperative": "teamsight.policies.lazy.lazy_q:lazy_cooperative",
         "p-cmommt": "teamsight.policies.handmade.p_cmommt:PCmommt",
+        "ppo": "teamsight.policies.trained:Trained",
         "random-walk": "teamsight.policies.handmade.random_walk:RandomWalk",
         "stationary": "teamsight.policies.handmade.stationary:Stationary",
     },

@@ -33,9 +33,13 @@ _FORMS: dict[str, tuple[tuple[int, ...], str, str]] = {
         (3,), "heading x, heading y and distance of each robot",
         "must be finite: a direction x, y (0, 0 keeps the heading) and a distance",
     ),
+    "vector": (
+        (2,), "the way ahead and to the left of each robot, in speeds",
+        "must be finite and between -1 and 1; clip it, as in np.clip(action, -1, 1)",
+    ),
 }  # fmt: skip
 #: The numbers of the forms, for kernels.
-CONTINUOUS, GRID, HEADING = range(3)
+CONTINUOUS, GRID, HEADING, VECTOR = range(4)
 #: ``names(world, robot)`` returns the name of an action in errors.
 Names: TypeAlias = Callable[[int, int], str]
 
@@ -45,7 +49,7 @@ class ActionForm:
 
     Parameters
     ----------
-    action : {"continuous", "grid", "heading"} or ActionGrid
+    action : {"vector", "continuous", "grid", "heading"} or ActionGrid
         See `parallel_env`.
 
     Attributes
@@ -55,7 +59,7 @@ class ActionForm:
     shape : tuple of int
         The shape of the action of one robot: (2,), () or (3,).
     number : int
-        The number of the form, for kernels: `CONTINUOUS`, `GRID` or `HEADING`.
+        The number of the form, for kernels: `CONTINUOUS`, `GRID`, `HEADING` or `VECTOR`.
     table : ndarray, shape (actions, 2), float64
         The actions of the grid; see `ActionGrid.actions`.
     """
@@ -64,7 +68,7 @@ class ActionForm:
         self.name = "grid" if isinstance(action, ActionGrid) else checks.choice("action", action, _FORMS)
         grid = action if isinstance(action, ActionGrid) else ActionGrid()
         self.table = grid.actions if self.name == "grid" else np.zeros((0, 2))
-        self.policy = Steered("heading" if self.name == "heading" else "rotation")
+        self.policy = Steered(self.name if self.name in ("heading", "vector") else "rotation")
         self.shape, self._meaning, self._cure = _FORMS[self.name]
         self.number = list(_FORMS).index(self.name)
 

@@ -26,7 +26,7 @@ from teamsight.agents.engine.records import (
 )
 from teamsight.agents.recording.transitions import count_sensing
 from teamsight.core.kernel import Entry, Packed, Record, array_at, call, inlined, kernel
-from teamsight.env.actions import GRID, HEADING
+from teamsight.env.actions import GRID, HEADING, VECTOR
 from teamsight.world.motion import is_action, move_at
 
 Floats = npt.NDArray[np.float64]
@@ -396,9 +396,13 @@ def _steer_one(batch: Any, given: Any, steering: Any) -> bool:
         steering[0] = batch.table[int(given[0]), 0]
         steering[1] = batch.table[int(given[0]), 1]
         return True
-    steering[0] = given[0] * math.pi
-    # Halved first: a half is exact, whatever the number.
-    steering[1] = 0.5 * given[1] + 0.5
+    if batch.form == VECTOR:
+        steering[0] = given[0]
+        steering[1] = given[1]
+    else:
+        steering[0] = given[0] * math.pi
+        # Halved first: a half is exact, whatever the number.
+        steering[1] = 0.5 * given[1] + 0.5
     return bool(abs(given[0]) <= 1.0 and abs(given[1]) <= 1.0)
 
 

@@ -136,9 +136,10 @@ class Environment(Component):
     layout : {"sectors", "nearest"} or Nearest
         How observations show it: the situation vectors of the degree, which begin with 16 sectors of targets; or lists
         of the nearest targets and teammates, as ``Nearest(targets=5, teammates=5)``. docs/environments.md has a table.
-    action : {"continuous", "grid", "heading"} or ActionGrid
-        The form of actions: rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an
-        action of a grid; or a direction x, y and a distance [length], as in `Action`: unit vectors and (0, 0), which
+    action : {"vector", "continuous", "grid", "heading"} or ActionGrid
+        The form of actions: the way ahead and to the left, both in [−1, 1] and in units of the speed, which is the
+        farthest; rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an action of a
+        grid; or a direction x, y and a distance [length], as in `Action`: unit vectors and (0, 0), which
         keeps the heading, are carried out to the last bit, and others are normalised.
     reward : str, mapping of str to float, or callable
         A name of `REWARDS`, several with weights, or ``reward(facts)``, which returns an array of shape (worlds,
@@ -157,8 +158,8 @@ class Environment(Component):
     observation: AwarenessLike | None = "ring"
     delta: Delta | None = None
     layout: LayoutLike = "sectors"
-    action: ActionLike = "continuous"
-    reward: RewardLike = "observed"
+    action: ActionLike = "vector"
+    reward: RewardLike = "alone"
     max_cycles: Count = 600
     model: Callable[..., World] | Task | str | None = None
     group: str | None = None

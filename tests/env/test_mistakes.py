@@ -107,7 +107,7 @@ def test_many_worlds_check_their_actions() -> None:
     env.reset(seed=1)
     before = env.state()
     for given, message in (
-        (np.zeros((3, 4)), r"actions: has the shape \(3, 4\); it must be \(3, 4, 2\), rotation and distance"),
+        (np.zeros((3, 4)), r"actions: has the shape \(3, 4\); it must be \(3, 4, 2\), the way ahead"),
         (np.full((3, 4, 2), "a"), "actions: must be numbers"),
         (None, "actions: must be numbers, in an array of shape .3, 4, 2., and is None"),
     ):

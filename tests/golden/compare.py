@@ -214,21 +214,24 @@ def rollouts() -> Iterator[tuple[str, str]]:
     from teamsight.env import gymnasium_env, parallel_env, vector_env
 
     rng = np.random.default_rng(1)
-    one = parallel_env(robots=4, targets=6, max_cycles=20, action="heading", observation="ring", target_policy="evasive")
+    one = parallel_env(
+        robots=4, targets=6, max_cycles=20, action="heading", reward="observed", observation="ring",
+        target_policy="evasive",
+    )  # fmt: skip
     observations, _ = one.reset(seed=7)
     seen = list(observations.values())
     while one.agents:
         made = one.step({name: rng.uniform(-1, 1, 3) for name in one.agents})
         seen += [value for part in made[:4] for value in part.values()]
     yield "parallel_env", digest(seen)
-    many = vector_env(6, robots=3, targets=5, max_cycles=15)
+    many = vector_env(6, robots=3, targets=5, max_cycles=15, action="continuous", reward="observed")
     first, _ = many.reset(seed=3)
     seen = [first]
     for _ in range(40):
         step = many.step(rng.uniform(-1, 1, (6, 3, 2)))
         seen += [step.observations, step.rewards, step.terminated, step.truncated]
     yield "vector_env", digest(seen)
-    shared = gymnasium_env(4, model="pursuit", max_cycles=15)
+    shared = gymnasium_env(4, model="pursuit", max_cycles=15, action="continuous", reward="observed")
     first, _ = shared.reset(seed=3)
     shared.action_space.seed(5)
     seen = [first]
