@@ -141,6 +141,10 @@ def main() -> None:
     total, seeds = [*given, *(3_000_000, 1)[len(given) :]]
     others = {"a-cmommt": "pairwise", "evolved": "ring", "random-walk": "none"}
     levels = {name: observed(name, awareness) for name, awareness in others.items()}
+    for (name, level), line in zip(levels.items(), ("-", "--", ":"), strict=True):
+        print(f"{name}: {level.mean():.3f} observed")
+        plt.axhline(float(level.mean()), color="grey", linestyle=line, label=name)
+    plt.xlabel("agent-steps"), plt.ylabel("observed fraction"), plt.ylim(0, 0.7)
     for seed in range(1, seeds + 1):
         actor, curve = train(MANY if "many" in sys.argv else ONE, total, seed)
         save(actor, path := "trained.npz" if seed == 1 else f"trained-{seed}.npz")
@@ -149,11 +153,8 @@ def main() -> None:
         error = 1.984 * gain.std(ddof=1) / TRIALS**0.5
         print(f"seed {seed}: {found.mean():.3f} on other seeds, {gain.mean():+.3f} ± {error:.3f} (95 %) to A-CMOMMT")
         plt.plot(*zip(*curve, strict=True), color="C0", alpha=0.7, label=shown)
-    for (name, level), line in zip(levels.items(), ("-", "--", ":"), strict=True):
-        print(f"{name}: {level.mean():.3f}")
-        plt.axhline(float(level.mean()), color="grey", linestyle=line, label=name)
-    plt.xlabel("agent-steps"), plt.ylabel("observed fraction"), plt.ylim(0, None), plt.legend(loc="lower right")
-    plt.savefig("train_ppo.png", dpi=100)
+        plt.legend(loc="lower right")
+        plt.savefig("train_ppo.png", dpi=100)
 
 
 main()

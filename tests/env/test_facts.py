@@ -51,6 +51,9 @@ def test_facts_are_those_of_the_slow_twin(observation: str) -> None:
         assert facts["neighbours"][0].tolist() == [len(robot.neighbours) for robot in env.world.robots]
         assert list(rewards.values()) == expected["sensed"]
         assert facts["observed"] == len(set().union(*after))
+        # The difference reward: what the team observes, less what it would observe without the robot.
+        without = [len(set().union(*after[:i], *after[i + 1 :])) for i in range(12)]
+        assert facts["alone"][0].tolist() == [facts["observed"] - rest for rest in without]
         moved = env.world.robots.bodies.moved
         assert facts["travelled"][0] == pytest.approx(np.hypot(*moved.T) / 0.1, abs=1e-12)
         before = after
