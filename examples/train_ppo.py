@@ -138,7 +138,7 @@ def observed(policy: Any, awareness: str) -> npt.NDArray[np.float64]:
 def main() -> None:
     torch.set_num_threads(1)
     given = [int(one) for one in sys.argv[1:3]]
-    total, seeds = [*given, *(3_000_000, 1)[len(given) :]]
+    total, seeds = [*given, *(2_000_000, 1)[len(given) :]]
     others = {"a-cmommt": "pairwise", "evolved": "ring", "random-walk": "none"}
     levels = {name: observed(name, awareness) for name, awareness in others.items()}
     for (name, level), line in zip(levels.items(), ("-", "--", ":"), strict=True):
