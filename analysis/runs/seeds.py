@@ -47,6 +47,9 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "imagination": (-44,),
         "imagination: report": (-45,),
         "imagination: parts": (-46,),
+        "benchmark: report": (-31,),
+        "benchmark: explore": (-32,),
+        "benchmark: screen": (-33,),
     }
 )
 

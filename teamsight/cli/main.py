@@ -24,7 +24,7 @@ teamsight --help                          all commands"""
 _COMMANDS = {
     "demo": ("Look", "demo.demo"), "watch": ("Look", "look.watch"), "run": ("Look", "look.run"),
     "tasks": ("Look", "look.tasks"), "plugins": ("Look", "look.plugins"), "delta": ("Measure", "delta.delta"),
-    "ceilings": ("Measure", "ceilings.ceilings"),
+    "ceilings": ("Measure", "ceilings.ceilings"), "benchmark": ("Measure", "benchmark.benchmark"),
     "sweep": ("Study", "study.sweep"), "status": ("Study", "study.status"), "plot": ("Study", "study.plot"),
     "rerun": ("Study", "study.rerun"), "verify": ("Study", "study.verify"), "submit": ("Study", "study.submit"),
     "schema": ("Study", "study.schema"), "learn": ("Learn", "main.learn"), "evolve": ("Learn", "main.evolution"),

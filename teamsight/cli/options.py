@@ -428,6 +428,7 @@ class Command(click.Command):
         if any(references.is_reference(text.rpartition("=")[2]) for text in args):
             # Of a program that is installed, unlike of python -m, Python does not search that folder.
             references.search_in([os.getcwd()])
+        args = [references.from_file(text) for text in args]
         ctx.meta[_FURTHER] = self.settings.brings(args)
         given = list(args)
         try:

@@ -57,6 +57,8 @@ MOVED: dict[str, str] = {
     "teamsight.policies.schemas.graze:GrazeSchemas": "teamsight.policies.schemas:GrazeSchemas",
 }
 _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
+# The same object in a file, after the name of an option or alone: "--policy=folder/file.py:Name".
+_IN_FILE = re.compile(r"(?P<option>--[\w.-]+=)?(?P<file>[^=]*[^=./\\])\.py:(?P<name>[^\W\d][\w.]*)")
 _LONGEST = 500
 # Folders that `search_in` has added to the path, and those that it was given last.
 _added: list[str] = []
@@ -66,6 +68,19 @@ _latest: list[str] = []
 def is_reference(text: object) -> bool:
     """Return whether a text has the form of a reference: "package.module:Name"."""
     return isinstance(text, str) and len(text) <= _LONGEST and _FORM.fullmatch(text) is not None
+
+
+def from_file(text: str) -> str:
+    """Return an argument of a command line with a reference in place of "folder/file.py:Name"; any other as it is.
+
+    The folder is searched for modules from then on.
+    """
+    found = _IN_FILE.fullmatch(text) if len(text) <= _LONGEST else None
+    if found is None:
+        return text
+    folder, file = os.path.split(os.path.expanduser(found["file"]))
+    search_in([folder or os.curdir, os.curdir])
+    return f"{found['option'] or ''}{file}:{found['name']}"
 
 
 def load(reference: str, what: str = "policy", *, place: str = "put its file beside the study file") -> object:

@@ -49,7 +49,7 @@ def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) 
     [
         (
             ["reproduse"],
-            ["command='reproduse': unknown; did you mean 'reproduce'? known are calibrate, ceilings, delta, "],
+            ["command='reproduse': unknown; did you mean 'reproduce'? known are benchmark, calibrate, ceilings, "],
         ),
         (["run", "--robbots", "3"], ["No such option '--robbots'"]),
         (["run", "--robots"], ["Option '--robots' requires an argument"]),

@@ -1,0 +1,178 @@
+"""``teamsight benchmark``: how does a policy stand beside others, in fixed worlds?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from teamsight.agents.awareness.registry import AWARENESS
+from teamsight.cli.options import File, Folder, Works, Writes, component_options, options_in
+from teamsight.core import checks
+from teamsight.core.component import Allowed, Declared, Flag
+from teamsight.policies.registry import POLICIES
+
+if TYPE_CHECKING:
+    from teamsight.analysis.benchmark import Entrant, Results
+    from teamsight.analysis.stats.paired import Interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchmarkSettings(Works, Writes):
+    """Options of ``teamsight benchmark``.
+
+    Parameters
+    ----------
+    policy : str, optional
+        Policy to enter: a name, "module:Class" or "file.py:Class".
+    awareness : str, optional
+        Its degree of awareness.
+    name : str, optional
+        What the tables call it.
+    quick : bool
+        Make a fifth of the runs.
+    reference : Path, optional
+        Results beside which it stands, a benchmark.json.
+    out : Path, optional
+        Folder for the results with this team, their page and its figure.
+    make : {"missing", "all"}, optional
+        Run the teams that ship first, those that the results lack or all; for maintainers.
+    """
+
+    policy: Annotated[str | None, Allowed(choices=POLICIES, shown="none: show the results")] = None  # type: ignore[assignment]
+    awareness: Annotated[str | None, Allowed(choices=AWARENESS, shown="pairwise, or the first that fits")] = None
+    name: Annotated[str | None, Allowed(shown="that of the policy")] = None
+    quick: Flag = False
+    reference: Annotated[File | None, Allowed(shown="those that ship")] = None
+    out: Annotated[Folder | None, Allowed(shown="none")] = None
+    make: Annotated[Literal["missing", "all"] | None, Allowed(shown="none")] = None
+
+    @classmethod
+    def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
+        """Return the options of the policy and of the degree that are named."""
+        named = {name: one for name, one in cls.options().items() if options_in(arguments, name)}
+        return component_options({name: named[name] for name in ("policy", "awareness") if name in named}, arguments)
+
+    def check(self) -> None:
+        """Refuse options that do not go together."""
+        if self.policy is None:
+            self.refuse(("awareness", "name", "quick"), "is of a policy; give --policy")
+        if self.quick:
+            self.refuse(("out",), "results of a quick look are not kept; leave --quick out")
+        if self.make and self.out is None:
+            raise ValueError(f"make={self.make}: its results would be lost; give --out")
+
+    def own(self, name: str) -> dict[str, Any]:
+        """Return the options of the policy, or of the degree."""
+        parts = {one.partition(".")[::2]: value for one, value in self.brought.items()}
+        return {option: value for (of, option), value in parts.items() if of == name}
+
+
+def benchmark(settings: BenchmarkSettings) -> int | None:
+    """Enter a policy in the benchmark of CMOMMT, or show its results.
+
+    Teams run in 22 scenarios, on fixed seeds. Those that ship are not run again: their results come with the package,
+    and a policy is compared with them in pairs, since all meet the same worlds. A policy with a kernel takes less than
+    a minute; one in Python takes longer, and --quick makes a fifth of the runs.
+
+    \b
+    Examples:
+      teamsight benchmark
+      teamsight benchmark --policy evolved --awareness nearest
+      teamsight benchmark --policy examples/enter.py:Chase --awareness none
+      teamsight benchmark --policy my_package:Mine --name mine --out results
+    """
+    from teamsight.analysis import benchmark as bench
+    from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
+    from teamsight.cli.show import say, working
+
+    results = bench.Results() if settings.make == "all" else bench.Results.read(settings.reference or bench.REFERENCE)
+    entrants: dict[str, Entrant] = bench.outdated(results) if settings.make else {}
+    name = None
+    if settings.policy is not None:
+        name = _name(settings, results)
+        entrants[name] = _entrant(settings)
+    folder = settings.out and prepare_folder(settings.out)
+    checkpoint = None
+    if folder:
+        checkpoint = bench.checkpoint(folder)
+        check_results(folder, bench.FILES, checkpoint=checkpoint, force=settings.force)
+    if entrants:
+        runs = bench.QUICK if settings.quick else bench.RUNS
+        is_long = settings.make or not bench.is_compiled(entrants[str(name)])
+        if is_long and not settings.make and not settings.quick:
+            say("the policy decides in Python, which takes minutes; --quick makes a fifth of the runs")
+        work = math.inf if is_long else bench.agent_steps(runs)
+        with working(settings, agent_steps=work) as (watch, pool):
+            found = bench.run(entrants, runs, pool=pool, checkpoint=checkpoint, progress=partial(watch, "running"))
+        results = bench.Results({**results.teams, **found.teams})
+    _show(results, name)
+    if folder:
+        (folder / "images").mkdir(exist_ok=True)
+        write_results(folder, bench.contents(results), {}, force=settings.force)
+        if checkpoint:
+            checkpoint.forget()
+        say(f"results, page and figure in {folder}")
+    return None
+
+
+def _name(settings: BenchmarkSettings, results: Results) -> str:
+    """Return what the tables call the policy."""
+    if settings.name is not None:
+        if settings.name in results.teams:
+            raise ValueError(f"name={checks.shown(settings.name)}: is a team of the results; give another name")
+        return settings.name
+    text = str(settings.policy)
+    return f"{text}, yours" if text in results.teams else text
+
+
+def _entrant(settings: BenchmarkSettings) -> Entrant:
+    """Return the team that is entered."""
+    from teamsight.analysis.benchmark import Entrant, fitting
+
+    options = settings.own("policy")
+    if settings.awareness is None:
+        return fitting(settings.policy, options)
+    degree = AWARENESS[settings.awareness](**settings.own("awareness"))
+    return Entrant(settings.policy, degree, options)
+
+
+def _show(results: Results, name: str | None) -> None:
+    """Print how all teams stand, and in which scenarios the one of this name observes how much."""
+    from teamsight.analysis import benchmark as bench
+    from teamsight.analysis.ceilings import CEILING
+    from teamsight.cli.show import interval, say, show_table
+
+    def written(one: Interval | None, how: str = ".1f") -> str:
+        return "" if one is None or math.isnan(one.mean) else interval(one._asdict(), how)
+
+    rows = []
+    for one in results.standings(name):
+        team = results.teams[one.team]
+        cpu, inputs = team["cpu_us_per_decision"], team["inputs"]
+        rows.append((
+            one.rank or "", one.team, team["order"] or "", inputs["10"] if inputs else "",
+            f"{team['transitions']:.3g}", written(one.score), *((written(one.less, "+.1f"),) if name else ()),
+            f"{one.way.mean:.0f} %" if math.isfinite(one.way.mean) else "", "" if cpu is None else f"{cpu:.3g}",
+        ))  # fmt: skip
+    titles = (
+        "", "team", "awareness", "inputs", "transitions", "observed [%]", *((f"{name} less it",) if name else ()),
+        "of the way", "µs a decision",
+    )  # fmt: skip
+    show_table(rows, titles, left=(1, 2))
+    if name is None:
+        return
+    rows = []
+    others = [one.team for one in results.standings() if one.rank and one.team != name]
+    for title in bench.SCENARIOS:
+        means = {team: results.mean(team, [title]) for team in (name, *others)}
+        best = max(others, key=lambda team: means[team].mean)  # type: ignore[union-attr]
+        way = results.way(name, [title]).mean
+        rows.append((
+            title, written(means[name]), best, written(means[best]),
+            written(results.difference(name, best, [title]), "+.1f"), f"{way:.0f} %" if math.isfinite(way) else "",
+        ))  # fmt: skip
+    show_table(rows, ("scenario", f"{name} [%]", "best other", "observes [%]", "difference", "of the way"), left=(0, 2))
+    say(f"{bench.BENCHMARK}: means with 95 % intervals; 'of the way' is that from {bench.FLOOR} to {CEILING}")
