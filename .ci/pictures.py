@@ -135,6 +135,12 @@ def _awareness() -> bytes:
     return to_picture(figure)
 
 
+def _reference_results() -> bytes:
+    from teamsight.analysis.benchmark import Results, draw
+
+    return to_picture(draw(Results.read()))
+
+
 def _bodies() -> bytes:
     import io
 
@@ -266,6 +272,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "lazy-q.png": _lazy_q,
     "lidar.png": _lidar,
     "learning-curves.png": _learning_curves,
+    "reference-results.png": _reference_results,
     "tasks.png": _tasks,
 }
 

@@ -60,7 +60,7 @@ class BenchmarkSettings(Works, Writes):
         if self.policy is None:
             self.refuse(("awareness", "name", "quick"), "is of a policy; give --policy")
         if self.quick:
-            self.refuse(("out",), "results of a quick look are not kept; leave --quick out")
+            self.refuse(("out",), "results of a quick look are not kept")
         if self.make and self.out is None:
             raise ValueError(f"make={self.make}: its results would be lost; give --out")
 
@@ -107,7 +107,7 @@ def benchmark(settings: BenchmarkSettings) -> int | None:
         work = math.inf if is_long else bench.agent_steps(runs)
         with working(settings, agent_steps=work) as (watch, pool):
             found = bench.run(entrants, runs, pool=pool, checkpoint=checkpoint, progress=partial(watch, "running"))
-        results = bench.Results({**results.teams, **found.teams})
+        results = results.joined(found)
     _show(results, name)
     if folder:
         (folder / "images").mkdir(exist_ok=True)
@@ -135,8 +135,7 @@ def _entrant(settings: BenchmarkSettings) -> Entrant:
     options = settings.own("policy")
     if settings.awareness is None:
         return fitting(settings.policy, options)
-    degree = AWARENESS[settings.awareness](**settings.own("awareness"))
-    return Entrant(settings.policy, degree, options)
+    return Entrant(settings.policy, AWARENESS[settings.awareness](**settings.own("awareness")), options)
 
 
 def _show(results: Results, name: str | None) -> None:
@@ -159,7 +158,7 @@ def _show(results: Results, name: str | None) -> None:
         ))  # fmt: skip
     titles = (
         "", "team", "awareness", "inputs", "transitions", "observed [%]", *((f"{name} less it",) if name else ()),
-        "of the way", "µs a decision",
+        "of the way", "µs a step",
     )  # fmt: skip
     show_table(rows, titles, left=(1, 2))
     if name is None:

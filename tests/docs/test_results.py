@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 
 from teamsight.analysis import ceilings
+from teamsight.analysis import benchmark
 from teamsight.analysis.learning.curves import awareness_gains, make_curves
 from teamsight.analysis.learning.diagnosis import diagnose_explorations, diagnosis_points
 from teamsight.analysis.learning.diagnosis_figure import page as diagnosis_page
@@ -108,6 +109,8 @@ def of_learning(text: str) -> Iterator[str]:
     table = shipped("ceilings")
     where = [cell in Curves().scenarios for cell in zip(table["robots"], table["radius"], strict=True)]
     yield ceilings.tables(table[where])[0]
+def of_benchmark(text: str) -> Iterator[str]:
+    yield written(benchmark.page(benchmark.Results.read()))
 
 
 def of_diagnosis(text: str) -> Iterator[str]:
@@ -153,6 +156,7 @@ WHOLE: dict[str, Callable[[str], Iterator[str]]] = {
     "settings": of_program("settings_page.py"),
     "calibration": of_calibration,
     "evolved": of_evolution,
+    "reference-results": of_benchmark,
 }
 TABLES: dict[str, Callable[[str], Iterator[str]]] = {
     **{page: partial(of_papers, page) for paper in PAPERS.values() if (page := getattr(paper, "page", ""))},

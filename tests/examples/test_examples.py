@@ -167,6 +167,11 @@ def test_the_same_policy_in_three_ways_observes_the_same(run: Run) -> None:
     assert max(float(share) for _, share in output) - min(float(share) for _, share in output) < 0.03
 
 
+def test_a_policy_for_the_benchmark_observes_something(run: Run) -> None:
+    (share,) = re.findall(r"Chase observed ([\d.]+)%", run("enter"))
+    assert 40 < float(share) < 80
+
+
 def test_each_way_to_a_policy_takes_under_20_lines() -> None:
     text = (ROOT / "examples" / "own_policy.py").read_text(encoding="utf-8")
     parts = re.split(r"\n\n\n", text)[1:-2]

@@ -44,6 +44,18 @@ def test_other_texts_are_none(value: Any) -> None:
         references.load(value, "model")
 
 
+@pytest.mark.parametrize("option", ["", "--policy=", "--policy.inner="])
+def test_an_object_in_a_file_is_named_by_its_path(option: str, folder: Path) -> None:
+    (folder / "odd_file.py").write_text("class Thing:\n    pass\n", encoding="utf-8")
+    assert references.from_file(f"{option}{folder}/odd_file.py:Thing") == f"{option}odd_file:Thing"
+    assert references.load("odd_file:Thing").__name__ == "Thing"  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("text", ["odd:Thing", "odd.py", "a=odd.py:Thing", "odd.py:", ".py:Thing", "odd.py:1", "x" * 999 + ".py:T"])
+def test_other_arguments_stay(text: str) -> None:
+    assert references.from_file(text) == text
+
+
 @pytest.mark.parametrize("thing", [ACmommt, math.sqrt, references.load, dict, Path.exists])
 def test_a_class_or_function_is_found_again(thing: Any) -> None:
     assert references.load(references.reference_to(thing)) is thing

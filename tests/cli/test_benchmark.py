@@ -1,0 +1,89 @@
+"""``teamsight benchmark``: shows the results that ship, enters a policy beside them, and names mistakes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from teamsight.analysis import benchmark
+from teamsight.cli import main
+
+CHASE = Path(__file__).resolve().parents[2] / "examples" / "enter.py"
+
+
+@pytest.fixture(autouse=True)
+def _few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(benchmark, "QUICK", 2)
+    monkeypatch.setattr(benchmark, "RUNS", 2)
+
+
+def call(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        main(["benchmark", *arguments, "--workers", "1"])
+    return int(left.value.code or 0)
+
+
+def test_without_a_policy_it_shows_the_results(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call() == 0
+    lines = capsys.readouterr().out.splitlines()
+    teams = [one.team for one in benchmark.Results.read().standings()]
+    assert len(lines) == len(teams) + 1
+    assert all(team in line for team, line in zip(teams, lines[1:], strict=True))
+
+
+def test_a_policy_of_a_file_is_ranked_beside_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("--policy", f"{CHASE}:Chase", "--awareness", "none", "--quick") == 0
+    lines = capsys.readouterr().out.splitlines()
+    (own,) = [line for line in lines if "enter:Chase" in line and "Θ(0)" in line]
+    assert 1 < int(own.split()[0]) < len(benchmark.ENTRANTS)
+    for name in benchmark.SCENARIOS:
+        assert any(line.startswith(f"{name} ") for line in lines)
+
+
+def test_a_policy_that_ships_observes_what_the_file_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "out"
+    assert call("--policy", "random-walk", "--policy.turn-probability", "0.05", "--awareness", "none", "--out", str(out)) == 0
+    content = json.loads((out / "benchmark.json").read_text(encoding="utf-8"))
+    mine, theirs = (content["teams"][name]["observed"] for name in ("random-walk, yours", "straight"))
+    assert all(part == theirs[title][:2] for title, part in mine.items())
+    assert {"benchmark.json", "images", "reference-results.md"} == {file.name for file in out.iterdir()}
+    assert "`random-walk, yours`" in (out / "reference-results.md").read_text(encoding="utf-8")
+    # The file is a reference for others.
+    assert call("--reference", str(out / "benchmark.json")) == 0
+    assert "random-walk, yours" in capsys.readouterr().out
+
+
+def test_a_rule_for_one_robot_and_its_degree(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "rule_of_mine.py").write_text("def still(percept, rng):\n    return 0.0, 0.0\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(benchmark, "RUNS", 1)
+    assert call("--policy", "rule_of_mine.py:still", "--awareness", "ring", "--awareness.delta", "8", "--name", "mine") == 0
+    out = capsys.readouterr().out
+    assert "the policy decides in Python" in out
+    assert any(line.split()[1:4] == ["mine", "Θ(1)", "24"] for line in out.splitlines())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "messages"),
+    [
+        (["--policy", "evolvd"], ["policy='evolvd': unknown; did you mean 'evolved'?"]),
+        (["--policy", "pathlib:Path"], ["pathlib:Path"]),
+        (["--policy", "none_such.py:Mine"], ["there is no module 'none_such'"]),
+        (["--policy", "a-cmommt", "--awareness", "rng"], ["awareness='rng': unknown; did you mean 'ring'?"]),
+        (["--policy", "b-cmommt", "--awareness", "ring"], ["needs 'relayed'", "awareness='shared'", "n5-r3"]),
+        (["--policy", "a-cmommt", "--policy.gain", "-1"], ["gain=-1"]),
+        (["--policy", "a-cmommt", "--name", "evolved"], ["name='evolved': is a team of the results; give another name"]),
+        (["--name", "mine"], ["name=mine: is of a policy; give --policy"]),
+        (["--quick"], ["quick=True: is of a policy"]),
+        (["--make", "all"], ["make=all", "give --out"]),
+        (["--make", "some", "--out", "x"], ["make='some': unknown"]),
+        (["--policy", "evolved", "--quick", "--out", "x"], ["out=", "quick look"]),
+        (["--reference", "no.json"], ["reference=no.json", "holds no results"]),
+    ],
+)
+def test_mistakes_are_named(arguments: list[str], messages: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(*arguments) == 2
+    err = capsys.readouterr().err
+    assert all(message in err for message in messages), err
