@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.agents.awareness.registry import AWARENESS
 from teamsight.cli.options import File, Folder, Works, Writes, component_options, options_in
@@ -37,8 +37,8 @@ class BenchmarkSettings(Works, Writes):
         Results beside which it stands, a benchmark.json.
     out : Path, optional
         Folder for the results with this team, their page and its figure.
-    make : {"missing", "all"}, optional
-        Run the teams that ship first, those that the results lack or all; for maintainers.
+    make : tuple of str
+        A team that ships and is run again; "missing" for those that the results lack, "all" for all. For maintainers.
     """
 
     policy: Annotated[str | None, Allowed(choices=POLICIES, shown="none: show the results")] = None  # type: ignore[assignment]
@@ -47,7 +47,7 @@ class BenchmarkSettings(Works, Writes):
     quick: Flag = False
     reference: Annotated[File | None, Allowed(shown="those that ship")] = None
     out: Annotated[Folder | None, Allowed(shown="none")] = None
-    make: Annotated[Literal["missing", "all"] | None, Allowed(shown="none")] = None
+    make: Annotated[tuple[str, ...], Allowed(is_repeated=True, metavar="TEAM")] = ()
 
     @classmethod
     def brings(cls, arguments: Sequence[str]) -> Mapping[str, Declared]:
@@ -62,7 +62,7 @@ class BenchmarkSettings(Works, Writes):
         if self.quick:
             self.refuse(("out",), "results of a quick look are not kept")
         if self.make and self.out is None:
-            raise ValueError(f"make={self.make}: its results would be lost; give --out")
+            raise ValueError(f"make={','.join(self.make)}: its results would be lost; give --out")
 
     def own(self, name: str) -> dict[str, Any]:
         """Return the options of the policy, or of the degree."""
@@ -88,8 +88,13 @@ def benchmark(settings: BenchmarkSettings) -> int | None:
     from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
     from teamsight.cli.show import say, working
 
-    results = bench.Results() if settings.make == "all" else bench.Results.read(settings.reference or bench.REFERENCE)
-    entrants: dict[str, Entrant] = bench.outdated(results) if settings.make else {}
+    is_new = "all" in settings.make
+    results = bench.Results() if is_new else bench.Results.read(settings.reference or bench.REFERENCE)
+    entrants: dict[str, Entrant] = bench.outdated(results) if is_new or "missing" in settings.make else {}
+    for team in settings.make:
+        if team not in ("all", "missing"):
+            checks.choice("make", team, bench.ENTRANTS)
+            entrants[team] = bench.ENTRANTS[team]
     name = None
     if settings.policy is not None:
         name = _name(settings, results)

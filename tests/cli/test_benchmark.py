@@ -55,6 +55,15 @@ def test_a_policy_that_ships_observes_what_the_file_says(tmp_path: Path, capsys:
     assert "random-walk, yours" in capsys.readouterr().out
 
 
+def test_a_team_that_ships_is_made_again(tmp_path: Path) -> None:
+    assert call("--make", "straight", "--out", str(tmp_path)) == 0
+    made, shipped = benchmark.Results.read(tmp_path / "benchmark.json").teams, benchmark.Results.read().teams
+    assert list(made) == list(shipped)
+    for name, part in shipped["straight"]["observed"].items():
+        assert made["straight"]["observed"][name] == part[:2]
+    assert made["evolved"] == shipped["evolved"]
+
+
 def test_a_rule_for_one_robot_and_its_degree(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "rule_of_mine.py").write_text("def still(percept, rng):\n    return 0.0, 0.0\n", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -78,8 +87,8 @@ def test_a_rule_for_one_robot_and_its_degree(tmp_path: Path, capsys: pytest.Capt
         (["--name", "mine"], ["name=mine: is of a policy; give --policy"]),
         (["--quick"], ["quick=True: is of a policy"]),
         (["--make", "all"], ["make=all", "give --out"]),
-        (["--make", "some", "--out", "x"], ["make='some': unknown"]),
-        (["--policy", "evolved", "--quick", "--out", "x"], ["out=", "quick look"]),
+        (["--make", "evolvd", "--out", "out"], ["make='evolvd': unknown; did you mean 'evolved'?"]),
+        (["--policy", "evolved", "--quick", "--out", "out"], ["out=", "quick look"]),
         (["--reference", "no.json"], ["reference=no.json", "holds no results"]),
     ],
 )
