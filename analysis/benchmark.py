@@ -276,8 +276,8 @@ ENTRANTS: Mapping[str, Entrant] = {
     ),
     "evolved": Entrant("evolved", "ring", transitions=evolved.made()["robot_steps"], about="constants by CMA-ES"),
     "sharing": Entrant("sharing", most=4, about="planner: knows what some robot senses or sensed"),
-    "informed": Entrant("informed", most=8, about="planner: knows where all targets are"),
-    CEILING: Entrant(CEILING, most=8, about="planner: knows where all targets will be"),
+    "informed": Entrant("informed", most=4, about="planner: knows where all targets are"),
+    CEILING: Entrant(CEILING, most=4, about="planner: knows where all targets will be"),
 }  # fmt: skip
 
 
@@ -720,7 +720,7 @@ def page(results: Results) -> str:
             str(one.rank or ""), f"`{one.team}`", team["about"], team["order"] or "",
             str(team["inputs"]["10"]) if team["inputs"] else "", _count(team["transitions"]), half(one.score),
             minus(plus_minus(more.mean, more.high, "+.1f", ".1f")) if more else "", half(one.way)
-            and f"{one.way.mean:.0f}", "" if cpu is None else f"{cpu:.2g}" if cpu < 1000 else f"{cpu / 1000:,.1f} ms",
+            and f"{one.way.mean:.0f}", "" if cpu is None else f"{cpu:.3g}",
         ])  # fmt: skip
     titles = (
         "", "team", "what it is", "awareness", "inputs", "transitions", "observed [%]", f"more than {COMPARED} [pp]",

@@ -216,13 +216,12 @@ def test_the_page_is_short_and_names_all(shipped: Results) -> None:
 
 
 def test_the_ends_of_the_file_are_in_order(shipped: Results) -> None:
-    """No team passes the bound, and what knows more observes more."""
-    means = {name: shipped.mean(name, benchmark.base_names()) for name in (FLOOR, "evolved", "informed", CEILING, BOUND)}
-    found = [one.mean for one in means.values() if one is not None]
-    assert found == sorted(found)
-    bound = shipped.teams[BOUND]["observed"]
-    for name in (CEILING, "informed", "sharing", "evolved"):
-        for title, part in bound.items():
-            # The bound is taken at every 20th tick.
-            mine = shipped.teams[name]["observed"][title][: len(part)]
-            assert all(own <= most + 300 for own, most in zip(mine, part, strict=False)), (name, title)
+    """What knows more than robots can observes more than they do; the bound is the most that is possible."""
+
+    def observed(name: str) -> float:
+        found = shipped.percent(name, benchmark.base_names())
+        assert found is not None
+        return float(found[:, :4].mean())
+
+    assert observed(FLOOR) < observed("evolved") < min(observed("informed"), observed(CEILING))
+    assert max(observed("sharing"), observed("informed"), observed(CEILING)) < observed(BOUND)
