@@ -807,7 +807,8 @@ differences are paired. `--out FOLDER` writes this page, its figure and the JSON
 These rules were committed before the runs were made.
 
 - **Scenarios.** N × R, and variations of N = 10, R = 5; {{common}}, if the scenario says nothing else. A run
-has {STEPS} steps, a scenario {RUNS} runs; of planners fewer, {_FEW}.
+has {STEPS} steps, a scenario {RUNS} runs; of planners fewer, {_FEW} (8 were
+planned, and cut for time).
 - **Seeds** come from the root {minus(str(ROOT))}, which served no other purpose: no shipped policy was trained or
 tuned on these worlds. Do not train on them either; commands refuse roots below 0.
 - **Score.** Observed targets in %, mean of all scenarios with equal weights. A team is better than another if the 95 %
