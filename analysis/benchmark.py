@@ -688,7 +688,7 @@ def draw(results: Results) -> Canvas:
         f"{ranked[0].team} observes most: {ranked[0].score.mean:.1f} % on the mean of all scenarios",  # type: ignore[union-attr]
         f"Observed targets less those of {COMPARED}, in the same worlds [percentage points]; mean of {RUNS} runs, of "
         "planners fewer. In brackets: the 95 % interval includes 0. Empty: the planners do not know a setting",
-        ("",), size=(13.0, 0.36 * len(teams) + 1.2), is_plain=False,
+        ("",), size=(11.5, 0.3 * len(teams) + 1.2), is_plain=False,
     )  # fmt: skip
     norm, colours = CenteredNorm(0.0, 30.0), matplotlib.colormaps[DIVERGING].with_extremes(bad="white")
     inks = colour_cells(axes, np.ma.masked_invalid(grid), norm, colours)
