@@ -690,7 +690,7 @@ def draw(results: Results) -> Canvas:
         "planners fewer. In brackets: the 95 % interval includes 0. Empty: the planners do not know a setting",
         ("",), size=(11.5, 0.3 * len(teams) + 1.2), is_plain=False,
     )  # fmt: skip
-    norm, colours = CenteredNorm(0.0, 30.0), matplotlib.colormaps[DIVERGING].with_extremes(bad="white")
+    norm, colours = CenteredNorm(0.0, 30.0), matplotlib.colormaps[DIVERGING].resampled(11).with_extremes(bad="white")
     inks = colour_cells(axes, np.ma.masked_invalid(grid), norm, colours)
     for (x, y), one, ink in zip(zip(*places(grid.shape), strict=True), chain(*rows), inks, strict=True):
         if one is not None:
