@@ -15,8 +15,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from teamsight.analysis import ceilings
-from teamsight.analysis import benchmark
+from teamsight.analysis import benchmark, ceilings
 from teamsight.analysis.learning.curves import awareness_gains, make_curves
 from teamsight.analysis.learning.diagnosis import diagnose_explorations, diagnosis_points
 from teamsight.analysis.learning.diagnosis_figure import page as diagnosis_page
