@@ -30,6 +30,8 @@ POLICY = {
     "lazy-cooperative": "#661100",
     "lazy-collective": "#CC6677",
     "lattice-walk": "#DDCC77",
+    "ppo": "#6699CC",
+    "group-forces": "#994F00",
 }
 #: The colour of targets, which is that of no policy and no degree.
 TARGETS = "#d1242f"

@@ -66,7 +66,8 @@ def test_delta_of_a_task_is_that_of_its_parameters(capsys: pytest.CaptureFixture
     plain = call(capsys, "delta", "--robots", "6", "--policy", "random-walk", *common)[1]
     task = call(capsys, "delta", "--task", "cmommt", "--set", "robots=6", *common)[1]
     assert "task cmommt, explore, robots=6, 6 robots" in task
-    assert task.splitlines()[1:] == plain.splitlines()[1:]
+    numbers = [[line for line in one.splitlines() if not line.endswith("12 runs of 30 steps")] for one in (task, plain)]
+    assert numbers[0] == numbers[1]
     skilled = call(capsys, "delta", "--task", "cmommt", "--set", "robots=6", "--treatment", "skilled", *common)[1]
     assert "task cmommt, skilled" in skilled
 

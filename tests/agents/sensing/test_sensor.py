@@ -172,8 +172,8 @@ def test_channels_have_noise_of_their_own() -> None:
 
 WRONG = [
     ({"field_of_view": 120}, r"field_of_view=120: must be at most 2π \[rad\]; for degrees use math.radians\(120\)"),
-    ({"field_of_view": 0}, r"field_of_view=0.0: must be above 0 \[rad\]; to sense nothing, use missed=1"),
-    ({"field_of_view": -1}, r"field_of_view=-1.0: must be a finite number, at least 0"),
+    ({"field_of_view": 0}, r"field_of_view=0.0: must be above 0 \[rad\] and at most 2π; to sense nothing, use missed=1"),
+    ({"field_of_view": -1}, r"field_of_view=-1.0: must be above 0 \[rad\] and at most 2π"),
     ({"field_of_view": math.nan}, r"field_of_view=nan: must be a finite number"),
     ({"field_of_view": "wide"}, r"field_of_view='wide': must be a number"),
     ({"bearing_noise": 5}, r"bearing_noise=5: must be at most π \[rad\]; for degrees use math.radians\(5\)"),

@@ -27,7 +27,7 @@ def test_no_two_purposes_share_a_root() -> None:
 def test_roots_that_choose_constants_are_refused_by_every_command() -> None:
     given = [purpose for purpose, roots in ROOTS.items() if max(roots) >= 0]
     assert given == [
-        "reproduce", "learning curves", "unreliable", "hops", "pursuit", "pursuit: readings", "surround", "foraging",
+        "reproduce", "learning curves", "unreliable", "hops", "ceilings", "pursuit", "pursuit: readings", "surround", "foraging",
         "foraging: loads", "pushing", "collecting",
     ]  # fmt: skip
     assert root("reproduce") == 2000
