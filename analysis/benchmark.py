@@ -40,6 +40,7 @@ from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import Planned, Progress, run_rows
 from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.analysis.stats.verdicts import plus_minus
+from teamsight.core import checks
 from teamsight.core.version import __version__
 from teamsight.policies import evolved
 from teamsight.policies.compiled import decides_in_kernel
@@ -412,6 +413,16 @@ _CITE = (
 )
 
 
+def _check_team(team: Mapping[str, Any]) -> None:
+    """Refuse what is no entry of a team."""
+    for name in ("about", "order", "inputs", "transitions", "cpu_us_per_decision"):
+        _ = team[name]
+    for title, observed in team["observed"].items():
+        most = STEPS * SCENARIOS[title].values["targets"]
+        if not observed or not all(type(number) is int and 0 <= number <= most for number in observed):
+            raise ValueError(f"{title}: needs whole numbers from 0 to {most}")
+
+
 class Standing(NamedTuple):
     """How a team stands; all in % of the targets.
 
@@ -478,6 +489,13 @@ class Results:
         for name, value in json.loads(json.dumps(definition())).items():
             if content.get(name) != value:
                 raise ValueError(f"{shown}: its {name} are not those of {BENCHMARK!r}; {cure}")
+        try:
+            name = COMPARED
+            for name in (COMPARED, *teams):
+                _check_team(teams[name])
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            why = " ".join(f"{type(error).__name__}: {error}".split())
+            raise ValueError(f"{shown}: its team {checks.shown(name)} is damaged ({why}); {cure}") from None
         return cls(teams)
 
     def content(self) -> bytes:
@@ -811,7 +829,7 @@ differences are paired. `--out FOLDER` writes this page, its figure and the JSON
 
 ## Rules
 
-These rules were committed before the runs were made.
+Committed before the runs, but for what µs are.
 
 - **Scenarios.** N × R, and variations of N = 10, R = 5; {{common}}, if the scenario says nothing else. A run
 has {STEPS} steps, a scenario {RUNS} runs; of planners fewer, {_FEW} (8 were

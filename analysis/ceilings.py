@@ -36,7 +36,7 @@ from teamsight.core.kernel import Entry, Record, inlined
 from teamsight.core.table import Table
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.interface import Action, Percept, Policy
-from teamsight.policies.registry import POLICIES
+from teamsight.policies.registry import POLICIES, policy_named
 from teamsight.world.arena import Arena
 from teamsight.world.motion import advance_entry, bodies_at, pack_move
 
@@ -805,8 +805,8 @@ def measure(world: Any, steps: int) -> Observed:
     return Observed(world.observed_fraction, most)
 
 
-#: The degree of awareness of policies that are not made for "pairwise".
-_DEGREES = {"evolved": "ring"}
+#: The degree of awareness of policies that are made for another than "pairwise", though they take that too.
+_DEGREES = {"evolved": "ring", "group-forces": "ring"}
 #: The strongest A-CMOMMT that docs/evolved.md found, as a team.
 STRONGEST = "a-cmommt:idle=wander,idle_when=no-force,weights=shared,turn_probability=0,gain=4"
 
@@ -830,11 +830,12 @@ def team_of(text: str) -> dict[str, Any]:
     if policy not in PLANNERS:
         checks.choice("policy", policy, POLICIES)
     found: dict[str, Any] = {"policy": policy}
-    if policy in _DEGREES:
-        found["awareness"] = _DEGREES[policy]
     if options:
         found["policy_options"] = assignments(policy, options.split(","))
-    return found
+    if policy in PLANNERS:
+        return found
+    degree = _DEGREES.get(policy) or policy_named(policy, found.get("policy_options")).degree
+    return found | ({"awareness": degree} if degree else {})
 
 
 def compare(

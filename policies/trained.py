@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -27,6 +28,7 @@ MOST_NEURONS = 512
 OUTPUTS = 2
 
 _SHIPPED = Path(__file__).parent / "data" / "ppo.npz"
+_UNREADABLE = ValueError, KeyError, EOFError, OSError, TypeError, RuntimeError, OverflowError
 _CURE = "give a file as examples/train_ppo.py writes it"
 
 
@@ -144,7 +146,7 @@ def _read(path: Path) -> tuple[str, tuple[Layer, ...]]:
             with np.load(file, allow_pickle=False) as found:
                 content = {name: found[name] for name in found.files}
                 degree = str(content["degree"])
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except (*_UNREADABLE, zipfile.BadZipFile, zlib.error) as error:
             raise ValueError(f"{path}: holds no trained network ({error}); {_CURE}") from error
     layers: list[Layer] = []
     while f"weight_{len(layers)}" in content:
@@ -158,10 +160,13 @@ def _read(path: Path) -> tuple[str, tuple[Layer, ...]]:
                 f"(outputs, inputs) and (outputs,), at most {MOST_NEURONS} of each, and fit the layer before"
             )
         for name, one in (("weight", weight), ("bias", bias)):
-            if one.dtype.kind != "f" or not np.isfinite(one).all():
+            if one.dtype.kind != "f" or not (np.abs(one) <= np.finfo(np.float32).max).all():
                 raise ValueError(f"{path}: {name}_{at} must hold finite numbers, and has the type {one.dtype}")
         layers.append((weight.astype(np.float32), bias.astype(np.float32)))
     if not layers or len(layers[-1][1]) != OUTPUTS:
         last = len(layers[-1][1]) if layers else 0
         raise ValueError(f"{path}: the last layer has {last} outputs; it must have {OUTPUTS}, ahead and to the left")
+    known = {"degree", *(f"{name}_{at}" for name in ("weight", "bias") for at in range(len(layers)))}
+    if left := sorted(content.keys() - known):
+        raise ValueError(f"{path}: {left[0]!r} is no part of its {len(layers)} layers, numbered from 0; {_CURE}")
     return degree, tuple(layers)

@@ -251,7 +251,14 @@ def imagine(
     ------
     ModuleNotFoundError
         If the package cma is not installed.
+    ValueError
+        If the plan has no team.
     """
+    if not (plan or Imagining()).cells:
+        raise ValueError(
+            "robots, radius: so many robots observe all targets of so small an arena, whatever they do; give fewer, or "
+            "a larger radius"
+        )
     cma = extra("cma", "evolution", "learn imagine")
     plan = plan or Imagining()
     start, spread = np.array(in_order(BY_HAND)), np.array(in_order({n: [_SPREAD[n]] * k for n, k in BLOCKS.items()}))

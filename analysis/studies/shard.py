@@ -141,6 +141,8 @@ def common_of(study: Study, types: Mapping[str, str]) -> Common:
     named = {text for text in texts if references.is_reference(text)}
     named |= plugins.references_of(texts)
     sources = source_digests({reference.partition(":")[0] for reference in named}, path)
+    # Weights, for example: a file that a run reads decides it too.
+    sources |= {f"{_FILE}{text}": _digest(f"{_FILE}{text}") for text in sorted(texts) if os.path.isfile(text)}
     code = checkpoint.code_digest(*DECIDING)
     return Common(study.model, study.steps, study.record, dict(types), path, code, sources, {})
 
@@ -154,6 +156,8 @@ def _texts_in(value: object) -> Iterator[str]:
             yield from _texts_in(one)
 
 
+# What the name of a file begins with among those of modules.
+_FILE = "file "
 # The digest of each file that was asked for, and the specification of its module at that time: a module that is
 # imported again gets another one.
 _known: dict[str, tuple[object, str]] = {}
@@ -231,7 +235,11 @@ def _check(code: str, sources: tuple[tuple[str, str], ...]) -> None:
 
 
 def _digest(name: str) -> str:
-    """Return the digest of a module's file, which must be as it was when the module was imported."""
+    """Return the digest of a file, or of a module's file, which must be as it was when the module was imported."""
+    if name.startswith(_FILE):
+        with contextlib.suppress(OSError), open(name.removeprefix(_FILE), "rb") as content:
+            return hashlib.blake2b(content.read(), digest_size=8).hexdigest()
+        return "no file"
     module = sys.modules.get(name)
     try:
         spec = importlib.util.find_spec(name) if module is None else module.__spec__

@@ -36,7 +36,7 @@ class BenchmarkSettings(Works, Writes):
     reference : Path, optional
         Results beside which it stands, a benchmark.json.
     out : Path, optional
-        Folder for the results with this team, their page and its figure.
+        Folder for the results with this team, their page and its figure; teams that it has already stay.
     make : tuple of str
         A team that ships and is run again; "missing" for those that the results lack, "all" for all. For maintainers.
     """
@@ -86,10 +86,14 @@ def benchmark(settings: BenchmarkSettings) -> int | None:
     """
     from teamsight.analysis import benchmark as bench
     from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
-    from teamsight.cli.show import say, working
+    from teamsight.cli.show import kept_in, say, working
 
     is_new = "all" in settings.make
-    results = bench.Results() if is_new else bench.Results.read(settings.reference or bench.REFERENCE)
+    kept = settings.out and settings.out / bench.FILES[0]
+    is_kept = kept is not None and kept.exists() and not settings.force
+    results = (
+        bench.Results() if is_new else bench.Results.read(settings.reference or (kept if is_kept else bench.REFERENCE))  # type: ignore[arg-type]
+    )
     entrants: dict[str, Entrant] = bench.outdated(results) if is_new or "missing" in settings.make else {}
     for team in settings.make:
         if team not in ("all", "missing"):
@@ -110,7 +114,8 @@ def benchmark(settings: BenchmarkSettings) -> int | None:
         if is_long and not settings.make and not settings.quick:
             say("the policy decides in Python, which takes minutes; --quick makes a fifth of the runs")
         work = math.inf if is_long else bench.agent_steps(runs)
-        with working(settings, agent_steps=work) as (watch, pool):
+        left = (lambda: kept_in(checkpoint.path, checkpoint.count())) if checkpoint else (lambda: "nothing was kept")
+        with working(settings, left, agent_steps=work) as (watch, pool):
             found = bench.run(entrants, runs, pool=pool, checkpoint=checkpoint, progress=partial(watch, "running"))
         results = results.joined(found)
     _show(results, name)
@@ -125,12 +130,19 @@ def benchmark(settings: BenchmarkSettings) -> int | None:
 
 def _name(settings: BenchmarkSettings, results: Results) -> str:
     """Return what the tables call the policy."""
+    from teamsight.analysis.benchmark import BOUND, ENTRANTS
+
+    ships = {*ENTRANTS, BOUND, *results.teams} if settings.name is not None else {*ENTRANTS, BOUND}
     if settings.name is not None:
-        if settings.name in results.teams:
+        if settings.name in ships:
             raise ValueError(f"name={checks.shown(settings.name)}: is a team of the results; give another name")
+        if not settings.name.isprintable() or not settings.name.strip() or set(settings.name) & {"`", "|"}:
+            raise ValueError(
+                f"name={checks.shown(settings.name)}: must be one line of text, without ` and |; it stands in tables"
+            )
         return settings.name
     text = str(settings.policy)
-    return f"{text}, yours" if text in results.teams else text
+    return f"{text}, yours" if text in ships else text
 
 
 def _entrant(settings: BenchmarkSettings) -> Entrant:
@@ -179,4 +191,6 @@ def _show(results: Results, name: str | None) -> None:
             written(results.difference(name, best, [title]), "+.1f"), f"{way:.0f} %" if math.isfinite(way) else "",
         ))  # fmt: skip
     show_table(rows, ("scenario", f"{name} [%]", "best other", "observes [%]", "difference", "of the way"), left=(0, 2))
+    if results.percent(name) is not None and results.percent(name).shape[1] < bench.RUNS:  # type: ignore[union-attr]
+        say("differences are over the runs that both have, so that they are not those of the means")
     say(f"{bench.BENCHMARK}: means with 95 % intervals; 'of the way' is that from {bench.FLOOR} to {CEILING}")

@@ -55,6 +55,21 @@ def test_a_policy_that_ships_observes_what_the_file_says(tmp_path: Path, capsys:
     assert "random-walk, yours" in capsys.readouterr().out
 
 
+def test_a_second_team_joins_the_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("one", "two"):
+        assert call("--policy", "random-walk", "--awareness", "none", "--name", name, "--out", str(tmp_path)) == 0
+    assert {"one", "two"} <= benchmark.Results.read(tmp_path / "benchmark.json").teams.keys()
+
+
+@pytest.mark.parametrize("counts", [[], ["many"], [10**9], None])
+def test_a_damaged_reference_is_refused(counts: object, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    content = json.loads(benchmark.REFERENCE.read_text(encoding="utf-8"))
+    content["teams"]["evolved"]["observed"]["noise"] = counts
+    (tmp_path / "b.json").write_text(json.dumps(content))
+    assert call("--reference", str(tmp_path / "b.json")) == 2
+    assert "its team 'evolved' is damaged" in capsys.readouterr().err
+
+
 def test_a_team_that_ships_is_made_again(tmp_path: Path) -> None:
     assert call("--make", "straight", "--out", str(tmp_path)) == 0
     made, shipped = benchmark.Results.read(tmp_path / "benchmark.json").teams, benchmark.Results.read().teams
@@ -84,6 +99,7 @@ def test_a_rule_for_one_robot_and_its_degree(tmp_path: Path, capsys: pytest.Capt
         (["--policy", "b-cmommt", "--awareness", "ring"], ["needs 'relayed'", "awareness='shared'", "n5-r3"]),
         (["--policy", "a-cmommt", "--policy.gain", "-1"], ["gain=-1"]),
         (["--policy", "a-cmommt", "--name", "evolved"], ["name='evolved': is a team of the results; give another name"]),
+        (["--policy", "a-cmommt", "--name", "a|b"], ["name='a|b': must be one line of text"]),
         (["--name", "mine"], ["name=mine: is of a policy; give --policy"]),
         (["--quick"], ["quick=True: is of a policy"]),
         (["--make", "all"], ["make=all", "give --out"]),

@@ -28,6 +28,11 @@ def test_each_team_has_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[5].endswith("100 %")
 
 
+def test_a_policy_gets_the_degree_that_it_learned_with(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call("ppo", "--ceilings", "informed", "--robots", "2", "--runs", "1", "--steps", "5") == 0
+    assert "ppo" in capsys.readouterr().out
+
+
 def test_a_grid_is_summed_up_and_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     small = ["--robots", "2,3", "--targets", "3", "--radius", "1.5,2", "--steps", "30", "--runs", "1"]
     assert call("random-walk", "a-cmommt:gain=2", "--ceilings", "sharing", *small, "--out", str(tmp_path)) == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import pickle
 from itertools import pairwise
 from pathlib import Path
@@ -130,6 +131,8 @@ def test_what_is_shipped_observes_more_than_a_random_walk() -> None:
         ({"bias_2": np.zeros(2, int)}, "bias_2 must hold finite numbers, and has the type int64"),
         ({"weight_0": np.zeros((600, 32)), "bias_0": np.zeros(600)}, "at most 512"),
         ({"degree": np.array([object()])}, "holds no trained network"),
+        ({"bias_2": np.array([1e300, 0.0])}, "bias_2 must hold finite numbers"),
+        ({"weight_4": np.zeros((2, 2))}, "'weight_4' is no part of its 3 layers"),
     ],
 )
 def test_a_file_that_is_no_network_is_refused(change: Any, message: str, tmp_path: Path) -> None:
@@ -144,3 +147,19 @@ def test_half_a_file_and_none_are_refused(tmp_path: Path) -> None:
         Trained(str(path))
     with pytest.raises(FileNotFoundError):
         Trained(str(tmp_path / "none.npz"))
+    np.save(tmp_path / "one.npy", np.zeros(3))
+    with pytest.raises(ValueError, match="holds no trained network"):
+        Trained(str(tmp_path / "one.npy"))
+
+
+def test_damaged_bytes_are_refused_or_harmless(tmp_path: Path) -> None:
+    path = tmp_path / "one.npz"
+    with np.load(written(path)) as found:
+        np.savez_compressed(path, **dict(found))
+    whole, rng = path.read_bytes(), generator()
+    for _ in range(200):
+        damaged = bytearray(whole)
+        damaged[int(rng.integers(len(damaged)))] ^= int(rng.integers(1, 256))
+        path.write_bytes(damaged)
+        with contextlib.suppress(ValueError):
+            Trained(str(path))

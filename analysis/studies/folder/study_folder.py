@@ -281,7 +281,9 @@ class StudyFolder:
                 if not mixed_code:
                     what, old, new = "teamsight", found.code, code
                     if old == new:
-                        what, old, new = f"module {changed[0]!r}", found.sources[changed[0]], sources[changed[0]]
+                        is_file = changed[0].startswith("file ")
+                        what = changed[0] if is_file else f"module {changed[0]!r}"
+                        old, new = found.sources[changed[0]], sources[changed[0]]
                     raise _other_code(self.path, what, old, new)
                 earlier = (*earlier, {"code": found.code, "sources": dict(found.sources), "until": _now()})
             wanted = found._replace(

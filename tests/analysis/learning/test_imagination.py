@@ -115,5 +115,11 @@ def test_an_imagined_world_has_the_numbers_of_the_model() -> None:
     assert found["target_policy_options"] == {"turn_probability": 0.1}
 
 
+def test_a_plan_of_crowded_worlds_alone_is_refused() -> None:
+    model = WorldModel(0.1, 0.075, 1.0, 0.05, 3.0)
+    with pytest.raises(ValueError, match="robots, radius: so many robots observe all targets"):
+        imagine(model, Imagining(robots=(30,), radius=(2.0,)))
+
+
 def test_the_worlds_of_a_plan_leave_out_crowded_ones() -> None:
     assert Imagining(robots=(5, 10), radius=(2.0, 3.0, 4.0)).cells == [(5, 3.0), (5, 4.0), (10, 4.0)]

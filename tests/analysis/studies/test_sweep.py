@@ -364,3 +364,18 @@ def test_a_changed_module_of_a_study_is_refused(tmp_path: Path, monkeypatch: pyt
     module.write_text(module.read_text().replace("% 7", "% 8"))
     with pytest.raises(ValueError, match="by another version of module 'parts_of_a_study'"):
         made(2)
+
+
+def test_a_changed_file_that_runs_read_is_refused(tmp_path: Path) -> None:
+    weights = tmp_path / "weights.npz"
+
+    def made(scale: float, replicates: int) -> int:
+        np.savez(weights, degree="ring", weight_0=np.full((2, 32), scale), bias_0=np.ones(2))
+        fixed = {"policy": "ppo", "policy.file": str(weights), "awareness": "ring"}
+        study = Study(axes={"robots": [1, 2]}, fixed=FIXED | fixed, replicates=replicates, steps=2)
+        return sweep(study, tmp_path / "out").made
+
+    assert made(1.0, 1) == 2
+    assert made(1.0, 2) == 2
+    with pytest.raises(ValueError, match=r"by another version of file .*weights\.npz"):
+        made(2.0, 3)
