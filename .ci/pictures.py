@@ -326,7 +326,7 @@ def _small(content: bytes) -> bytes:
     from PIL import Image
 
     buffer = io.BytesIO()
-    Image.open(io.BytesIO(content)).convert("RGB").quantize(256).save(buffer, "png", optimize=True)
+    Image.open(io.BytesIO(content)).convert("RGB").quantize(256, kmeans=1).save(buffer, "png", optimize=True)
     return buffer.getvalue()
 
 

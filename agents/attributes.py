@@ -30,6 +30,7 @@ PolicyName: TypeAlias = Literal[
     "centroid",
     "evasive",
     "evolved",
+    "group-forces",
     "lattice-walk",
     "lazy-collective",
     "lazy-cooperative",

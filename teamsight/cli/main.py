@@ -82,7 +82,7 @@ def learn() -> None:
     \b
       teamsight learn explore --out m.safetensors  600 transitions
       teamsight learn evaluate m.safetensors       what a team learns from them
-      teamsight learn imagine m.safetensors        a policy sought in imagined worlds
+      teamsight learn imagine m.safetensors        a policy from imagined worlds
       teamsight learn figure --out curves          how many awareness needs
       teamsight learn diagnose --out diagnosis     what a learner makes of them
       teamsight learn curve --task pursuit         teams that learn as they act

@@ -83,8 +83,8 @@ def test_the_live_page_runs_until_ctrl_c(page: Page, program: subprocess.Popen[s
     page.goto(address(program))
     wait_for_position(page, 5)
     titles = page.evaluate("teamsight.view.tracks.map(track => track.scene.title)")
-    assert ["awareness=none" in title for title in titles] == [True, False]
-    assert ["awareness=pairwise" in title for title in titles] == [False, True]
+    assert ["awareness none" in title for title in titles] == [True, False]
+    assert ["awareness pairwise" in title for title in titles] == [False, True]
     shot(page, "demo-live")
     page.close()
     program.send_signal(signal.SIGINT)

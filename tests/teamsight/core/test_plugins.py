@@ -127,7 +127,7 @@ def test_an_unknown_name_is_answered_with_the_nearest_plug_in(tmp_path: Path) ->
     assert "known are teamsight.awareness" in error_of(FIND.format("teamsight.model", "x"), tmp_path)
     code = "import sys\nfrom teamsight.core import checks\nfrom teamsight.policies.registry import policy_named\npolicy_named('flea')"
     install(tmp_path / "late", "late-robots", f"{POLICIES}flee = plugged:number\n")
-    assert error_of(code, tmp_path / "late").endswith("flee, group-forces, lattice-walk, lazy-collective, lazy-cooperative, p-cmommt, random-walk, stationary")
+    assert error_of(code, tmp_path / "late").endswith("flee, group-forces, lattice-walk, lazy-collective, lazy-cooperative, p-cmommt, ppo, random-walk, stationary")
 
 
 @pytest.mark.short
@@ -197,7 +197,7 @@ for settings in (
         "awareness='number': this plug-in is no class derived from teamsight.agents.awareness.Awareness",
         "policy_options: 'still' has no option 'x'; it has no options",
         "policy='stil': unknown; did you mean 'still'? known are a-cmommt, b-cmommt, centroid, evasive, evolved, "
-        "group-forces, hungry, lattice-walk, lazy-collective, lazy-cooperative, made, number, p-cmommt, random-walk, stationary, still, walk",
+        "group-forces, hungry, lattice-walk, lazy-collective, lazy-cooperative, made, number, p-cmommt, ppo, random-walk, stationary, still, walk",
         "awareness='your-ring': unknown; did you mean 'my-ring'? known are my-ring, nearest, none, number, pairwise, relayed, ring, shared",
     ], done.stderr  # fmt: skip
 
