@@ -132,9 +132,9 @@ def _name(settings: BenchmarkSettings, results: Results) -> str:
     """Return what the tables call the policy."""
     from teamsight.analysis.benchmark import BOUND, ENTRANTS
 
-    ships = {*ENTRANTS, BOUND, *results.teams} if settings.name is not None else {*ENTRANTS, BOUND}
+    ships = {*ENTRANTS, BOUND}
     if settings.name is not None:
-        if settings.name in ships:
+        if settings.name in ships | results.teams.keys():
             raise ValueError(f"name={checks.shown(settings.name)}: is a team of the results; give another name")
         if not settings.name.isprintable() or not settings.name.strip() or set(settings.name) & {"`", "|"}:
             raise ValueError(
