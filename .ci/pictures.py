@@ -257,6 +257,30 @@ def _tasks() -> bytes:
     return buffer.getvalue()
 
 
+def _social_card() -> bytes:
+    """Draw what a link to the site shows elsewhere: the question, and the two teams that answer it."""
+    import io
+
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+    from teamsight.cli import demo
+    from teamsight.view.drawing import Drawing
+
+    replay = demo._make_recording(seed=1, steps=300, every=4)
+    figure = Figure((12, 6.3), dpi=100, facecolor="white")
+    figure.text(0.5, 0.86, "teamsight", size=40, weight="bold", ha="center")
+    figure.text(0.5, 0.765, "How much must each robot of a team know of its teammates?", size=24, ha="center")
+    # Without the chart and the legend.
+    teams = Drawing(replay.tracks, 760).show(len(replay.frames) - 1)[:-108]
+    figure.figimage(teams, 600 - teams.shape[1] // 2, 448 - len(teams))
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png")
+    content = io.BytesIO()
+    Image.open(buffer).convert("RGB").quantize(64).save(content, "png", optimize=True)
+    return content.getvalue()
+
+
 #: What draws a picture at once, most from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
@@ -273,6 +297,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "lidar.png": _lidar,
     "learning-curves.png": _learning_curves,
     "reference-results.png": _reference_results,
+    "social-card.png": _social_card,
     "tasks.png": _tasks,
 }
 

@@ -10,7 +10,9 @@ import posixpath
 import re
 import shutil
 from collections.abc import Iterator
+from html import escape
 from pathlib import Path
+from urllib.parse import urljoin
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
@@ -122,8 +124,22 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
-    """Name the file in links to the first page, which lead to a folder: opened from a disk, it would be listed."""
-    return re.sub(r'href="(\.\.?(?:/\.\.)*)"', r'href="\1/index.html"', output)
+    """Name the file in links to the first page, which lead to a folder: opened from a disk, it would be listed.
+
+    If the address of the site is known, links to a page show a card elsewhere, whose picture needs a full address.
+    """
+    output = re.sub(r'href="(\.\.?(?:/\.\.)*)"', r'href="\1/index.html"', output)
+    if not config.site_url:
+        return output
+    card = {
+        "og:type": "website",
+        "og:title": config.site_name if page.is_homepage else f"{page.title} · {config.site_name}",
+        "og:url": page.canonical_url,
+        "og:description": config.site_description, "og:image": urljoin(config.site_url, "images/social-card.png"),
+        "twitter:card": "summary_large_image",
+    }  # fmt: skip
+    tags = [f'<meta property="{name}" content="{escape(str(value))}">' for name, value in card.items()]
+    return output.replace("</head>", "\n".join([*tags, "</head>"]), 1)
 
 
 def on_post_build(config: MkDocsConfig) -> None:
