@@ -277,6 +277,9 @@ ENTRANTS: Mapping[str, Entrant] = {
     ),
     "evolved": Entrant("evolved", "ring", transitions=evolved.made()["robot_steps"], about="constants by CMA-ES"),
     "ppo": Entrant("ppo", "ring", transitions=2e6, about="a network trained by PPO with 5 robots, 10 targets"),
+    "ppo-many-teams": Entrant(
+        "ppo", "ring", {"file": "many-teams"}, transitions=1e9, about="the same network, trained with seven teams"
+    ),
     "group-forces": Entrant(
         "group-forces", "ring", transitions=9600.0,
         about="25 constants, sought in worlds imagined from 9,600 transitions",
@@ -792,6 +795,7 @@ def _findings(results: Results) -> dict[str, str]:
         "evolved_base": more("evolved", law, base),
         "search": more("group-forces", law),
         "ppo": more("ppo", "a-cmommt", base), "ppo_varied": more("ppo", "a-cmommt", base_names(False)),
+        "billion": more("ppo-many-teams", "ppo"),
         "evolved_way": f"{results.way('evolved').mean:.0f} %",
         "law_way": f"{results.way(law).mean:.0f} %",
         "unaware": more(law, "follow-free, unaware"),
@@ -822,7 +826,7 @@ What do known policies observe, in worlds that anybody can make again? `teamsigh
 
 {{example}}
 
-takes less than a minute for a policy with a kernel, and `--quick` makes a fifth of the runs. `--policy` takes a name,
+takes less than a minute for a policy with a kernel; `--quick` makes a fifth of the runs. `--policy` takes a name,
 `module:Class` or `file.py:Class`, and `--policy.gain 4` sets an option of it. Only your policy runs: the results of the
 others ship with the package, [benchmark.json](../analysis/benchmark.json), and since all meet the same worlds,
 differences are paired. `--out FOLDER` writes this page, its figure and the JSON with your team in it.
@@ -874,7 +878,8 @@ Observed targets [%]; no half interval of a ranked team is wider than {{widest}}
 - **A law of one line is hard to beat.** `follow-free` makes full steps along the sum of the forces f = d of free
 targets. `group-forces`, with 25 constants from a search in [imagined worlds](imagined-worlds.md), observes {{search}}
 points more; over N × R alone `evolved` {{evolved_base}}.
-- **`ppo`** observes {{ppo}} points more than A-CMOMMT's defaults over N × R, {{ppo_varied}} elsewhere.
+- **`ppo`** observes {{ppo}} points more than A-CMOMMT's defaults over N × R, {{ppo_varied}} elsewhere; 500
+times the steps add {{billion}}.
 - **Awareness is worth {{unaware}} points** to the law, over the best unaware one.
 - **There is room.** `follow-free` goes {{law_way}} of the way to the clairvoyant team, `evolved` {{evolved_way}}.
 - **In a 120° view the order is another:** `a-cmommt`, which turns on the spot when idle, observes {{narrow}},
@@ -886,9 +891,9 @@ What was tried, and failed:
 
 ## What it does not say
 
-- The worlds are those of this simulator: discs, one kind of target, no obstacles. Robots know where they are going and
+- Worlds are discs with one kind of target, without obstacles. Robots know where they are going and
 sense exactly, but in `view-120`, `noise` and `late`.
-- The score weighs scenarios equally, which is a choice. Nine of {len(SCENARIOS)} differ in N and R alone.
+- Scenarios weigh equally, and nine of {len(SCENARIOS)} differ in N and R alone.
 - Options of the teams were chosen for N × R without variations; `strongest` means strongest there: of A-CMOMMT those of
 [the evolved policy's page](evolved.md), of the others those of `python benchmarks/cmommt_options.py`.
 """

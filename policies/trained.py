@@ -27,7 +27,11 @@ MOST_NEURONS = 512
 #: What a layer of a network answers to: a way ahead and a way to the left.
 OUTPUTS = 2
 
-_SHIPPED = Path(__file__).parent / "data" / "ppo.npz"
+#: The files of the networks that ship, by name.
+SHIPPED = {
+    name: Path(__file__).parent / "data" / f"{file}.npz"
+    for name, file in (("", "ppo"), ("many-teams", "ppo-many-teams"))
+}
 _UNREADABLE = ValueError, KeyError, EOFError, OSError, TypeError, RuntimeError, OverflowError
 _CURE = "give a file as examples/train_ppo.py writes it"
 
@@ -71,7 +75,8 @@ class Trained(CompiledPolicy):
     file : str
         The weights: an ``.npz`` file with ``degree``, the name of the degree of awareness, and of each layer k from 0
         on ``weight_k``, shape (outputs, inputs), and ``bias_k``, shape (outputs,), as torch has them. By default those
-        shipped, which ``examples/train_ppo.py`` made for `RingAwareness(16)`.
+        shipped, which ``examples/train_ppo.py`` made for `RingAwareness(16)` from 2 × 10⁶ steps of robots; "many-teams"
+        are those that it made from 10⁹ steps of seven teams.
 
     Attributes
     ----------
@@ -102,7 +107,7 @@ class Trained(CompiledPolicy):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        degree, layers = _read(Path(self.file) if self.file else _SHIPPED)
+        degree, layers = _read(SHIPPED.get(self.file) or Path(self.file))
         for name, value in (("degree", degree), ("layers", layers), ("inputs", layers[0][0].shape[1])):
             object.__setattr__(self, name, value)
 
@@ -136,7 +141,9 @@ class Trained(CompiledPolicy):
         return hash(self._digest)
 
     def __repr__(self) -> str:
-        return f"Trained(<{self._digest}>)" if self.file else "Trained()"
+        if self.file in SHIPPED:
+            return f"Trained({self.file!r})" if self.file else "Trained()"
+        return f"Trained(<{self._digest}>)"
 
 
 def _read(path: Path) -> tuple[str, tuple[Layer, ...]]:
