@@ -232,14 +232,18 @@ class DeltaReport:
         """Return the conclusions, the most important first."""
         said = [_answer(self)]
         said += [f"Largest number of neighbours: {self.largest}, in {_trials(self)} of {self.robots} robots."]
-        if not self.supported:
-            said += _advice(self)
+        said += self.advice
         if self.prediction is not None:
             said.append(
                 f"Closed form, for robots placed uniformly and independently: δ = {self.predicted_delta}, "
                 f"expected largest number of neighbours in a trial {self.predicted_maximum:.1f}."
             )
         return [*self.cautions, *said, *_about_the_ring(self), *self.notes]
+
+    @property
+    def advice(self) -> list[str]:
+        """How many trials the stated risk needs, and how to get them; nothing if these support it."""
+        return [] if self.supported else _advice(self)
 
     def to_markdown(self) -> str:
         """Return the report as Markdown."""

@@ -26,7 +26,11 @@ _NAMES = 100_000
 
 
 def read_trajectories(
-    path: str | os.PathLike[str], *, sort: bool = False, progress: Progress = lambda done, total: None
+    path: str | os.PathLike[str],
+    *,
+    sort: bool = False,
+    progress: Progress = lambda done, total: None,
+    content: bytes | None = None,
 ) -> pd.DataFrame:
     """Read the recorded positions of a team.
 
@@ -42,6 +46,8 @@ def read_trajectories(
         Sort the rows of each robot of a run by time instead of raising an error if times decrease.
     progress : callable
         Called with the parts of the work done and the parts in all.
+    content : bytes, optional
+        The file itself, not compressed, if it is in memory; then nothing is opened, and `path` is only its name.
 
     Returns
     -------
@@ -67,7 +73,7 @@ def read_trajectories(
         raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}")
     progress(0, 2)
     try:
-        table = _read(place, "CSV" if name.endswith((".csv", ".csv.gz")) else "Parquet")
+        table = _read(place, "CSV" if name.endswith((".csv", ".csv.gz")) else "Parquet", content)
     except OSError as error:
         reason = error.strerror or _first_line(error)
         raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
@@ -77,17 +83,20 @@ def read_trajectories(
     return checked
 
 
-def _read(place: Path, kind: str) -> pd.DataFrame:
+def _read(place: Path, kind: str, content: bytes | None) -> pd.DataFrame:
     """Return the columns of a file; dates that name runs become text."""
     import pyarrow as pa
     from pyarrow import csv, parquet
 
+    def source() -> Any:
+        return place if content is None else pa.BufferReader(content)
+
     try:
         if kind == "CSV":
-            with csv.open_csv(place) as reader:
+            with csv.open_csv(source()) as reader:
                 found = reader.schema.names
         else:
-            found = parquet.read_schema(place).names
+            found = parquet.read_schema(source()).names
         _check_columns(found, str(place))
         wanted = [*COLUMNS, *(name for name in (RUN, GROUP) if found.count(name) == 1)]
         if kind == "CSV":
@@ -97,11 +106,12 @@ def _read(place: Path, kind: str) -> pd.DataFrame:
                 auto_dict_encode=True,
                 auto_dict_max_cardinality=_NAMES,
             )
-            table = csv.read_csv(place, convert_options=options)
+            table = csv.read_csv(source(), convert_options=options)
         else:
-            table = parquet.read_table(place, columns=wanted)
+            table = parquet.read_table(source(), columns=wanted)
     except pa.ArrowException as error:
-        reason = "the file is empty" if place.stat().st_size == 0 else _first_line(error)
+        size = place.stat().st_size if content is None else len(content)
+        reason = "the file is empty" if size == 0 else _first_line(error)
         cure = "; separate them by commas, and write numbers with points, as in 0.5" * (kind == "CSV")
         raise ValueError(
             f"{place}: not a readable {kind} file ({reason}); write one with the columns {', '.join(COLUMNS)}{cure}"

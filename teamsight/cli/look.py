@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.analysis.runs.limits import Steps
-from teamsight.cli.options import File, Options, TaskName, Writes, flag
+from teamsight.cli.options import File, Options, Risk, TaskName, Writes, flag
 from teamsight.cli.world_settings import WorldOptions, check_sectors
 from teamsight.core import checks
 from teamsight.core.component import Allowed, Count, Flag
@@ -21,6 +21,7 @@ from teamsight.core.component import Allowed, Count, Flag
 if TYPE_CHECKING:
     from teamsight.agents.world import World
     from teamsight.core.plugins import PlugIn
+    from teamsight.live import LivePage
 
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
@@ -30,6 +31,9 @@ _MOST_EVENTS = 20
 _MOST_RECORDED, _MOST_FILMED = 20_000_000, 20_000
 # Longest line of the list of tasks, as that of the help.
 _WIDEST = 80
+# Options of `watch` for recorded positions, of which the first two are those of a world too; and for any page.
+_RECORDED = ("awareness_range", "range_shape", "risk", "window", "sort")
+_SERVED = ("port", "host", "token", "no_browser")
 # What each group of plug-ins has of ours: the registry, or the names.
 _OWN: dict[str, str | tuple[str, ...]] = {
     "teamsight.policies": "teamsight.policies.registry:POLICIES",
@@ -250,6 +254,15 @@ class WatchSettings(WorldOptions):
         A word that the address of the page must carry; an empty one ('') for a new one.
     no_browser : bool
         Do not open the page in a browser; print its address only.
+    trajectories : Path, optional
+        Show recorded positions of robots instead, and δ for a risk: CSV or Parquet with the columns time, robot, x, y
+        and, for several recordings, run. With --awareness-range, --range-shape, --risk, --window and --sort.
+    risk : float
+        Of recorded positions: maximum probability that any robot has more than δ neighbours.
+    window : float, optional
+        Of recorded positions: duration for which the risk is stated, in the unit of the time column.
+    sort : bool
+        Of recorded positions: sort those whose times are out of order.
     """
 
     model: Annotated[str | None, Allowed(metavar="MODULE:NAME", shown="CMOMMT")] = None
@@ -261,9 +274,19 @@ class WatchSettings(WorldOptions):
     host: str = "127.0.0.1"
     token: Annotated[str | None, Allowed(shown="none")] = None
     no_browser: Flag = False
+    trajectories: File | None = None
+    risk: Risk = 0.01
+    window: Annotated[float | None, Allowed(above=0, shown="as teamsight delta")] = None
+    sort: Flag = False
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""
+        if self.trajectories:
+            self.refuse(
+                self.given - {"trajectories", *_RECORDED, *_SERVED}, "has no effect on recorded positions; leave it out"
+            )
+            return
+        self.refuse(_RECORDED[2:], "is for recorded positions, and needs --trajectories")
         # Of a model of one's own, --set gives the parameters.
         self.check_task(("treatment",), others=("model", "failures", "repair"))
         if not self.beside:
@@ -293,7 +316,7 @@ def _check_limits(parameters: Mapping[str, Any]) -> None:
 
 
 def watch(settings: WatchSettings) -> None:
-    """Show a running world in the browser, with controls.
+    """Show a running world in the browser, with controls; or recorded robots, with their δ.
 
     \b
     Examples:
@@ -303,13 +326,33 @@ def watch(settings: WatchSettings) -> None:
       teamsight watch --failures 500 --repair 50
       teamsight watch --model my_package.my_module:MyWorld --set hives=3
       teamsight watch --task cmommt --beside treatment=explore
+      teamsight watch --trajectories trajectories.csv --awareness-range 1.0
       teamsight watch --port 0 --no-browser
     """
-    from teamsight.agents.cmommt import CMOMMT
     from teamsight.cli.show import say
-    from teamsight.core import browsers, references
-    from teamsight.live import watch as serve
+    from teamsight.core import browsers
 
+    with _served(settings) as page:
+        say(page.url)
+        is_open = not settings.no_browser and browsers.show(page.url)
+        say("open in the browser; Ctrl-C ends" if is_open else "open this address in a browser; Ctrl-C ends")
+        page.wait()
+
+
+def _served(settings: WatchSettings) -> LivePage:
+    """Return the page of a world, or of recorded robots."""
+    from teamsight.agents.cmommt import CMOMMT
+    from teamsight.core import references
+    from teamsight.live import watch as serve
+    from teamsight.live import watch_trajectories
+
+    address: Any = settings.values(("host", "port", "token"))
+    if settings.trajectories:
+        reach = settings.awareness_range if "awareness_range" in settings.given else None
+        return watch_trajectories(
+            settings.trajectories, reach, **settings.values(("range_shape", "risk", "window", "sort")), **address,
+            browser=False, wait=False,
+        )  # fmt: skip
     parameters = settings.parameters if settings.task else {**settings.world(), **settings.set}
     if settings.treatment is not None:
         parameters["treatment"] = settings.treatment
@@ -324,16 +367,11 @@ def watch(settings: WatchSettings) -> None:
     # A model of one's own may have no seed.
     if not settings.model or "seed" in settings.given:
         parameters["rng" if settings.task else "seed"] = settings.seed
-    page = serve(
+    return serve(
         model, parameters,
         beside=settings.beside or None, rate=settings.rate, every=settings.every, running=not settings.paused,
-        host=settings.host, port=settings.port, token=settings.token, browser=False, wait=False,
+        **address, browser=False, wait=False,
     )  # fmt: skip
-    with page:
-        say(page.url)
-        is_open = not settings.no_browser and browsers.show(page.url)
-        say("open in the browser; Ctrl-C ends" if is_open else "open this address in a browser; Ctrl-C ends")
-        page.wait()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 from teamsight.core.lazy_names import lazy_names
 
 if TYPE_CHECKING:
-    from teamsight.live.live_page import LivePage, watch
+    from teamsight.live.live_page import LivePage, watch, watch_trajectories
 
-_HOMES = {"LivePage": "teamsight.live.live_page", "watch": "teamsight.live.live_page"}
+_HOMES = dict.fromkeys(("LivePage", "watch", "watch_trajectories"), "teamsight.live.live_page")
 
-__all__ = ["LivePage", "watch"]
+__all__ = ["LivePage", "watch", "watch_trajectories"]
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

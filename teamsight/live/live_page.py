@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import builtins
 import inspect
+import os
 import sys
 import threading
 from collections.abc import Callable, Mapping
@@ -17,6 +18,7 @@ from teamsight.core.references import is_reference
 from teamsight.core.status_line import StatusLine, has_reader
 from teamsight.live import protocol
 from teamsight.live.controls import SEEDS, Control, check_parameters, controls_of, model_name, seed_name
+from teamsight.live.recorded import Choice, Desk, read_recorded
 from teamsight.live.security import access_to
 from teamsight.live.server import Server
 from teamsight.live.session import SEED, Session
@@ -37,11 +39,11 @@ class LivePage:
     ----------
     url : str
         The address of the page.
-    session : Session
-        The worlds behind it.
+    session : Session or None
+        The worlds behind it; None if it shows recorded robots.
     """
 
-    def __init__(self, session: Session, server: Server) -> None:
+    def __init__(self, session: Session | None, server: Server) -> None:
         self.session, self._server = session, server
         self.url = server.url
         self._closed = threading.Event()
@@ -57,7 +59,11 @@ class LivePage:
         line, said = StatusLine() if has_reader() else None, ""
         try:
             # Without a timeout, Ctrl-C would not be noticed on Windows.
-            while not self._closed.wait(0.5) and self._server.is_alive() and self.session.failure is None:
+            while not self._closed.wait(0.5) and self._server.is_alive():
+                if self.session is None:
+                    continue
+                if self.session.failure is not None:
+                    break
                 before, said = said, self.session.said
                 if line is None:
                     if said and not before:
@@ -73,13 +79,14 @@ class LivePage:
             if line is not None:
                 line.close()
             self.close()
-        if self.session.failure is not None:
+        if self.session is not None and self.session.failure is not None:
             raise self.session.failure
 
     def close(self) -> None:
         """Stop the worlds and the server. Idempotent."""
         self._server.close()
-        self.session.close()
+        if self.session is not None:
+            self.session.close()
         self._closed.set()
 
     def __enter__(self) -> Self:
@@ -176,6 +183,11 @@ def watch(
     except BaseException:
         session.close()
         raise
+    return _opened(page, browser, wait)
+
+
+def _opened(page: LivePage, browser: bool, wait: bool | None) -> LivePage:
+    """Open a page in the browser, and wait for its end, as the two ask."""
     if browser:
         browsers.show(page.url)
     is_interactive = hasattr(sys, "ps1") or bool(sys.flags.interactive) or hasattr(builtins, "get_ipython")
@@ -183,6 +195,59 @@ def watch(
         print(f"{page.url}  (Ctrl-C ends)", flush=True)
         page.wait()
     return page
+
+
+def watch_trajectories(
+    path: str | os.PathLike[str] | None = None,
+    awareness_range: float | None = None,
+    *,
+    range_shape: str = "disc",
+    risk: float = 0.01,
+    window: float | None = None,
+    sort: bool = False,
+    host: str = "127.0.0.1",
+    port: int = PORT,
+    token: str | None = None,
+    browser: bool = True,
+    wait: bool | None = None,
+) -> LivePage:
+    """Serve a page that plays recorded robots, and shows δ for a risk; it takes further files.
+
+    Parameters
+    ----------
+    path : path, optional
+        The file that it shows at first; see `teamsight.analysis.delta.read_trajectories`. Without one it waits for a
+        CSV file that is dropped on it.
+    awareness_range : float, optional
+        Distance within which two robots are neighbours [length]; the page can change it, and begins with a guess.
+    range_shape, risk, window
+        As for `teamsight.analysis.delta.delta_from_trajectories`; the page can change them.
+    sort : bool
+        Sort the rows of each robot by time instead of raising an error if times decrease.
+    host, port, token, browser, wait
+        As for `watch`.
+
+    Returns
+    -------
+    LivePage
+        With its `url`; `LivePage.close` ends it.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        If the package ``websockets`` is not installed.
+    TypeError, ValueError
+        If the file cannot be read, a number is outside its limits, the port is in use, or the address needs a token.
+    """
+    access = access_to(host, token)
+    checks.count("port", port, least=0, most=_MOST_PORT)
+    choice = Choice.of(awareness_range=awareness_range, range_shape=range_shape, risk=risk, window=window)
+    team = None if path is None else read_recorded(path, sort=sort)
+    if team is not None:
+        # What is wrong is said here rather than on a page.
+        team.answer(choice)
+    title = "teamsight: recorded robots" if team is None else f"teamsight: {team.name}"
+    return _opened(LivePage(None, Server(None, access, port, title, Desk(team, choice))), browser, wait)
 
 
 def worlds_of(

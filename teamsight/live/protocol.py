@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -56,8 +56,15 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
 }
 
 
-def parsed(data: str | bytes) -> Message:
+def parsed(data: str | bytes, kinds: Mapping[str, Mapping[str, Callable[[str, Any], Any]]] = KINDS) -> Message:
     """Return the message that a page has sent.
+
+    Parameters
+    ----------
+    data : str or bytes
+        The message.
+    kinds : mapping
+        The messages that there are, as `KINDS`.
 
     Raises
     ------
@@ -72,8 +79,8 @@ def parsed(data: str | bytes) -> Message:
         raise ValueError(f"{checks.shown(data)}: is not JSON ({type(error).__name__})") from None
     if not isinstance(found, dict):
         raise TypeError(f"{checks.shown(data)}: must be an object with a type")
-    kind = checks.choice("type", found.pop("type", None), KINDS)
-    fields = KINDS[kind]
+    kind = checks.choice("type", found.pop("type", None), kinds)
+    fields = kinds[kind]
     if found.keys() != fields.keys():
         have, want = (", ".join(sorted(names)) or "no fields" for names in (found, fields))
         raise ValueError(f"{kind}: must have {want}, not {checks.shown(have)}")

@@ -18,6 +18,7 @@ from teamsight.core import checks
 from teamsight.core.extras import extra
 from teamsight.core.references import failure
 from teamsight.live import protocol
+from teamsight.live.recorded import Desk
 from teamsight.live.security import Access
 from teamsight.live.session import Session
 from teamsight.view.page import asset, digest
@@ -55,6 +56,8 @@ _PAGE = """<!doctype html>
 </html>
 """
 _ASSETS = Path(__file__).parent / "assets"
+# Those of worlds and of recorded robots.
+_SOCKETS = ("/socket", "/recorded-socket")
 # Headers of all answers.
 _SAFE = {
     "X-Content-Type-Options": "nosniff",
@@ -117,18 +120,20 @@ class Client:
 
 
 class Server:
-    """Serves the page of a session until it is closed.
+    """Serves the page of a session, and that of recorded robots, until it is closed.
 
     Parameters
     ----------
-    session : Session
-        The worlds.
+    session : Session or None
+        The worlds; None for the page of recorded robots alone.
     access : Access
         The address, and what requests must have.
     port : int
         The port; 0 for any that is free.
     title : str
         The title of the page.
+    desk : Desk, optional
+        What answers the page of recorded robots.
 
     Attributes
     ----------
@@ -143,10 +148,12 @@ class Server:
         If the port is in use, or the address is none of this computer.
     """
 
-    def __init__(self, session: Session, access: Access, port: int, title: str) -> None:
+    def __init__(
+        self, session: Session | None, access: Access, port: int, title: str, desk: Desk | None = None
+    ) -> None:
         self._websockets = extra("websockets", "the live page", "live")
         import websockets.asyncio.server  # noqa: F401
-        self._session, self._access, self._title = session, access, title
+        self._session, self._access, self._title, self._desk = session, access, title, desk or Desk()
         self.port = port
         self.clients: set[Client] = set()
         self._saving: asyncio.Task[None] | None = None
@@ -202,10 +209,12 @@ class Server:
             self._ready.set()
             return
         self.port = int(next(iter(server.sockets)).getsockname()[1])
-        self._session.on_news = lambda: self._loop.call_soon_threadsafe(self._wake)
+        if self._session is not None:
+            self._session.on_news = lambda: self._loop.call_soon_threadsafe(self._wake)
         self._ready.set()
         await self._stopped.wait()
-        self._session.on_news = lambda: None
+        if self._session is not None:
+            self._session.on_news = lambda: None
         server.close()
         await server.wait_closed()
 
@@ -221,12 +230,16 @@ class Server:
         if refusal:
             return _plain(connection, 403, f"Refused: {refusal}.\n")
         if is_socket:
-            if path != "/socket":
+            if path not in _SOCKETS[self._session is None :]:
                 return _plain(connection, 404, "There is no such socket.\n")
             return _plain(connection, 503, "Too many pages.\n") if len(self.clients) >= MOST_CLIENTS else None
-        if path != "/":
-            return _plain(connection, 404, "There is only one page: /\n")
-        styles, scripts = ([asset(f"view.{kind}"), asset(f"live.{kind}", _ASSETS)] for kind in ("css", "js"))
+        if path not in ("/", "/recorded"):
+            return _plain(connection, 404, "There are only the pages / and /recorded\n")
+        is_live = path == "/" and self._session is not None
+        styles, scripts = (
+            [asset(f"view.{kind}"), *(asset(f"{name}.{kind}", _ASSETS) for name in ("live", "recorded")[not is_live :])]
+            for kind in ("css", "js")
+        )
         response = _plain(connection, 200, _PAGE.format(
             title=escape(self._title), styles="\n".join(f"<style>{one}</style>" for one in styles),
             scripts="\n".join(f"<script>{one}</script>" for one in scripts),
@@ -243,22 +256,29 @@ class Server:
         return response
 
     async def _connection(self, connection: ServerConnection) -> None:
-        client = Client(self._session.board)
+        path = urlsplit(connection.request.path).path if connection.request else ""
+        with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
+            if self._session is None or path == _SOCKETS[1]:
+                await self._desk.serve(connection)
+            else:
+                await self._show(connection, self._session)
+
+    async def _show(self, connection: ServerConnection, session: Session) -> None:
+        """Show a page the worlds, and let them do what it asks for."""
+        client = Client(session.board)
         self.clients.add(client)
-        self._session.watched_by(len(self.clients))
-        sender = asyncio.create_task(self._send_news(connection, client))
+        session.watched_by(len(self.clients))
+        sender = asyncio.create_task(self._send_news(connection, client, session))
         try:
-            await self._receive(connection, client)
-        except self._websockets.exceptions.ConnectionClosed:
-            pass
+            await self._receive(connection, client, session)
         finally:
             sender.cancel()
             self.clients.discard(client)
-            self._session.watched_by(len(self.clients))
+            session.watched_by(len(self.clients))
 
-    async def _send_news(self, connection: ServerConnection, client: Client) -> None:
+    async def _send_news(self, connection: ServerConnection, client: Client, session: Session) -> None:
         try:
-            for message in await asyncio.to_thread(self._session.history):
+            for message in await asyncio.to_thread(session.history):
                 await connection.send(message)
             while True:
                 for message in await client.messages():
@@ -270,20 +290,20 @@ class Server:
             _LOGGER.exception("a page could not be sent its news")
             await connection.close(1011)
 
-    async def _receive(self, connection: ServerConnection, client: Client) -> None:
+    async def _receive(self, connection: ServerConnection, client: Client, session: Session) -> None:
         async for data in connection:
             try:
                 message = protocol.parsed(data)
                 if message.type == "ack":
                     client.acknowledge(message.fields["frame"])
                 elif message.type == "save":
-                    self._begin_save(connection)
+                    self._begin_save(connection, session)
                 else:
-                    self._session.ask(message)
+                    session.ask(message)
             except (TypeError, ValueError) as error:
                 await connection.send(protocol.text("error", message=str(error)))
 
-    def _begin_save(self, connection: ServerConnection) -> None:
+    def _begin_save(self, connection: ServerConnection, session: Session) -> None:
         """Let the recording be made; one at a time, since it takes time to pack.
 
         Raises
@@ -294,12 +314,12 @@ class Server:
         if self._saving is not None and not self._saving.done():
             raise ValueError("save: a recording is being made; wait for it")
         # Beside the messages of the page, which would otherwise get no frames meanwhile, and could not pause.
-        self._saving = asyncio.create_task(self._save(connection))
+        self._saving = asyncio.create_task(self._save(connection, session))
 
-    async def _save(self, connection: ServerConnection) -> None:
+    async def _save(self, connection: ServerConnection, session: Session) -> None:
         """Send the recording, or why there is none."""
         try:
-            name, html = await asyncio.to_thread(self._session.recording)
+            name, html = await asyncio.to_thread(session.recording)
             answer = protocol.text("recording", name=name, html=html)
         except Exception as error:  # whatever the texts of a model contain
             answer = protocol.text("error", message=f"save: {failure(error)}")

@@ -65,8 +65,8 @@ class Slot:
     ----------
     group : int
         Its group, by number.
-    id : int
-        Its identity in the world: `unique_id`.
+    id : int or str
+        Its identity in the world: `unique_id`; of a recorded robot its name.
     sensing_range, awareness_range : float
         Distances within which it senses targets and teammates [length].
     field_of_view : float
@@ -76,7 +76,7 @@ class Slot:
     """
 
     group: int
-    id: int
+    id: int | str
     sensing_range: float
     awareness_range: float
     field_of_view: float = _FULL_TURN

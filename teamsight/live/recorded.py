@@ -1,0 +1,554 @@
+"""Recorded robots on a page: what a file of positions holds, its frames, and its δ.
+
+The page sends the file in messages as short as all others, and the server reads it: what reads a file, resamples it and
+bounds a risk is `teamsight.analysis.delta`, and a second one in JavaScript could disagree. What the page says is never
+the name of a file to open.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import os
+import re
+import secrets
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from teamsight.core import checks
+from teamsight.core.references import failure
+from teamsight.core.version import __version__
+from teamsight.live import protocol
+from teamsight.view.packing import pack
+from teamsight.view.page import page
+from teamsight.view.replay import RecordedTrack
+from teamsight.view.scene import ACTIVE, MOST_LINKS, MOST_PART, MOST_SLOTS, PRESENT, TURN, Frame, LinkList, Links
+from teamsight.view.scene import Scene, SceneGroup, Slot
+from teamsight.world.limits import SHAPES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from teamsight.analysis.delta import DeltaReport
+    from teamsight.analysis.delta.resample import Grid
+
+Ints = npt.NDArray[np.int64]
+Floats = npt.NDArray[np.float64]
+
+#: The largest file that a page can send [bytes].
+MOST_FILE = 32 * 2**20
+#: Files that the server keeps for pages; the oldest makes room.
+MOST_KEPT = 8
+# What a page can play: frames, robots times frames, and links in all.
+_MOST_FRAMES, _MOST_BODIES, _MOST_ALL_LINKS = 3000, 1_500_000, 3_000_000
+# Without one that is given, the awareness range is this share of the longer side of the area, rounded.
+_GUESSED = 0.2
+# Robots whose median intervals differ by more than this factor have other rates.
+_OTHER_RATE = 1.5
+# Times since 1970, by the number of units in a second; of this century until 2100.
+_EPOCHS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+_FROM, _UNTIL = 946_684_800.0, 4_102_444_800.0
+_COLOUR = "#1f77b4"
+_NO_FILE = "No file is open: drop a CSV of positions on the page, or choose one."
+
+
+def _text(name: str, value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{name}={checks.shown(value)}: must be a text")
+    return value
+
+
+#: The messages of pages, as in `protocol.KINDS`.
+KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
+    "file": {"name": _text, "size": partial(checks.count, least=0)},
+    "open": {"key": _text},
+    "choose": {
+        "awareness_range": partial(checks.number, above=0.0),
+        "range_shape": partial(checks.choice, allowed=SHAPES),
+        "risk": partial(checks.number, above=0.0, most=1.0),
+        "window": lambda name, value: None if value is None else checks.number(name, value, above=0.0),
+        "run": partial(checks.count, least=0),
+    },
+    "save": {},
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """What a page asks of a file.
+
+    Attributes
+    ----------
+    awareness_range : float or None
+        Distance within which two robots are neighbours [length]; None for a guess.
+    range_shape : {"disc", "square"}
+        The shape of ranges.
+    risk : float
+        Maximum probability that any robot has more than δ neighbours during a trial.
+    window : float or None
+        Length of a trial [time]; None as `delta_from_trajectories` chooses it.
+    run : int
+        The number of the run that is played.
+    """
+
+    awareness_range: float | None = None
+    range_shape: str = "disc"
+    risk: float = 0.01
+    window: float | None = None
+    run: int = 0
+
+    @classmethod
+    def of(cls, *, awareness_range: float | None, **others: Any) -> Choice:
+        """Return a choice of checked values."""
+        check = KINDS["choose"]
+        if awareness_range is not None:
+            awareness_range = check["awareness_range"]("awareness_range", awareness_range)
+        return cls(awareness_range=awareness_range, **{name: check[name](name, value) for name, value in others.items()})
+
+
+class RecordedTeam:
+    """The recorded positions of a team, with what a page shows of them.
+
+    Parameters
+    ----------
+    name : str
+        The name of the file.
+    trajectories : DataFrame
+        From `read_trajectories`.
+
+    Raises
+    ------
+    ValueError
+        If nothing can be played: a single robot, or more than a page can draw.
+    """
+
+    def __init__(self, name: str, trajectories: pd.DataFrame) -> None:
+        from teamsight.analysis.delta.resample import make_grid, trajectory_starts
+
+        self.name, self.table = name, trajectories
+        self.grid = make_grid(trajectories)
+        if self.grid.robots > MOST_SLOTS:
+            raise ValueError(
+                f"{name}: {self.grid.robots:,} robots, and a page draws at most {MOST_SLOTS:,}; analyse it by teamsight "
+                "delta --trajectories"
+            )
+        self._starts = trajectory_starts(trajectories)
+        self._counted: tuple[Choice, DeltaReport] | None = None
+
+    @cached_property
+    def runs(self) -> list[str]:
+        """The names of the runs; one without a name if there is no column of runs."""
+        return [str(one) for one in self.table["run"].cat.categories] if "run" in self.table else [""]
+
+    @cached_property
+    def guess(self) -> float:
+        """An awareness range for a start: a fifth of the longer side of the area, rounded to 1, 2 or 5."""
+        area = [np.subtract(*np.nanquantile(self.table[one], [0.95, 0.05])) for one in ("x", "y")]
+        wanted = _GUESSED * float(max(area)) or 1.0
+        power = 10.0 ** math.floor(math.log10(wanted))
+        return min((factor * power for factor in (1, 2, 5, 10)), key=lambda one: abs(math.log(one / wanted)))
+
+    def facts(self) -> list[tuple[str, str]]:
+        """Return what was understood of the file, as names and texts."""
+        return [(name, text) for name, text in self._facts() if text]
+
+    def _facts(self) -> Iterator[tuple[str, str]]:
+        from teamsight.analysis.delta.trajectory_notes import motion_of
+
+        grid, table = self.grid, self.table
+        names = [str(one) for one in table["robot"].cat.categories]
+        listed = ", ".join(names[:6]) + ", …" * (len(names) > 6)
+        several = len(self.runs) > 1
+        yield "Robots", f"{len(names):,}: {listed}" + f"; in {len(self.runs):,} runs, at most {grid.robots:,} in one" * several
+        away = int(table["x"].isna().sum())
+        yield "Positions", f"{len(table) - away:,}" + f"; {away:,} rows say that a robot is away" * bool(away)
+        yield "Rate", self._rate()
+        spans = (grid.length - 1) * grid.step
+        pieces = f" in {len(spans):,} {'runs or ' * several}pieces" * (len(spans) > 1)
+        yield "Duration", f"{_short(spans.sum())}{pieces}, time {_exact(table['time'].min())} to {_exact(table['time'].max())}"
+        yield "Gaps", self._gaps()
+        yield "Clocks", self._clocks()
+        motion = motion_of(table, grid)
+        speed = float(np.median(motion.length[motion.length > 0] / motion.wait[motion.length > 0])) if (motion.length > 0).any() else 0.0
+        width, height = map(_short, motion.span)
+        yield "Area", f"{width} × {height}"
+        yield "Speed", f"{_short(speed)} (median of those that move)" if speed else "nobody moves"
+        time, per_second = self._epoch()
+        shown = f"{width} m × {height} m, {_short(speed * per_second)} m/s"
+        yield "Units", (
+            f"{f'time looks like {time} since 1970' if time else 'the file names none'}; if positions are in metres"
+            f"{'' if time else ' and times in seconds'}: {shown}"
+        )
+
+    def _rate(self) -> str:
+        step, own = self.grid.interval, self._own_intervals()
+        usual = {name: float(np.median(wait)) for name, wait in own if len(wait)}
+        low, high = min(usual, key=usual.__getitem__), max(usual, key=usual.__getitem__)
+        _, per_second = self._epoch()
+        text = f"a position every {_short(step)} ({_short(per_second / step)} a second{'' if per_second > 1 else ', if times are seconds'})"
+        if usual[high] > _OTHER_RATE * usual[low]:
+            text += f"; from every {_short(usual[low])} (robot {low}) to every {_short(usual[high])} (robot {high})"
+        return text
+
+    def _own_intervals(self) -> Iterator[tuple[str, Floats]]:
+        time, robot = self.table["time"].to_numpy(), self.table["robot"]
+        for first, end in zip(self._starts[:-1], self._starts[1:], strict=True):
+            yield str(robot.iat[first]), np.diff(time[first:end])
+
+    def _gaps(self) -> str:
+        grid = self.grid
+        gap, whole = grid.max_gap * (1 + 1e-9), len(grid.gaps)
+        text = f"{whole:,} in which no robot has a position (up to {_short(grid.gaps.max())})" if whole else ""
+        longest, who, single = 0.0, "", 0
+        for first, end in zip(self._starts[:-1], self._starts[1:], strict=True):
+            time = self.table["time"].to_numpy()[first:end]
+            run = int(self.table["run"].cat.codes.iat[first]) if "run" in self.table else 0
+            piece = np.searchsorted(grid.start[grid.run == run], time, side="right")
+            wait = np.diff(time)[np.diff(piece) == 0]
+            single += int((wait > gap).sum())
+            if wait.max(initial=0.0) > max(longest, gap):
+                longest, who = float(wait.max()), str(self.table["robot"].iat[first])
+        if single:
+            text += f"{'; ' * bool(text)}{single:,} of single robots (longest {_short(longest)}, robot {who})"
+        return text or f"none longer than {_short(grid.max_gap)}"
+
+    def _clocks(self) -> str:
+        """Say how far apart robots start in the run where that is most."""
+        first = self._starts[:-1]
+        time, robot = self.table["time"].to_numpy()[first], self.table["robot"].to_numpy()[first]
+        run = np.asarray(self.table["run"].cat.codes)[first] if "run" in self.table else np.zeros(len(first), int)
+        worst = max(np.unique(run), key=lambda one: np.ptp(time[run == one]))
+        begun, who = time[run == worst], robot[run == worst]
+        if np.ptp(begun) <= self.grid.interval * (1 + 1e-9):
+            return f"all robots start within {_short(np.ptp(begun))}"
+        late = begun - np.median(begun)
+        k = int(np.abs(late).argmax())
+        return f"robot {who[k]} starts {_short(abs(late[k]))} {'after' if late[k] > 0 else 'before'} the others (their median)"
+
+    def _epoch(self) -> tuple[str, float]:
+        """Return the unit of times that look like times since 1970, and how many are a second; 1 if it is unknown."""
+        begin, end = float(self.table["time"].min()), float(self.table["time"].max())
+        for unit, per_second in _EPOCHS.items():
+            if _FROM * per_second <= begin and end <= _UNTIL * per_second:
+                date = datetime.fromtimestamp(begin / per_second, UTC)
+                return f"{unit} (they begin on {date:%Y-%m-%d %H:%M} UTC)".replace(")", "),"), per_second
+        return "", 1.0
+
+    def report(self, choice: Choice) -> DeltaReport:
+        """Return the report on δ; another risk needs no other count.
+
+        Raises
+        ------
+        ValueError
+            If the range is so small that robots cannot be followed from one position to the next.
+        """
+        from teamsight.analysis.delta import TrajectoryWarning, delta_from_trajectories
+
+        needed = replace(choice, risk=0.5, run=0, awareness_range=choice.awareness_range or self.guess)
+        if self._counted is None or self._counted[0] != needed:
+            with warnings.catch_warnings():
+                # The report begins with it.
+                warnings.simplefilter("ignore", TrajectoryWarning)
+                found = delta_from_trajectories(
+                    self.table, needed.awareness_range or self.guess, range_shape=needed.range_shape, window=needed.window
+                )
+            self._counted = needed, found
+        return replace(self._counted[1], risk=choice.risk)
+
+    def answer(self, choice: Choice) -> dict[str, Any]:
+        """Return δ as a page shows it: the answer, its cautions, the curve and further notes."""
+        report = self.report(choice)
+        answer, *more = report.sentences()[len(report.cautions) :]
+        assert report.over_time is not None
+        largest, curve = report.over_time["max_degree"].to_numpy(), report.exceedance
+        last = max(report.largest, report.delta_safe if report.supported else 0) + 1
+        rows = curve[curve["delta"] <= min(last, report.robots - 1)]
+        cautions = list(report.cautions)
+        if choice.awareness_range is None:
+            cautions.insert(0, (
+                f"The awareness range of {self.guess:g} is a guess, a fifth of the area: set the distance within which "
+                "your robots are to know of each other."
+            ))  # fmt: skip
+        cautions += report.advice
+        named = re.match(r"δ = (\d+)", answer)
+        return {
+            "answer": answer,
+            "cautions": cautions,
+            "notes": [*(one for one in more if one not in cautions), report.subject],
+            "delta": int(named[1]) if named else None,
+            "largest": report.largest, "robots": report.robots, "trials": report.trials, "trial": report.trial,
+            "length": report.length, "confidence": report.confidence, "independent": report.independent,
+            "curve": [
+                {**{name: float(getattr(row, name)) for name in ("probability", "low", "high")}, "delta": int(row.delta),
+                 "exceeding": int(row.exceeding), "time": float(np.mean(largest > row.delta))}
+                for row in rows.itertuples(index=False)
+            ],
+        }  # fmt: skip
+
+    def play(self, choice: Choice) -> tuple[RecordedTrack, dict[str, Any]]:
+        """Return the frames of a run, and the times of its ticks: of the first one of each piece, and between two."""
+        from teamsight.analysis.delta.resample import blocks, make_grid, trajectory_starts
+
+        table, run = self.table, min(choice.run, len(self.runs) - 1)
+        if "run" in table:
+            table = table[table["run"].cat.codes == run]
+        try:
+            grid = make_grid(table, self.grid.step, self.grid.max_gap)
+        except ValueError as error:
+            raise ValueError(f"run {self.runs[run]}: cannot be played ({error}); choose another run") from error
+        rows = trajectory_starts(table)[:-1]
+        names = [one.item() if isinstance(one, np.generic) else one for one in table["robot"].to_numpy()[rows]]
+        # Every frame, or every second and so on, so that a browser can hold them.
+        most = max(min(_MOST_FRAMES, _MOST_BODIES // len(names)), 1)
+        every = -(-grid.frames // most)
+        place = np.concatenate([
+            block.position[(np.arange(len(block.time)) + block.first) % every == 0] for block in blocks(table, grid)
+        ])  # fmt: skip
+        scene = self._scene(choice, names, place, every)
+        first = grid.split(False)
+        clock = {"step": grid.step, "ticks": first.tolist(), "times": grid.start.tolist()}
+        return RecordedTrack(scene, list(_frames(scene, place, choice.range_shape))), clock
+
+    def _scene(self, choice: Choice, names: list[int | str], place: Floats, every: int) -> Scene:
+        reach = choice.awareness_range or self.guess
+        low, high = np.nanmin(place, axis=(0, 1)), np.nanmax(place, axis=(0, 1))
+        room = 0.05 * float((high - low).max()) or 1.0
+        bounds = (*(low - room).tolist(), *(high + room).tolist())
+        named = f", run {self.runs[min(choice.run, len(self.runs) - 1)]}" * (len(self.runs) > 1)
+        return Scene(
+            f"{self.name}{named}", "recorded robots", __version__, 0, every, bounds,
+            groups=(SceneGroup("robots", "robot", _COLOUR, "recorded", range_shape=choice.range_shape),),
+            slots=tuple(Slot(0, name, 0.0, reach) for name in names),
+            series=("mean_neighbours", "max_neighbours"), links=(LinkList("teammates", "teammates"),),
+        )  # fmt: skip
+
+    def saved(self, choice: Choice) -> tuple[str, str]:
+        """Return the name of a file, and a page that plays the run anywhere, with δ in its title."""
+        track, _ = self.play(choice)
+        stem = "".join(c if c.isalnum() else "-" for c in self.name.rsplit(".", 1)[0])[:80]
+        title = f"{track.scene.title}: {self.answer(choice)['answer']}"
+        return f"teamsight-{stem}.html", page([track], title=title)
+
+
+def _frames(scene: Scene, place: Floats, range_shape: str) -> Iterator[Frame]:
+    """Yield the frames of positions, shape (frames, robots, 2), NaN where a robot is absent."""
+    from teamsight.world.search import proximity_graph
+
+    low, high = np.array(scene.bounds[:2]), np.array(scene.bounds[2:])
+    reach, heading, left = scene.slots[0].awareness_range, np.zeros(place.shape[1]), _MOST_ALL_LINKS
+    for k, now in enumerate(place):
+        way = place[min(k + 1, len(place) - 1)] - place[min(k, len(place) - 2)] if len(place) > 1 else np.zeros_like(now)
+        is_moving = np.hypot(*way.T) > 0
+        heading[is_moving] = np.arctan2(way[is_moving, 1], way[is_moving, 0])
+        slot = np.flatnonzero(~np.isnan(now[:, 0]))
+        graph = proximity_graph(now[slot], None, reach, None, range_shape=range_shape)
+        degree, links = graph.degree, len(graph.identity)
+        is_held = links <= min(MOST_LINKS, left)
+        left -= links * is_held
+        source, target = (
+            slot[part].astype(np.uint16) if is_held else np.zeros(0, np.uint16)
+            for part in (np.repeat(np.arange(len(slot)), degree), graph.identity)
+        )
+        x, y = (np.nan_to_num((now - low) / (high - low)) * MOST_PART).round().astype(np.uint16).T
+        turn = np.round(heading / (2 * np.pi) * TURN).astype(np.int64) % TURN
+        flags = np.where(np.isnan(now[:, 0]), 0, PRESENT | ACTIVE).astype(np.uint16)
+        series = np.array([degree.mean() if len(degree) else np.nan, degree.max(initial=0)], np.float32)
+        yield Frame(
+            float(k * scene.every), series, x, y, turn.astype(np.uint16), flags,
+            (Links(source, target, omitted=0 if is_held else links),),
+        )  # fmt: skip
+
+
+def _short(number: Any) -> str:
+    return f"{float(number):,.0f}" if 1000 <= abs(number) < 1e9 else f"{float(number):.3g}"
+
+
+def _exact(number: float) -> str:
+    return f"{number:.12g}"
+
+
+def read_recorded(path: str | os.PathLike[str], *, content: bytes | None = None, sort: bool = False) -> RecordedTeam:
+    """Return the team of a file; see `read_trajectories`.
+
+    Raises
+    ------
+    ValueError
+        If it is no such file.
+    """
+    from teamsight.analysis.delta import read_trajectories
+
+    return RecordedTeam(os.path.basename(path), read_trajectories(path, content=content, sort=sort))
+
+
+class Coming(NamedTuple):
+    """A file that a page is sending."""
+
+    name: str
+    size: int
+    content: bytearray
+
+
+class Desk:
+    """Keeps the files of pages, and answers what these ask.
+
+    Parameters
+    ----------
+    first : RecordedTeam, optional
+        The file that a page shows at first.
+    choice : Choice, optional
+        With these settings.
+    """
+
+    def __init__(self, first: RecordedTeam | None = None, choice: Choice | None = None) -> None:
+        self.choice = choice or Choice()
+        self._kept: dict[str, RecordedTeam] = {} if first is None else {"": first}
+        # One at a time: a count of neighbours takes all of a core.
+        self._turn = threading.Lock()
+
+    @property
+    def has_first(self) -> bool:
+        """Whether there is a file that pages show at first."""
+        return "" in self._kept
+
+    async def serve(self, connection: Any) -> None:
+        """Answer the messages of a page until it closes its socket."""
+        visit = Visit(self)
+        async for data in connection:
+            if isinstance(data, bytes) and not visit.is_last(data):
+                continue
+            for message in await asyncio.to_thread(self._answers, visit, data):
+                await connection.send(message)
+
+    def _answers(self, visit: Visit, data: str | bytes) -> list[str]:
+        with self._turn:
+            try:
+                return visit.take(data)
+            except (TypeError, ValueError) as error:
+                return [protocol.text("error", message=str(error))]
+            except Exception as error:  # of whatever a file holds; the page goes on
+                return [protocol.text("error", message=failure(error))]
+
+    def keep(self, team: RecordedTeam) -> str:
+        """Keep a file for pages that open it later, and return its key."""
+        sent = [key for key in self._kept if key]
+        for key in sent[: max(len(sent) - MOST_KEPT + 1, 0)]:
+            del self._kept[key]
+        key = secrets.token_urlsafe(9)
+        self._kept[key] = team
+        return key
+
+    def find(self, key: str) -> RecordedTeam:
+        """Return the file of a key; an empty one is the first file.
+
+        Raises
+        ------
+        ValueError
+            If it is not kept any more.
+        """
+        if key not in self._kept:
+            raise ValueError(
+                f"The server keeps the newest {MOST_KEPT} files, and this one no longer; drop it on the page again."
+            )
+        return self._kept[key]
+
+
+class Visit:
+    """A page: the file that it shows, the one that it is sending, and what it has chosen."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk, self._choice = desk, desk.choice
+        self._team: RecordedTeam | None = None
+        self._coming: Coming | None = None
+
+    def is_last(self, data: bytes) -> bool:
+        """Take a part of a file; return whether something is to be said of it: it is the last, or too much."""
+        if self._coming is None:
+            return True
+        self._coming.content.extend(data)
+        return len(self._coming.content) >= self._coming.size
+
+    def take(self, data: str | bytes) -> list[str]:
+        """Return the answers to a message, or to the last part of a file."""
+        if isinstance(data, bytes):
+            return self._received()
+        message = protocol.parsed(data, KINDS)
+        found: list[str] = getattr(self, f"_on_{message.type}")(**message.fields)
+        return found
+
+    def _on_file(self, name: str, size: int) -> list[str]:
+        self._coming = None
+        # Only for people, and for its ending; nothing of this name is opened.
+        name = "".join(c for c in name.replace("\\", "/").rsplit("/", 1)[-1] if c.isprintable())[-120:] or "file"
+        if not name.lower().endswith(".csv"):
+            raise ValueError(f"{name}: is not a CSV file; drop a .csv with the columns time, robot, x, y")
+        if size > MOST_FILE:
+            raise ValueError(
+                f"{name}: has {size / 2**20:,.0f} MiB, and a page can send {MOST_FILE // 2**20}; open it by teamsight "
+                "watch --trajectories, or keep every tenth row of each robot"
+            )
+        self._coming = Coming(name, size, bytearray())
+        return [protocol.text("send")] if size else self._received()
+
+    def _received(self) -> list[str]:
+        coming, self._coming = self._coming, None
+        if coming is None:
+            raise ValueError("a part of a file came before its name and size; send the file again")
+        if len(coming.content) != coming.size:
+            raise ValueError(f"{coming.name}: is longer than it was said to be; send it again")
+        team = read_recorded(coming.name, content=bytes(coming.content))
+        choice = replace(self._desk.choice, awareness_range=None, window=None, run=0)
+        shown = self._shown(team, choice)
+        return [protocol.text("kept", key=self._desk.keep(team)), *shown]
+
+    def _on_open(self, key: str) -> list[str]:
+        if not key and not self._desk.has_first:
+            return [protocol.text("empty")]
+        return self._shown(self._desk.find(key), self._desk.choice if not key else Choice(risk=self._desk.choice.risk))
+
+    def _shown(self, team: RecordedTeam, choice: Choice) -> list[str]:
+        """Return all that a page shows of a file; it is the file of this page from now on, unless that fails."""
+        answers = [
+            protocol.text("record", name=team.name, facts=team.facts(), runs=team.runs),
+            self._answer(team, choice), self._track(team, choice),
+        ]  # fmt: skip
+        self._team, self._choice = team, choice
+        return answers
+
+    def _on_choose(self, **chosen: Any) -> list[str]:
+        if self._team is None:
+            raise ValueError(_NO_FILE)
+        choice, before = Choice(**chosen), self._choice
+        if before.awareness_range is None and choice.awareness_range == self._team.guess:
+            # The page shows the guess, and nobody has chosen it.
+            choice = replace(choice, awareness_range=None)
+        answers = [self._answer(self._team, choice)]
+        if replace(choice, risk=before.risk, window=before.window) != before:
+            answers.append(self._track(self._team, choice))
+        self._choice = choice
+        return answers
+
+    def _answer(self, team: RecordedTeam, choice: Choice) -> str:
+        values = {name: getattr(choice, name) for name in ("range_shape", "risk", "window", "run")}
+        values["awareness_range"] = choice.awareness_range or team.guess
+        return protocol.text("answer", choice=values, **team.answer(choice))
+
+    def _track(self, team: RecordedTeam, choice: Choice) -> str:
+        from base64 import b64encode
+
+        track, clock = team.play(choice)
+        frames = b64encode(pack(track.frames, track.scene)).decode()
+        return protocol.text("track", scene=track.scene.as_json(), frames=frames, clock=clock)
+
+    def _on_save(self) -> list[str]:
+        if self._team is None:
+            raise ValueError(_NO_FILE)
+        name, html = self._team.saved(self._choice)
+        return [protocol.text("recording", name=name, html=html)]
