@@ -12,12 +12,12 @@ import math
 import os
 import re
 import secrets
-import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -28,21 +28,34 @@ from teamsight.core.references import failure
 from teamsight.core.version import __version__
 from teamsight.live import protocol
 from teamsight.view.packing import pack
-from teamsight.view.page import page
+from teamsight.view.page import Panel, asset, page
 from teamsight.view.replay import RecordedTrack
-from teamsight.view.scene import ACTIVE, MOST_LINKS, MOST_PART, MOST_SLOTS, PRESENT, TURN, Frame, LinkList, Links
-from teamsight.view.scene import Scene, SceneGroup, Slot
+from teamsight.view.scene import (
+    ACTIVE,
+    MOST_LINKS,
+    MOST_PART,
+    MOST_SLOTS,
+    PRESENT,
+    TURN,
+    Clock,
+    Frame,
+    LinkList,
+    Links,
+    Scene,
+    SceneGroup,
+    Slot,
+)
 from teamsight.world.limits import SHAPES
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from teamsight.analysis.delta import DeltaReport
-    from teamsight.analysis.delta.resample import Grid
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
 
+ASSETS = Path(__file__).parent / "assets"
 #: The largest file that a page can send [bytes].
 MOST_FILE = 32 * 2**20
 #: Files that the server keeps for pages; the oldest makes room.
@@ -57,6 +70,7 @@ _OTHER_RATE = 1.5
 _EPOCHS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 _FROM, _UNTIL = 946_684_800.0, 4_102_444_800.0
 _COLOUR = "#1f77b4"
+_SHARES = ("probability", "low", "high")
 _NO_FILE = "No file is open: drop a CSV of positions on the page, or choose one."
 
 
@@ -111,7 +125,8 @@ class Choice:
         check = KINDS["choose"]
         if awareness_range is not None:
             awareness_range = check["awareness_range"]("awareness_range", awareness_range)
-        return cls(awareness_range=awareness_range, **{name: check[name](name, value) for name, value in others.items()})
+        checked = {name: check[name](name, value) for name, value in others.items()}
+        return cls(awareness_range=awareness_range, **checked)
 
 
 class RecordedTeam:
@@ -137,8 +152,8 @@ class RecordedTeam:
         self.grid = make_grid(trajectories)
         if self.grid.robots > MOST_SLOTS:
             raise ValueError(
-                f"{name}: {self.grid.robots:,} robots, and a page draws at most {MOST_SLOTS:,}; analyse it by teamsight "
-                "delta --trajectories"
+                f"{name}: {self.grid.robots:,} robots, and a page draws at most {MOST_SLOTS:,}; give it to "
+                "teamsight delta --trajectories"
             )
         self._starts = trajectory_starts(trajectories)
         self._counted: tuple[Choice, DeltaReport] | None = None
@@ -147,6 +162,11 @@ class RecordedTeam:
     def runs(self) -> list[str]:
         """The names of the runs; one without a name if there is no column of runs."""
         return [str(one) for one in self.table["run"].cat.categories] if "run" in self.table else [""]
+
+    @property
+    def _run_of_rows(self) -> Ints:
+        codes = self.table["run"].cat.codes if "run" in self.table else np.zeros(len(self.table))
+        return np.asarray(codes, np.int64)
 
     @cached_property
     def guess(self) -> float:
@@ -167,17 +187,20 @@ class RecordedTeam:
         names = [str(one) for one in table["robot"].cat.categories]
         listed = ", ".join(names[:6]) + ", …" * (len(names) > 6)
         several = len(self.runs) > 1
-        yield "Robots", f"{len(names):,}: {listed}" + f"; in {len(self.runs):,} runs, at most {grid.robots:,} in one" * several
+        of_runs = f"; in {len(self.runs):,} runs, at most {grid.robots:,} in one" * several
+        yield "Robots", f"{len(names):,}: {listed}{of_runs}"
         away = int(table["x"].isna().sum())
         yield "Positions", f"{len(table) - away:,}" + f"; {away:,} rows say that a robot is away" * bool(away)
         yield "Rate", self._rate()
         spans = (grid.length - 1) * grid.step
         pieces = f" in {len(spans):,} {'runs or ' * several}pieces" * (len(spans) > 1)
-        yield "Duration", f"{_short(spans.sum())}{pieces}, time {_exact(table['time'].min())} to {_exact(table['time'].max())}"
+        begin, end = (f"{time:.12g}" for time in (table["time"].min(), table["time"].max()))
+        yield "Duration", f"{_short(spans.sum())}{pieces}, time {begin} to {end}"
         yield "Gaps", self._gaps()
         yield "Clocks", self._clocks()
         motion = motion_of(table, grid)
-        speed = float(np.median(motion.length[motion.length > 0] / motion.wait[motion.length > 0])) if (motion.length > 0).any() else 0.0
+        speeds = (motion.length / motion.wait)[motion.length > 0]
+        speed = float(np.median(speeds)) if len(speeds) else 0.0
         width, height = map(_short, motion.span)
         yield "Area", f"{width} × {height}"
         yield "Speed", f"{_short(speed)} (median of those that move)" if speed else "nobody moves"
@@ -192,8 +215,11 @@ class RecordedTeam:
         step, own = self.grid.interval, self._own_intervals()
         usual = {name: float(np.median(wait)) for name, wait in own if len(wait)}
         low, high = min(usual, key=usual.__getitem__), max(usual, key=usual.__getitem__)
-        _, per_second = self._epoch()
-        text = f"a position every {_short(step)} ({_short(per_second / step)} a second{'' if per_second > 1 else ', if times are seconds'})"
+        known, per_second = self._epoch()
+        text = (
+            f"a position every {_short(step)} ({_short(per_second / step)} a second"
+            f"{'' if known else ', if times are seconds'})"
+        )
         if usual[high] > _OTHER_RATE * usual[low]:
             text += f"; from every {_short(usual[low])} (robot {low}) to every {_short(usual[high])} (robot {high})"
         return text
@@ -208,9 +234,9 @@ class RecordedTeam:
         gap, whole = grid.max_gap * (1 + 1e-9), len(grid.gaps)
         text = f"{whole:,} in which no robot has a position (up to {_short(grid.gaps.max())})" if whole else ""
         longest, who, single = 0.0, "", 0
+        all_runs, all_times = self._run_of_rows, self.table["time"].to_numpy()
         for first, end in zip(self._starts[:-1], self._starts[1:], strict=True):
-            time = self.table["time"].to_numpy()[first:end]
-            run = int(self.table["run"].cat.codes.iat[first]) if "run" in self.table else 0
+            time, run = all_times[first:end], all_runs[first]
             piece = np.searchsorted(grid.start[grid.run == run], time, side="right")
             wait = np.diff(time)[np.diff(piece) == 0]
             single += int((wait > gap).sum())
@@ -224,14 +250,17 @@ class RecordedTeam:
         """Say how far apart robots start in the run where that is most."""
         first = self._starts[:-1]
         time, robot = self.table["time"].to_numpy()[first], self.table["robot"].to_numpy()[first]
-        run = np.asarray(self.table["run"].cat.codes)[first] if "run" in self.table else np.zeros(len(first), int)
+        run = self._run_of_rows[first]
         worst = max(np.unique(run), key=lambda one: np.ptp(time[run == one]))
         begun, who = time[run == worst], robot[run == worst]
+        if not np.ptp(begun):
+            return "robots start together"
         if np.ptp(begun) <= self.grid.interval * (1 + 1e-9):
-            return f"all robots start within {_short(np.ptp(begun))}"
+            return f"robots start within {_short(np.ptp(begun))} of each other"
         late = begun - np.median(begun)
         k = int(np.abs(late).argmax())
-        return f"robot {who[k]} starts {_short(abs(late[k]))} {'after' if late[k] > 0 else 'before'} the others (their median)"
+        when = "after" if late[k] > 0 else "before"
+        return f"robot {who[k]} starts {_short(abs(late[k]))} {when} the others (their median)"
 
     def _epoch(self) -> tuple[str, float]:
         """Return the unit of times that look like times since 1970, and how many are a second; 1 if it is unknown."""
@@ -252,13 +281,14 @@ class RecordedTeam:
         """
         from teamsight.analysis.delta import TrajectoryWarning, delta_from_trajectories
 
-        needed = replace(choice, risk=0.5, run=0, awareness_range=choice.awareness_range or self.guess)
+        reach = choice.awareness_range or self.guess
+        needed = replace(choice, risk=0.5, run=0, awareness_range=reach)
         if self._counted is None or self._counted[0] != needed:
             with warnings.catch_warnings():
                 # The report begins with it.
                 warnings.simplefilter("ignore", TrajectoryWarning)
                 found = delta_from_trajectories(
-                    self.table, needed.awareness_range or self.guess, range_shape=needed.range_shape, window=needed.window
+                    self.table, reach, range_shape=choice.range_shape, window=choice.window
                 )
             self._counted = needed, found
         return replace(self._counted[1], risk=choice.risk)
@@ -287,14 +317,13 @@ class RecordedTeam:
             "largest": report.largest, "robots": report.robots, "trials": report.trials, "trial": report.trial,
             "length": report.length, "confidence": report.confidence, "independent": report.independent,
             "curve": [
-                {**{name: float(getattr(row, name)) for name in ("probability", "low", "high")}, "delta": int(row.delta),
-                 "exceeding": int(row.exceeding), "time": float(np.mean(largest > row.delta))}
-                for row in rows.itertuples(index=False)
+                {**dict(zip(_SHARES, shares, strict=True)), "delta": delta, "time": float(np.mean(largest > delta))}
+                for delta, *shares in rows[["delta", *_SHARES]].to_numpy().tolist()
             ],
         }  # fmt: skip
 
-    def play(self, choice: Choice) -> tuple[RecordedTrack, dict[str, Any]]:
-        """Return the frames of a run, and the times of its ticks: of the first one of each piece, and between two."""
+    def play(self, choice: Choice) -> RecordedTrack:
+        """Return the frames of a run; a tick is a frame of the record, and gaps are left out."""
         from teamsight.analysis.delta.resample import blocks, make_grid, trajectory_starts
 
         table, run = self.table, min(choice.run, len(self.runs) - 1)
@@ -305,37 +334,42 @@ class RecordedTeam:
         except ValueError as error:
             raise ValueError(f"run {self.runs[run]}: cannot be played ({error}); choose another run") from error
         rows = trajectory_starts(table)[:-1]
-        names = [one.item() if isinstance(one, np.generic) else one for one in table["robot"].to_numpy()[rows]]
+        names = [str(one) for one in table["robot"].to_numpy()[rows]]
         # Every frame, or every second and so on, so that a browser can hold them.
         most = max(min(_MOST_FRAMES, _MOST_BODIES // len(names)), 1)
         every = -(-grid.frames // most)
         place = np.concatenate([
             block.position[(np.arange(len(block.time)) + block.first) % every == 0] for block in blocks(table, grid)
         ])  # fmt: skip
-        scene = self._scene(choice, names, place, every)
-        first = grid.split(False)
-        clock = {"step": grid.step, "ticks": first.tolist(), "times": grid.start.tolist()}
-        return RecordedTrack(scene, list(_frames(scene, place, choice.range_shape))), clock
+        clock = Clock(grid.step, grid.split(False).tolist(), grid.start.tolist())
+        scene = replace(self._scene(choice, names, place), every=every, clock=clock)
+        return RecordedTrack(scene, list(_frames(scene, place, choice.range_shape)))
 
-    def _scene(self, choice: Choice, names: list[int | str], place: Floats, every: int) -> Scene:
+    def _scene(self, choice: Choice, names: list[str], place: Floats) -> Scene:
         reach = choice.awareness_range or self.guess
         low, high = np.nanmin(place, axis=(0, 1)), np.nanmax(place, axis=(0, 1))
         room = 0.05 * float((high - low).max()) or 1.0
         bounds = (*(low - room).tolist(), *(high + room).tolist())
         named = f", run {self.runs[min(choice.run, len(self.runs) - 1)]}" * (len(self.runs) > 1)
         return Scene(
-            f"{self.name}{named}", "recorded robots", __version__, 0, every, bounds,
+            f"{self.name}{named}", "recorded robots", __version__, 0, 1, bounds,
             groups=(SceneGroup("robots", "robot", _COLOUR, "recorded", range_shape=choice.range_shape),),
-            slots=tuple(Slot(0, name, 0.0, reach) for name in names),
+            slots=tuple(Slot(0, k, 0.0, reach, name=name) for k, name in enumerate(names)),
             series=("mean_neighbours", "max_neighbours"), links=(LinkList("teammates", "teammates"),),
         )  # fmt: skip
 
     def saved(self, choice: Choice) -> tuple[str, str]:
-        """Return the name of a file, and a page that plays the run anywhere, with δ in its title."""
-        track, _ = self.play(choice)
+        """Return the name of a file, and a page that plays the run anywhere, with the answer and the facts."""
+        track = self.play(choice)
         stem = "".join(c if c.isalnum() else "-" for c in self.name.rsplit(".", 1)[0])[:80]
-        title = f"{track.scene.title}: {self.answer(choice)['answer']}"
-        return f"teamsight-{stem}.html", page([track], title=title)
+        style, script = (asset(f"recorded.{kind}", ASSETS) for kind in ("css", "js"))
+        data = protocol.text("panel", **self.shown(choice), facts=self.facts())
+        return f"teamsight-{stem}.html", page([track], title=track.scene.title, panel=Panel(style, script, data))
+
+    def shown(self, choice: Choice) -> dict[str, Any]:
+        """Return the answer, and for what it holds."""
+        chosen = {**asdict(choice), "awareness_range": choice.awareness_range or self.guess}
+        return {"choice": chosen, **self.answer(choice)}
 
 
 def _frames(scene: Scene, place: Floats, range_shape: str) -> Iterator[Frame]:
@@ -345,7 +379,9 @@ def _frames(scene: Scene, place: Floats, range_shape: str) -> Iterator[Frame]:
     low, high = np.array(scene.bounds[:2]), np.array(scene.bounds[2:])
     reach, heading, left = scene.slots[0].awareness_range, np.zeros(place.shape[1]), _MOST_ALL_LINKS
     for k, now in enumerate(place):
-        way = place[min(k + 1, len(place) - 1)] - place[min(k, len(place) - 2)] if len(place) > 1 else np.zeros_like(now)
+        # To the next frame; of the last one, from the one before.
+        after = min(k + 1, len(place) - 1)
+        way = place[after] - place[max(after - 1, 0)]
         is_moving = np.hypot(*way.T) > 0
         heading[is_moving] = np.arctan2(way[is_moving, 1], way[is_moving, 0])
         slot = np.flatnonzero(~np.isnan(now[:, 0]))
@@ -369,10 +405,6 @@ def _frames(scene: Scene, place: Floats, range_shape: str) -> Iterator[Frame]:
 
 def _short(number: Any) -> str:
     return f"{float(number):,.0f}" if 1000 <= abs(number) < 1e9 else f"{float(number):.3g}"
-
-
-def _exact(number: float) -> str:
-    return f"{number:.12g}"
 
 
 def read_recorded(path: str | os.PathLike[str], *, content: bytes | None = None, sort: bool = False) -> RecordedTeam:
@@ -410,8 +442,10 @@ class Desk:
     def __init__(self, first: RecordedTeam | None = None, choice: Choice | None = None) -> None:
         self.choice = choice or Choice()
         self._kept: dict[str, RecordedTeam] = {} if first is None else {"": first}
+        #: Pages that are open.
+        self.pages = 0
         # One at a time: a count of neighbours takes all of a core.
-        self._turn = threading.Lock()
+        self._turn = asyncio.Lock()
 
     @property
     def has_first(self) -> bool:
@@ -421,20 +455,17 @@ class Desk:
     async def serve(self, connection: Any) -> None:
         """Answer the messages of a page until it closes its socket."""
         visit = Visit(self)
-        async for data in connection:
-            if isinstance(data, bytes) and not visit.is_last(data):
-                continue
-            for message in await asyncio.to_thread(self._answers, visit, data):
-                await connection.send(message)
-
-    def _answers(self, visit: Visit, data: str | bytes) -> list[str]:
-        with self._turn:
-            try:
-                return visit.take(data)
-            except (TypeError, ValueError) as error:
-                return [protocol.text("error", message=str(error))]
-            except Exception as error:  # of whatever a file holds; the page goes on
-                return [protocol.text("error", message=failure(error))]
+        self.pages += 1
+        try:
+            async for data in connection:
+                if isinstance(data, bytes) and not visit.is_last(data):
+                    continue
+                async with self._turn:
+                    answers = await asyncio.to_thread(visit.answers, data)
+                for message in answers:
+                    await connection.send(message)
+        finally:
+            self.pages -= 1
 
     def keep(self, team: RecordedTeam) -> str:
         """Keep a file for pages that open it later, and return its key."""
@@ -475,8 +506,16 @@ class Visit:
         self._coming.content.extend(data)
         return len(self._coming.content) >= self._coming.size
 
-    def take(self, data: str | bytes) -> list[str]:
-        """Return the answers to a message, or to the last part of a file."""
+    def answers(self, data: str | bytes) -> list[str]:
+        """Return the answers to a message, or to the last part of a file; what cannot be done changes nothing."""
+        try:
+            return self._take(data)
+        except (TypeError, ValueError) as error:
+            return [protocol.text("error", message=str(error))]
+        except Exception as error:  # of whatever a file holds
+            return [protocol.text("error", message=failure(error))]
+
+    def _take(self, data: str | bytes) -> list[str]:
         if isinstance(data, bytes):
             return self._received()
         message = protocol.parsed(data, KINDS)
@@ -536,16 +575,14 @@ class Visit:
         return answers
 
     def _answer(self, team: RecordedTeam, choice: Choice) -> str:
-        values = {name: getattr(choice, name) for name in ("range_shape", "risk", "window", "run")}
-        values["awareness_range"] = choice.awareness_range or team.guess
-        return protocol.text("answer", choice=values, **team.answer(choice))
+        return protocol.text("answer", **team.shown(choice))
 
     def _track(self, team: RecordedTeam, choice: Choice) -> str:
         from base64 import b64encode
 
-        track, clock = team.play(choice)
+        track = team.play(choice)
         frames = b64encode(pack(track.frames, track.scene)).decode()
-        return protocol.text("track", scene=track.scene.as_json(), frames=frames, clock=clock)
+        return protocol.text("track", scene=track.scene.as_json(), frames=frames)
 
     def _on_save(self) -> list[str]:
         if self._team is None:

@@ -10,7 +10,6 @@ import socket
 import threading
 from collections.abc import Iterator
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
@@ -18,7 +17,7 @@ from teamsight.core import checks
 from teamsight.core.extras import extra
 from teamsight.core.references import failure
 from teamsight.live import protocol
-from teamsight.live.recorded import Desk
+from teamsight.live.recorded import ASSETS, Desk
 from teamsight.live.security import Access
 from teamsight.live.session import Session
 from teamsight.view.page import asset, digest
@@ -55,7 +54,6 @@ _PAGE = """<!doctype html>
 </body>
 </html>
 """
-_ASSETS = Path(__file__).parent / "assets"
 # Those of worlds and of recorded robots.
 _SOCKETS = ("/socket", "/recorded-socket")
 # Headers of all answers.
@@ -232,12 +230,14 @@ class Server:
         if is_socket:
             if path not in _SOCKETS[self._session is None :]:
                 return _plain(connection, 404, "There is no such socket.\n")
-            return _plain(connection, 503, "Too many pages.\n") if len(self.clients) >= MOST_CLIENTS else None
+            pages = len(self.clients) + self._desk.pages
+            return _plain(connection, 503, "Too many pages.\n") if pages >= MOST_CLIENTS else None
         if path not in ("/", "/recorded"):
             return _plain(connection, 404, "There are only the pages / and /recorded\n")
         is_live = path == "/" and self._session is not None
+        own = [("live", "css"), ("recorded", "css"), *[("live", "js")] * is_live, ("recorded", "js")]
         styles, scripts = (
-            [asset(f"view.{kind}"), *(asset(f"{name}.{kind}", _ASSETS) for name in ("live", "recorded")[not is_live :])]
+            [asset(f"view.{kind}"), *(asset(f"{name}.{kind}", ASSETS) for name, one in own if one == kind)]
             for kind in ("css", "js")
         )
         response = _plain(connection, 200, _PAGE.format(

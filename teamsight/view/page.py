@@ -11,7 +11,7 @@ import os
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from teamsight.core.files import UnwritableError, check_name, check_place, complete, open_regular, unwritable
 from teamsight.core.version import __version__
@@ -40,7 +40,23 @@ class Track(Protocol):
         """The frames, in order of time."""
 
 
-def page(tracks: Sequence[Track], *, title: str) -> str:
+class Panel(NamedTuple):
+    """What a page has beside its tracks.
+
+    Attributes
+    ----------
+    style, script : str
+        Texts of `asset`; the script runs after that of the page.
+    data : str
+        JSON that the script reads from the element ``#panel``.
+    """
+
+    style: str
+    script: str
+    data: str
+
+
+def page(tracks: Sequence[Track], *, title: str, panel: Panel | None = None) -> str:
     """Return the page that plays tracks side by side.
 
     Parameters
@@ -49,17 +65,25 @@ def page(tracks: Sequence[Track], *, title: str) -> str:
         What to play: one or two.
     title : str
         The title of the page.
+    panel : Panel, optional
+        What it shows beside them.
     """
-    script, style = asset("view.js"), asset("view.css")
-    policy = f"default-src 'none'; script-src {digest(script)}; style-src {digest(style)}; img-src data: blob:"
+    scripts, styles = [asset("view.js")], [asset("view.css")]
+    more = ""
+    if panel is not None:
+        scripts.append(panel.script)
+        styles.append(panel.style)
+        more = f'<script type="application/json" id="panel">{_inert(panel.data)}{_END}\n'
+    known = [" ".join(map(digest, each)) for each in (scripts, styles)]
+    policy = f"default-src 'none'; script-src {known[0]}; style-src {known[1]}; img-src data: blob:"
     return (
         f"{MARK} {__version__}: a recording that plays in any browser -->\n"
         '<html lang="en"><head><meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{html.escape(title)}</title>\n<style>{style}</style></head>\n"
+        f"<title>{html.escape(title)}</title>\n{''.join(f'<style>{one}</style>' for one in styles)}</head>\n"
         f'<body><main id="teamsight"></main>\n<noscript>{_SILENT}</noscript>\n'
-        f"{_DATA}{_json(tracks)}{_END}\n<script>{script}{_END}</body></html>\n"
+        f"{_DATA}{_json(tracks)}{_END}\n{more}{''.join(f'<script>{one}{_END}' for one in scripts)}</body></html>\n"
     )
 
 
@@ -102,7 +126,7 @@ def digest(text: str) -> str:
 
 
 def _json(tracks: Sequence[Track]) -> str:
-    """Return tracks as JSON in which no element can end or begin."""
+    """Return tracks as JSON for an element of a page."""
     value: list[dict[str, Any]] = []
     for track in tracks:
         # The frames first: a recording that still grows may add slots to the scene meanwhile.
@@ -110,7 +134,11 @@ def _json(tracks: Sequence[Track]) -> str:
         scene = track.scene
         packed = base64.b64encode(pack(frames, scene)).decode()
         value.append({"scene": scene.as_json(), "frames": packed})
-    text = json.dumps({"tracks": value}, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return _inert(json.dumps({"tracks": value}, ensure_ascii=False, allow_nan=False, separators=(",", ":")))
+
+
+def _inert(text: str) -> str:
+    """Return a text of JSON in which no element can end or begin."""
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypeAlias
 
@@ -65,22 +65,25 @@ class Slot:
     ----------
     group : int
         Its group, by number.
-    id : int or str
-        Its identity in the world: `unique_id`; of a recorded robot its name.
+    id : int
+        Its identity in the world: `unique_id`.
     sensing_range, awareness_range : float
         Distances within which it senses targets and teammates [length].
     field_of_view : float
         The angle within which it senses targets [rad].
     radius : float
         The radius of the body [length]; 0 for a point.
+    name : str
+        What people call it, if that is not its identity.
     """
 
     group: int
-    id: int | str
+    id: int
     sensing_range: float
     awareness_range: float
     field_of_view: float = _FULL_TURN
     radius: float = 0.0
+    name: str = ""
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,25 @@ class LinkList:
     counts: bool = False
     measured: bool = False
     scale: float = 0.0
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The times of the ticks of a record, in pieces between its gaps.
+
+    Attributes
+    ----------
+    step : float
+        From one tick to the next [time of the record].
+    ticks : sequence of int
+        The first tick of each piece.
+    times : sequence of float
+        Their times [time of the record].
+    """
+
+    step: float
+    ticks: Sequence[int]
+    times: Sequence[float]
 
 
 @dataclass(frozen=True)
@@ -135,6 +157,8 @@ class Scene:
         The names of the numbers that each frame has.
     links : tuple of LinkList
         The lists of links that each frame has.
+    clock : Clock, optional
+        Of recorded positions, the times of its ticks.
     """
 
     title: str
@@ -150,17 +174,21 @@ class Scene:
     slots: tuple[Slot, ...] = ()
     series: tuple[str, ...] = ()
     links: tuple[LinkList, ...] = ()
+    clock: Clock | None = None
 
     def as_json(self) -> dict[str, Any]:
         """Return the scene as values of JSON."""
         value = asdict(self)
         for slot in value["slots"]:
-            # Most bodies are points.
-            if not slot["radius"]:
-                del slot["radius"]
+            # Most bodies are points without a name.
+            for name in ("radius", "name"):
+                if not slot[name]:
+                    del slot[name]
         for group in value["groups"]:
             if group["lidar"] is None:
                 del group["lidar"]
+        if self.clock is None:
+            del value["clock"]
         # Python has no larger exact float, and neither has JavaScript.
         value["seed"] = self.seed if self.seed < 2**53 else str(self.seed)
         return {"format": FORMAT, **value}
@@ -209,6 +237,7 @@ def _scene_of(value: dict[str, Any]) -> Scene:
         "slots": tuple(Slot(**slot) for slot in value["slots"]),
         "series": tuple(map(str, value["series"])),
         "links": tuple(LinkList(**links) for links in value["links"]),
+        "clock": Clock(**value["clock"]) if "clock" in value else None,
     })  # fmt: skip
     if len(scene.slots) > MOST_SLOTS:
         raise ValueError(f"{len(scene.slots)} slots, and at most {MOST_SLOTS} can be numbered")

@@ -3,6 +3,7 @@
 //   wire    the socket: the file in parts, what is chosen, and the answers
 //   drop    a file that is dropped or chosen, on this page or on that of a world
 //   curve   how often each δ is exceeded
+//   panel   δ, its cautions and its curve; also in a recording that was saved
 //   page    the controls, the answer and the view of view.js
 "use strict";
 
@@ -187,51 +188,72 @@ function curveTable({ curve, trial, confidence }) {
     make("tbody", {}, ...rows.map((row) => make("tr", {}, ...row.map((cell) => make("td", {}, String(cell)))))));
 }
 
+// Part: panel.
+
+const factRows = (facts) => facts.map(([term, text]) => make("div", {}, make("dt", {}, term), make("dd", {}, text)));
+
+// δ, its cautions and its curve, before the inspector.
+class Panel {
+  constructor(view) {
+    Object.assign(this, { view, element: view.slot("graph"), answer: make("div", { "aria-live": "polite" }), rest: make("div", {}) });
+    view.root.classList.add("tr");
+    this.element.classList.add("tr-panel");
+    this.element.setAttribute("aria-label", "δ");
+    view.inspector.element.before(this.element);
+  }
+
+  show(message) {
+    const { answer, cautions, notes, delta, trial, length } = message;
+    const meaning = delta === null ? "" : `It is exceeded in a ${trial} if any robot has more than ${delta} neighbours at any time of these ${short(length)}.`;
+    this.answer.replaceChildren(
+      make("p", { class: "tr-delta-text" }, delta === null ? "δ = ?" : `δ = ${delta}`),
+      make("p", {}, answer), make("p", { class: "ts-soft" }, meaning),
+      make("ul", { class: "tr-cautions", "aria-label": "Cautions" }, ...cautions.map((text) => make("li", {}, text))));
+    const open = this.rest.querySelector("details[open]") !== null;
+    const key = (kind) => make("span", { class: kind, "aria-hidden": "true" });
+    this.rest.replaceChildren(drawCurve(message),
+      make("p", { class: "tr-legend" }, key("tr-key-point"), ` share of ${trial}s in which any robot has more than δ neighbours, and its bounds; `, key("tr-key-time"), " share of the time"),
+      make("details", { open }, make("summary", {}, "Table and notes"), curveTable(message), make("ul", { class: "tr-notes" }, ...notes.map((text) => make("li", {}, text)))));
+    if (!this.answer.isConnected) this.element.replaceChildren(this.answer, this.rest);
+  }
+
+  // What recorded robots sense of targets is not known, so there is nothing to show of it.
+  sayRanges() {
+    const { ranges } = this.view.toggles;
+    if (ranges) ranges.button.hidden = true;
+  }
+}
+
+// A recording that was saved with its answer.
+async function showSaved(data) {
+  const view = await window.teamsight.ready;
+  if (!view) return;
+  const message = JSON.parse(data.textContent), { choice } = message, panel = new Panel(view);
+  const chosen = [["Awareness range", `${short(choice.awareness_range)}, ${choice.range_shape}`], ["Risk", percent(choice.risk)]];
+  panel.sayRanges();
+  panel.show(message);
+  view.slot("controls").append(make("h2", {}, "What the file holds"), make("dl", { class: "tr-facts" }, ...factRows([...message.facts, ...chosen])));
+}
+
 // Part: page.
 
 const FREE = { range: [0.02, 5], risk: [0.0001, 0.5] };
 
+const isNumber = ({ value }) => value !== "" && Number(value) > 0;
+
 class Recorded {
   constructor(root) {
-    root.classList.add("tr");
     const view = new View(root, { title: document.title });
-    Object.assign(this, { view, root, key: location.hash.slice(1), choice: null, clock: null, isWaiting: false, isChosen: false, timer: 0, soon: 0 });
+    Object.assign(this, { view, root, key: location.hash.slice(1), choice: null, isNew: true, isWaiting: false, isChosen: false, timer: 0, soon: 0 });
     this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
     root.prepend(this.banner);
     this.working = make("p", { class: "tr-working", role: "status", hidden: true });
     view.stage.append(this.working);
     this.buildControls(view.slot("controls"));
-    this.panel = view.slot("graph");
-    this.panel.classList.add("tr-panel");
-    this.panel.setAttribute("aria-label", "δ");
-    this.answer = make("div", { "aria-live": "polite" });
-    this.rest = make("div", {});
-    // The answer before what it is made of.
-    view.inspector.element.before(this.panel);
-    this.showTimes();
+    this.panel = new Panel(view);
+    view.scrub.setAttribute("aria-label", "Time");
     addEventListener("hashchange", () => this.open(location.hash.slice(1)));
     this.wire = new Wire(this);
-  }
-
-  // Ticks count the frames of the record; people know its times.
-  showTimes() {
-    const { view } = this, show = view.showClock.bind(view);
-    view.showClock = () => {
-      show();
-      if (!this.clock) return;
-      const text = `time ${this.timeAt(view.shownTime)}`;
-      view.clockText.textContent = text;
-      view.scrub.setAttribute("aria-valuetext", text);
-    };
-    view.scrub.setAttribute("aria-label", "Time");
-  }
-
-  timeAt(tick) {
-    const { ticks, times, step } = this.clock;
-    let piece = 0;
-    while (piece + 1 < ticks.length && ticks[piece + 1] <= tick) piece += 1;
-    const time = times[piece] + step * (tick - ticks[piece]), digits = Math.max(Math.ceil(-Math.log10(step)), 0);
-    return time.toFixed(Math.min(digits, 6));
   }
 
   buildControls(element) {
@@ -239,7 +261,7 @@ class Recorded {
     this.alertText = make("span", {});
     this.alert = make("div", { class: "tl-alert", role: "alert", hidden: true }, this.alertText,
       make("button", { type: "button", class: "ts-button", "aria-label": "Dismiss", onclick: () => { this.alert.hidden = true; } }, "×"));
-    const files = takesFiles((file) => this.take(file), (text) => this.fail(text), "Open a CSV …");
+    const files = takesFiles((file) => this.take(file), (text) => this.fail(text), "Open CSV …");
     this.save = make("button", { type: "button", class: "ts-button tl-button", title: "Save the recording as a page that plays anywhere", onclick: () => this.ask("save", "Packing …") }, "Save as HTML");
     files.append(this.save);
     this.range = this.number("Awareness range", "Distance within which two robots are neighbours, in the unit of the positions", FREE.range);
@@ -275,6 +297,12 @@ class Recorded {
       this.change();
     });
     input.addEventListener("input", () => { this.slide(one); this.change(); });
+    // Half a number is no error until somebody leaves it so.
+    input.addEventListener("change", () => {
+      if (isNumber(input) || !this.choice) return;
+      this.fail(`${name}: must be a number above 0, as in ${least}; it stays ${one.held}.`);
+      this.showChoice();
+    });
     one.field = make("div", { class: "tl-field", title }, make("label", { for: id }, name), slider, input);
     return one;
   }
@@ -293,6 +321,7 @@ class Recorded {
 
   choose() {
     if (!this.isChosen || this.isWaiting || !this.choice) return;
+    if (![this.range, this.risk].every(({ input }) => isNumber(input))) return;
     this.isChosen = false;
     const window = this.window.value === "" ? null : Number(this.window.value);
     const fields = { awareness_range: Number(this.range.input.value), risk: Number(this.risk.input.value), window, range_shape: this.shape.value, run: Number(this.run.value) };
@@ -359,7 +388,7 @@ class Recorded {
   }
 
   invite() {
-    this.panel.replaceChildren(
+    this.panel.element.replaceChildren(
       make("h2", {}, "Your robots, your δ"),
       make("p", {}, "Drop a CSV of recorded positions on this page. It has a header and the columns time, robot, x, y; and run, if it holds several recordings."),
       make("pre", { class: "tr-example" }, "time,robot,x,y\n0.0,a,1.20,0.35\n0.0,b,2.01,1.10\n0.1,a,1.22,0.36"),
@@ -374,12 +403,12 @@ class Recorded {
   on_record({ name, facts, runs }) {
     document.title = `${name} · teamsight`;
     this.view.title = name;
-    this.facts.replaceChildren(...facts.map(([term, text]) => make("div", {}, make("dt", {}, term), make("dd", {}, text))));
+    this.facts.replaceChildren(...factRows(facts));
     this.run.replaceChildren(...runs.map((text, k) => make("option", { value: k }, text)));
     this.runField.hidden = runs.length < 2;
     for (const one of [this.fields, this.understood, this.save]) one.hidden = false;
     // Until the first frames of this one.
-    Object.assign(this, { choice: null, clock: null, isChosen: false });
+    Object.assign(this, { choice: null, isNew: true, isChosen: false });
   }
 
   on_answer(message) {
@@ -387,25 +416,16 @@ class Recorded {
     this.choice = message.choice;
     if (isNew) [this.range.least, this.range.most] = FREE.range.map((factor) => factor * message.choice.awareness_range);
     if (!this.isChosen) this.showChoice();
-    const { answer, cautions, notes, delta, trial, length } = message;
-    const share = delta === null ? "" : `It is exceeded in a ${trial} if any robot has more than ${delta} neighbours at any time of these ${short(length)}.`;
-    this.answer.replaceChildren(
-      make("p", { class: "tr-delta-text" }, delta === null ? "δ = ?" : `δ = ${delta}`),
-      make("p", {}, answer), make("p", { class: "ts-soft" }, share),
-      make("ul", { class: "tr-cautions", "aria-label": "Cautions" }, ...cautions.map((text) => make("li", {}, text))));
-    const open = this.rest.querySelector("details[open]") !== null;
-    this.rest.replaceChildren(drawCurve(message),
-      make("p", { class: "tr-legend" }, make("span", { class: "tr-key-point", "aria-hidden": "true" }), ` share of ${trial}s in which any robot has more than δ neighbours, and its bounds; `,
-        make("span", { class: "tr-key-time", "aria-hidden": "true" }), " share of the time"),
-      make("details", { open }, make("summary", {}, "Table and notes"), curveTable(message), make("ul", { class: "tr-notes" }, ...notes.map((text) => make("li", {}, text)))));
-    if (!this.answer.isConnected) this.panel.replaceChildren(this.answer, this.rest);
+    this.panel.show(message);
     this.rested();
   }
 
   showChoice() {
     const { awareness_range: range, risk, window, range_shape: shape, run } = this.choice;
-    Object.assign(this.range.input, { value: short(range) === String(range) ? short(range) : String(range) });
+    this.range.input.value = String(range);
     this.risk.input.value = String(risk);
+    Object.assign(this.range, { held: range });
+    Object.assign(this.risk, { held: risk });
     this.slide(this.range);
     this.slide(this.risk);
     this.window.value = window === null ? "" : String(window);
@@ -413,8 +433,8 @@ class Recorded {
     this.run.value = String(run);
   }
 
-  async on_track({ scene, frames: packed, clock }) {
-    const { view } = this, isFirst = !this.clock, at = view.position, tick = view.shownTime;
+  async on_track({ scene, frames: packed }) {
+    const { view } = this, at = view.position, tick = view.shownTime;
     let frames;
     try {
       frames = await decodeReplay(packed, scene);
@@ -422,10 +442,11 @@ class Recorded {
       this.fail(`The page cannot read what the server sends: ${error.message}`);
       return;
     }
-    const isSame = !isFirst && view.tracks[0]?.scene.title === scene.title;
-    this.clock = clock;
+    const isSame = !this.isNew && view.tracks[0]?.scene.title === scene.title;
+    this.isNew = false;
     if (!isSame) view.select(0, null);
     view.setScene(0, scene);
+    this.panel.sayRanges();
     view.tracks[0].frames = frames;
     view.refreshTimes();
     view.fitDomain();
@@ -442,8 +463,9 @@ class Recorded {
   }
 }
 
-const { live } = window.teamsight;
-if (live) live.door = new Door(live);
+const { live } = window.teamsight, saved = document.getElementById("panel");
+if (saved) showSaved(saved);
+else if (live) live.door = new Door(live);
 else {
   window.teamsight.recorded = new Recorded(document.getElementById("teamsight"));
   window.teamsight.view = window.teamsight.recorded.view;

@@ -1293,10 +1293,10 @@ class Chart {
     const bottom = low + 13 * ratio, [from, until] = this.domain;
     for (const [time, align] of [[from, "left"], [until, "right"]]) {
       to.textAlign = align;
-      to.fillText(String(Math.round(time)), align === "left" ? left : right, bottom);
+      to.fillText(this.view.timeText(time), align === "left" ? left : right, bottom);
     }
     to.textAlign = "center";
-    to.fillText("tick", (left + right) / 2, bottom);
+    to.fillText(this.view.timeWord, (left + right) / 2, bottom);
   }
 
   axisText(value) {
@@ -1451,7 +1451,7 @@ class Inspector {
     const look = isPresent ? lookOf(group.role, frame.flags[slot]) : LOOKS.inactive;
     const states = stateOf(track.scene, frame, slot);
     return make("div", { class: "ts-title" },
-      make("h2", {}, view.icon(track.arena, one.group, look), `${group.name} · ${one.id}`),
+      make("h2", {}, view.icon(track.arena, one.group, look), `${group.name} · ${one.name ?? one.id}`),
       soft(states.join(", ")),
     );
   }
@@ -1614,7 +1614,10 @@ class Inspector {
 
 const soft = (text) => make("p", { class: "ts-soft" }, text);
 const plural = (count, word) => `${count} ${word}${count === 1 ? "" : "s"}`;
-const bodyName = (scene, slot) => `${scene.groups[scene.slots[slot].group].name} ${scene.slots[slot].id}`;
+const bodyName = (scene, slot) => {
+  const { group, name, id } = scene.slots[slot];
+  return `${scene.groups[group].name} ${name ?? id}`;
+};
 
 // The states of a body in words.
 function stateOf(scene, frame, slot) {
@@ -1867,6 +1870,13 @@ class View {
   isShared(time) { return this.tracks.every(({ frames }, i) => frames[this.indexAt(i, time)]?.time === time); }
 
   get shownTime() { return this.times[this.position] ?? 0; }
+
+  // How people are told a time: ticks, or the time of a record by its clock.
+  get timeWord() { return this.tracks[0]?.scene.clock ? "time" : "tick"; }
+  timeText(tick) {
+    const { clock } = this.tracks[0]?.scene ?? {};
+    return clock ? recordedTime(clock, tick) : String(Math.round(tick));
+  }
 
   // The index of the last frame of a track at or before a time; −1 if there is none.
   indexAt(i, time) {
@@ -2213,7 +2223,7 @@ class View {
     if (Number(this.scrub.min) !== first) this.scrub.min = first;
     if (Number(this.scrub.max) !== last) this.scrub.max = last;
     this.scrub.value = this.shownTime;
-    const text = `tick ${Math.round(this.shownTime)}`;
+    const text = `${this.timeWord} ${this.timeText(this.shownTime)}`;
     this.scrub.setAttribute("aria-valuetext", text);
     setText(this.clockText, text);
   }
@@ -2243,7 +2253,7 @@ class View {
       const series = scene.series.map((name, s) => `${nameOf(name).toLowerCase()} ${shownValue(name, frame.value(s))}`);
       return `${this.tracks.length > 1 ? `${scene.title}: ` : ""}${series.join(", ")}`;
     });
-    setText(this.status, `Tick ${Math.round(this.shownTime)}. ${parts.join(". ")}.`);
+    setText(this.status, `${capital(this.timeWord)} ${this.timeText(this.shownTime)}. ${parts.join(". ")}.`);
   }
 
   resize() {
@@ -2467,7 +2477,7 @@ class View {
       const frame = this.frameOf(t), s = scene.series.indexOf("observed");
       const observed = frame && s >= 0 ? `, observed ${shownValue("observed", frame.value(s))}` : "";
       to.fillStyle = palette.text;
-      const text = `${scene.title}, tick ${Math.round(this.shownTime)}${observed}`;
+      const text = `${scene.title}, ${this.timeWord} ${this.timeText(this.shownTime)}${observed}`;
       to.fillText(text, left + 10 * ratio, line / 2, one.width - 20 * ratio);
       left += one.width + gap;
     });
@@ -2488,6 +2498,12 @@ class View {
 }
 
 // Part: start.
+
+// The time of a tick of a record, in pieces that begin at some ticks and times.
+function recordedTime({ step, ticks, times }, tick) {
+  const piece = Math.max(lastAt(ticks, tick), 0), digits = Math.max(Math.ceil(-Math.log10(step) - 1e-6), 0);
+  return (times[piece] + step * (tick - ticks[piece])).toFixed(Math.min(digits, 9));
+}
 
 // A replay in the page: element #replay holds the scenes and the packed frames.
 async function start(root, data) {

@@ -1,0 +1,378 @@
+"""The page of recorded robots: what it says of a file, what it plays, and that bad input changes nothing."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import ClientConnection, connect
+
+from teamsight.analysis.delta import delta_from_trajectories, read_trajectories
+from teamsight.live import LivePage, recorded, watch, watch_trajectories
+from teamsight.live.protocol import MOST_BYTES
+from teamsight.live.recorded import Choice, RecordedTeam
+from teamsight.view import Replay
+
+_PATIENCE = 300.0  # seconds, against a hang
+
+
+def table_of(robots: int = 4, frames: int = 200, step: float = 0.1, speed: float = 0.05, run: str | None = None) -> pd.DataFrame:
+    """Return robots that walk at random in a square with a side of 4."""
+    rng = np.random.default_rng(7)
+    place = np.cumsum(rng.normal(0, speed, (frames, robots, 2)), axis=0) + rng.uniform(0, 4, (robots, 2))
+    found = pd.DataFrame({
+        "time": np.repeat(step * np.arange(frames), robots), "robot": np.tile(np.arange(robots), frames),
+        "x": place[..., 0].ravel(), "y": place[..., 1].ravel(),
+    })  # fmt: skip
+    return found if run is None else found.assign(run=run)
+
+
+def team_of(table: pd.DataFrame) -> RecordedTeam:
+    return recorded.read_recorded("team.csv", content=table.to_csv(index=False).encode())
+
+
+@pytest.fixture
+def page(request: pytest.FixtureRequest, tmp_path: Any) -> Iterator[LivePage]:
+    """A page that shows a file at first."""
+    table_of().to_csv(tmp_path / "first.csv", index=False)
+    made = watch_trajectories(tmp_path / "first.csv", 1.0, port=0, browser=False, wait=False, **getattr(request, "param", {}))
+    yield made
+    made.close()
+
+
+def opened(page: LivePage, path: str = "recorded-socket", **how: Any) -> ClientConnection:
+    base, _, query = page.url.partition("?")
+    address = base.replace("http", "ws") + path + ("?" + query if query else "")
+    return connect(address, **{"origin": base.rstrip("/"), "max_size": None, "proxy": None, **how})
+
+
+def heard(socket: ClientConnection, kind: str) -> dict[str, Any]:
+    """Read the next message, which must be of a kind."""
+    found: dict[str, Any] = json.loads(socket.recv(timeout=_PATIENCE))
+    assert found["type"] == kind, found.get("message", found["type"])
+    return found
+
+
+def send(socket: ClientConnection, content: bytes, name: str = "sent.csv") -> None:
+    socket.send(json.dumps({"type": "file", "name": name, "size": len(content)}))
+    heard(socket, "send")
+    for at in range(0, len(content), MOST_BYTES):
+        socket.send(content[at : at + MOST_BYTES])
+
+
+# What is shown.
+
+
+def test_the_answer_is_that_of_the_analysis_for_each_risk_and_range() -> None:
+    table = table_of(robots=6)
+    team = team_of(table)
+    for reach, risk, window in [(1.0, 0.01, None), (1.0, 0.3, None), (2.0, 0.3, 1.5), (1.0, 0.3, 1.5)]:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            wanted = delta_from_trajectories(table, reach, risk=risk, window=window)
+        shown = team.answer(Choice(awareness_range=reach, risk=risk, window=window))
+        answer, *_ = wanted.sentences()[len(wanted.cautions) :]
+        assert shown["answer"] == answer
+        assert shown["cautions"] == [*wanted.cautions, *wanted.advice]
+        assert (f"δ = {shown['delta']}" in answer) == (shown["delta"] is not None) != ("is one observation" in answer)
+        for row in shown["curve"]:
+            assert row["probability"] == wanted.exceedance["probability"][row["delta"]]
+            assert row["high"] == wanted.exceedance["high"][row["delta"]]
+
+
+def test_frames_have_positions_neighbours_and_times_of_the_record() -> None:
+    table = table_of(robots=5, frames=50).query("not (robot == 3 and 1.0 < time < 3.0)")
+    track = team_of(table).play(Choice(awareness_range=1.2))
+    assert len(track.frames) == 50
+    for k in (0, 20, 49):
+        frame, now = track.frames[k], table[np.isclose(table["time"], 0.1 * k)]
+        present = np.flatnonzero(frame.flags)
+        assert present.tolist() == now["robot"].tolist()
+        place = now[["x", "y"]].to_numpy()
+        assert frame.positions(track.scene.bounds)[present] == pytest.approx(place, abs=1e-3)
+        near = np.linalg.norm(place[:, None] - place[None], axis=-1) <= 1.2
+        pairs = {(int(present[a]), int(present[b])) for a, b in zip(*np.nonzero(near), strict=True) if a != b}
+        assert set(zip(frame.links[0].source.tolist(), frame.links[0].target.tolist(), strict=True)) == pairs
+        assert frame.series[1] == max(near.sum(axis=1)) - 1
+    # Robot 3 is away at frame 20, and back at the end.
+    assert 3 not in np.flatnonzero(track.frames[20].flags)
+    assert 3 in np.flatnonzero(track.frames[49].flags)
+    assert track.scene.clock is not None
+    assert track.scene.clock.step == pytest.approx(0.1)
+
+
+def test_long_records_are_played_in_fewer_frames() -> None:
+    track = team_of(table_of(frames=7001)).play(Choice())
+    assert track.scene.every == 3
+    assert [frame.time for frame in track.frames[:3]] == [0.0, 3.0, 6.0]
+
+
+def test_it_says_what_it_understood() -> None:
+    facts = dict(team_of(table_of()).facts())
+    assert facts["Robots"] == "4: 0, 1, 2, 3"
+    assert facts["Positions"] == "800"
+    assert facts["Rate"].startswith("a position every 0.1 (10 a second, if times are seconds)")
+    assert facts["Duration"].startswith("19.9, time 0 to 19.9")
+    assert facts["Gaps"] == "none longer than 0.5"
+    assert facts["Clocks"] == "robots start together"
+    assert "if positions are in metres and times in seconds" in facts["Units"]
+
+
+def test_gaps_other_clocks_and_other_rates_are_named() -> None:
+    table = table_of(robots=4, frames=400)
+    gap = table.query("not 10 <= time < 15")
+    assert dict(team_of(gap).facts())["Gaps"].startswith("1 in which no robot has a position (up to 5.1)")
+    single = table.query("not (robot == 2 and 10 <= time < 15)")
+    assert dict(team_of(single).facts())["Gaps"] == "1 of single robots (longest 5.1, robot 2)"
+    other = table.assign(time=table["time"] + 7.0 * (table["robot"] == 1))
+    assert dict(team_of(other).facts())["Clocks"] == "robot 1 starts 7 after the others (their median)"
+    assert any(text.startswith("Check the clocks") for text in team_of(other).answer(Choice())["cautions"])
+    slow = table[(table["robot"] != 3) | (np.arange(len(table)) // 4 % 4 == 0)]
+    assert "(robot 3)" in dict(team_of(slow).facts())["Rate"]
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1, "seconds"), (1e3, "milliseconds"), (1e9, "nanoseconds")])
+def test_times_since_1970_are_recognised(factor: float, unit: str) -> None:
+    table = table_of(step=0.25)
+    facts = dict(team_of(table.assign(time=(1_780_000_000 + table["time"]) * factor)).facts())
+    assert f"time looks like {unit} (they begin on 2026-05-28" in facts["Units"]
+    assert "(4 a second)" in facts["Rate"]
+
+
+def test_a_guessed_range_is_called_a_guess() -> None:
+    team = team_of(table_of())
+    assert team.guess in (0.5, 1.0, 2.0)
+    assert "is a guess" in team.answer(Choice())["cautions"][0]
+    assert not any("guess" in text for text in team.answer(Choice(awareness_range=team.guess))["cautions"])
+
+
+def test_each_run_is_played_and_all_count() -> None:
+    table = pd.concat([table_of(run="a"), table_of(robots=3, frames=80, run="b")])
+    team = team_of(table)
+    assert team.runs == ["a", "b"]
+    assert [len(team.play(Choice(run=run)).frames) for run in (0, 1)] == [200, 80]
+    assert "run b" in team.play(Choice(run=1)).scene.title
+
+
+def test_a_saved_page_plays_and_holds_the_answer(tmp_path: Any) -> None:
+    team = team_of(table_of())
+    name, html = team.saved(Choice(awareness_range=1.0))
+    assert name == "teamsight-team.html"
+    (tmp_path / name).write_text(html)
+    replay = Replay.open(tmp_path / name)
+    assert len(replay) == 200
+    assert replay.scene.clock is not None
+    assert json.dumps(team.answer(Choice(awareness_range=1.0))["answer"])[1:-1] in html
+
+
+# The server.
+
+
+def test_the_first_file_is_shown_and_settings_act(page: LivePage) -> None:
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": ""}))
+        assert heard(socket, "record")["name"] == "first.csv"
+        first = heard(socket, "answer")
+        assert first["choice"]["awareness_range"] == 1.0
+        heard(socket, "track")
+        chosen = {**first["choice"], "risk": 0.2}
+        socket.send(json.dumps({"type": "choose", **chosen}))
+        assert heard(socket, "answer")["choice"] == chosen
+        # Another range has other links, so that its frames follow.
+        socket.send(json.dumps({"type": "choose", **chosen, "awareness_range": 0.3}))
+        heard(socket, "answer")
+        assert heard(socket, "track")["scene"]["slots"][0]["awareness_range"] == 0.3
+        socket.send(json.dumps({"type": "save"}))
+        assert heard(socket, "recording")["name"] == "teamsight-first.html"
+
+
+def test_a_file_is_sent_and_opened_by_its_key(page: LivePage) -> None:
+    content = table_of(robots=7).to_csv(index=False).encode()
+    assert len(content) > 3 * MOST_BYTES
+    with opened(page) as socket:
+        send(socket, content)
+        key = heard(socket, "kept")["key"]
+        assert dict(heard(socket, "record")["facts"])["Robots"].startswith("7:")
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": key}))
+        assert heard(socket, "record")["name"] == "sent.csv"
+
+
+def test_the_oldest_file_makes_room_but_not_the_first(page: LivePage) -> None:
+    content = table_of(frames=20).to_csv(index=False).encode()
+    keys = []
+    with opened(page) as socket:
+        for _ in range(recorded.MOST_KEPT + 1):
+            send(socket, content)
+            keys.append(heard(socket, "kept")["key"])
+            for kind in ("record", "answer", "track"):
+                heard(socket, kind)
+        socket.send(json.dumps({"type": "open", "key": keys[0]}))
+        assert "drop it on the page again" in heard(socket, "error")["message"]
+        for key in (keys[1], ""):
+            socket.send(json.dumps({"type": "open", "key": key}))
+            for kind in ("record", "answer", "track"):
+                heard(socket, kind)
+
+
+_ROWS = "time,robot,x,y\n"
+_BAD: dict[str, tuple[bytes, str]] = {
+    "empty": (b"", "the file is empty"),
+    "nonsense": (b"hello\nthere, friend\n", "columns time, robot, x, y"),
+    "columns": (b"t,robot,x,y\n0,1,2,3\n", "no column 'time'"),
+    "near": (b"time,robot,X,y\n0,1,2,3\n", "rename 'X' to 'x'"),
+    "header": (_ROWS.encode(), "no rows"),
+    "picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(range(256)) * 40, "columns time, robot, x, y"),
+    "one robot": ((_ROWS + "0,a,1,1\n1,a,1,2\n").encode(), "at least 2 robots"),
+    "one time": ((_ROWS + "0,a,1,1\n0,b,1,2\n").encode(), "single sample"),
+    "nan": ((_ROWS + "0,a,1,1\n0,b,2,\n1,a,1,1\n1,b,2,1\n").encode(), "y is missing in row 2"),
+    "infinite": ((_ROWS + "0,a,1,1\n0,b,2,inf\n1,a,1,1\n1,b,2,1\n").encode(), "row 2"),
+    "twice": ((_ROWS + "0,a,1,1\n0,a,1,1\n1,a,1,1\n1,b,2,1\n").encode(), "twice at time 0"),
+    "back": ((_ROWS + "1,a,1,1\n0,a,1,1\n1,b,2,1\n").encode(), "goes back"),
+    "dates": ((_ROWS + "2026-01-01,a,1,1\n2026-01-02,a,1,1\n").encode(), "must be a number"),
+    "semicolons": (b"time;robot;x;y\n0;1;2;3\n", "separated by commas"),
+    "binary": (bytes(range(256)) * 8, ""),
+    "words": ((_ROWS + "0,a,left,1\n").encode(), "must be a number"),
+}
+
+
+@pytest.mark.parametrize("name", _BAD)
+def test_bad_files_are_refused_and_the_page_goes_on(page: LivePage, name: str) -> None:
+    (content, reason), choice = _BAD[name], {}
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": ""}))
+        for kind in ("record", "answer", "track"):
+            choice = heard(socket, kind).get("choice", choice)
+        socket.send(json.dumps({"type": "file", "name": "bad.csv", "size": len(content)}))
+        if content:
+            heard(socket, "send")
+            for at in range(0, len(content), MOST_BYTES):
+                socket.send(content[at : at + MOST_BYTES])
+        said = heard(socket, "error")["message"]
+        assert reason in said
+        assert "\n" not in said
+        assert "Traceback" not in said
+        # The file of before is still that of this page.
+        socket.send(json.dumps({"type": "choose", **choice, "risk": 0.5}))
+        assert heard(socket, "answer")["robots"] == 4
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "reason"),
+    [
+        ("picture.png", 100, "drop a .csv"),
+        ("team.csv.gz", 100, "drop a .csv"),
+        ("/etc/passwd", 100, "passwd: is not a CSV file"),
+        ("big.csv", recorded.MOST_FILE + 1, "teamsight watch --trajectories"),
+    ],
+)
+def test_other_and_larger_files_are_refused_before_they_are_sent(page: LivePage, name: str, size: int, reason: str) -> None:
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "file", "name": name, "size": size}))
+        assert reason in heard(socket, "error")["message"]
+        socket.send(b"time,robot\n")
+        assert "before its name and size" in heard(socket, "error")["message"]
+
+
+def test_a_file_that_is_longer_than_it_says_is_refused(page: LivePage) -> None:
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "file", "name": "a.csv", "size": 10}))
+        heard(socket, "send")
+        socket.send(b"x" * 20)
+        assert "longer than it was said to be" in heard(socket, "error")["message"]
+
+
+def test_the_name_of_a_file_opens_nothing(page: LivePage, tmp_path: Any) -> None:
+    table_of(robots=9).to_csv(tmp_path / "other.csv", index=False)
+    with opened(page) as socket:
+        send(socket, table_of(robots=5).to_csv(index=False).encode(), str(tmp_path / "other.csv"))
+        heard(socket, "kept")
+        record = heard(socket, "record")
+        assert record["name"] == "other.csv"
+        assert dict(record["facts"])["Robots"].startswith("5:")
+        heard(socket, "answer"), heard(socket, "track")
+        socket.send(json.dumps({"type": "open", "key": str(tmp_path / "other.csv")}))
+        assert "no longer" in heard(socket, "error")["message"]
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "choose", "awareness_range": 0, "range_shape": "disc", "risk": 0.1, "window": None, "run": 0},
+        {"type": "choose", "awareness_range": 1, "range_shape": "ball", "risk": 0.1, "window": None, "run": 0},
+        {"type": "choose", "awareness_range": 1, "range_shape": "disc", "risk": 2, "window": None, "run": 0},
+        {"type": "choose", "awareness_range": 1, "range_shape": "disc", "risk": 0.1, "window": -1, "run": 0},
+        {"type": "choose", "awareness_range": 1e-9, "range_shape": "disc", "risk": 0.1, "window": None, "run": 0},
+        {"type": "choose", "awareness_range": 1, "range_shape": "disc", "risk": 0.1, "window": 1e9, "run": 0},
+        {"type": "file", "name": 5, "size": 1},
+        {"type": "read", "path": "/etc/passwd"},
+        {"type": "run"},
+    ],
+)
+def test_what_cannot_be_chosen_is_said(page: LivePage, message: dict[str, Any]) -> None:
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": ""}))
+        for kind in ("record", "answer", "track"):
+            heard(socket, kind)
+        socket.send(json.dumps(message))
+        heard(socket, "error")
+        socket.send(json.dumps({"type": "save"}))
+        heard(socket, "recording")
+
+
+@pytest.mark.parametrize("page", [{"token": "abcdefgh"}], indirect=True)
+def test_the_socket_needs_the_token_and_the_origin(page: LivePage) -> None:
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": ""}))
+        heard(socket, "record")
+    base = page.url.partition("?")[0]
+    for url, origin in [
+        (base + "recorded-socket", base.rstrip("/")),
+        (base + "recorded-socket?token=abcdefgh", "http://evil.example"),
+    ]:
+        with pytest.raises(InvalidStatus) as error:
+            connect(url.replace("http", "ws"), origin=origin, proxy=None)
+        assert error.value.response.status_code == 403
+
+
+def test_without_worlds_there_is_no_socket_for_them(page: LivePage) -> None:
+    with pytest.raises(InvalidStatus) as error:
+        opened(page, "socket")
+    assert error.value.response.status_code == 404
+
+
+def test_the_page_of_a_world_takes_files_too() -> None:
+    with watch(parameters={"robots": 2, "targets": 2}, running=False, port=0, browser=False, wait=False) as live:
+        with opened(live) as socket:
+            socket.send(json.dumps({"type": "open", "key": ""}))
+            heard(socket, "empty")
+            send(socket, table_of().to_csv(index=False).encode())
+            heard(socket, "kept")
+        with opened(live, "socket") as socket:
+            assert json.loads(socket.recv(timeout=_PATIENCE))["type"] == "scene"
+
+
+@pytest.mark.parametrize(
+    ("how", "reason"),
+    [
+        ({"awareness_range": -1.0}, "awareness_range"),
+        ({"risk": 0.0}, "risk"),
+        ({"range_shape": "ball"}, "range_shape"),
+        ({"host": "0.0.0.0"}, "token"),
+    ],
+)
+def test_settings_are_checked_before_anything_is_served(how: dict[str, Any], reason: str) -> None:
+    with pytest.raises((TypeError, ValueError), match=reason):
+        watch_trajectories(None, port=0, browser=False, wait=False, **how)
+
+
+def test_a_file_in_memory_is_read_as_one_on_disk(tmp_path: Any) -> None:
+    place = tmp_path / "team.csv"
+    table_of().to_csv(place, index=False)
+    pd.testing.assert_frame_equal(read_trajectories(place), read_trajectories("x.csv", content=place.read_bytes()))
