@@ -194,8 +194,10 @@ class RecordedTeam:
         yield "Rate", self._rate()
         spans = (grid.length - 1) * grid.step
         pieces = f" in {len(spans):,} {'runs or ' * several}pieces" * (len(spans) > 1)
+        since, per_second = self._epoch()
         begin, end = (f"{time:.12g}" for time in (table["time"].min(), table["time"].max()))
-        yield "Duration", f"{_short(spans.sum())}{pieces}, time {begin} to {end}"
+        when = f" ({_short(spans.sum() / per_second)} s)" if since else f", time {begin} to {end}"
+        yield "Duration", f"{_short(spans.sum())}{when}{pieces}"
         yield "Gaps", self._gaps()
         yield "Clocks", self._clocks()
         motion = motion_of(table, grid)
@@ -204,12 +206,9 @@ class RecordedTeam:
         width, height = map(_short, motion.span)
         yield "Area", f"{width} × {height}"
         yield "Speed", f"{_short(speed)} (median of those that move)" if speed else "nobody moves"
-        time, per_second = self._epoch()
         shown = f"{width} m × {height} m, {_short(speed * per_second)} m/s"
-        yield "Units", (
-            f"{f'time looks like {time} since 1970' if time else 'the file names none'}; if positions are in metres"
-            f"{'' if time else ' and times in seconds'}: {shown}"
-        )
+        both = "positions are in metres" if since else "positions are in metres and times in seconds"
+        yield "Units", f"{since or 'the file names none'}; if {both}: {shown}"
 
     def _rate(self) -> str:
         step, own = self.grid.interval, self._own_intervals()
@@ -263,12 +262,12 @@ class RecordedTeam:
         return f"robot {who[k]} starts {_short(abs(late[k]))} {when} the others (their median)"
 
     def _epoch(self) -> tuple[str, float]:
-        """Return the unit of times that look like times since 1970, and how many are a second; 1 if it is unknown."""
+        """Say the unit of times that look like times since 1970, and return how many are a second; 1 if unknown."""
         begin, end = float(self.table["time"].min()), float(self.table["time"].max())
         for unit, per_second in _EPOCHS.items():
             if _FROM * per_second <= begin and end <= _UNTIL * per_second:
                 date = datetime.fromtimestamp(begin / per_second, UTC)
-                return f"{unit} (they begin on {date:%Y-%m-%d %H:%M} UTC)".replace(")", "),"), per_second
+                return f"times look like {unit} since 1970 and begin on {date:%Y-%m-%d %H:%M} UTC", per_second
         return "", 1.0
 
     def report(self, choice: Choice) -> DeltaReport:
@@ -341,7 +340,9 @@ class RecordedTeam:
         place = np.concatenate([
             block.position[(np.arange(len(block.time)) + block.first) % every == 0] for block in blocks(table, grid)
         ])  # fmt: skip
-        clock = Clock(grid.step, grid.split(False).tolist(), grid.start.tolist())
+        # Times since 1970 are too long to read, and where they begin is among the facts.
+        origin = grid.start[0] if self._epoch()[0] else 0.0
+        clock = Clock(grid.step, grid.split(False).tolist(), (grid.start - origin).tolist())
         scene = replace(self._scene(choice, names, place), every=every, clock=clock)
         return RecordedTrack(scene, list(_frames(scene, place, choice.range_shape)))
 
@@ -353,7 +354,13 @@ class RecordedTeam:
         named = f", run {self.runs[min(choice.run, len(self.runs) - 1)]}" * (len(self.runs) > 1)
         return Scene(
             f"{self.name}{named}", "recorded robots", __version__, 0, 1, bounds,
-            groups=(SceneGroup("robots", "robot", _COLOUR, "recorded", range_shape=choice.range_shape),),
+            groups=(
+                # Nobody knows what the robots knew of each other: no degree of awareness.
+                SceneGroup(
+                    "robots", "robot", _COLOUR, "recorded", awareness={"name": ""}, range_shape=choice.range_shape,
+                    fields={"awareness range": reach},
+                ),
+            ),
             slots=tuple(Slot(0, k, 0.0, reach, name=name) for k, name in enumerate(names)),
             series=("mean_neighbours", "max_neighbours"), links=(LinkList("teammates", "teammates"),),
         )  # fmt: skip

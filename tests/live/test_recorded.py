@@ -141,7 +141,7 @@ def test_gaps_other_clocks_and_other_rates_are_named() -> None:
 def test_times_since_1970_are_recognised(factor: float, unit: str) -> None:
     table = table_of(step=0.25)
     facts = dict(team_of(table.assign(time=(1_780_000_000 + table["time"]) * factor)).facts())
-    assert f"time looks like {unit} (they begin on 2026-05-28" in facts["Units"]
+    assert f"times look like {unit} since 1970 and begin on 2026-05-28" in facts["Units"]
     assert "(4 a second)" in facts["Rate"]
 
 

@@ -172,7 +172,7 @@ function drawCurve({ curve, delta, choice, trials, trial, largest }) {
   const seen = curve.map(({ probability }, k) => [x(k), y(probability), probability]).filter(([, , share]) => share > 0);
   parts.push(make("path", { d: seen.map(([px, py], k) => `${k ? "L" : "M"}${px} ${py}`).join(""), class: "tr-line" }));
   curve.forEach(({ probability }, k) => parts.push(make("circle", { cx: x(k), cy: y(probability), r: 3, class: probability > 0 ? "tr-point" : "tr-none" })));
-  parts.push(line(LEFT, y(choice.risk), WIDE - RIGHT, y(choice.risk), "tr-risk"), text(WIDE - RIGHT, y(choice.risk) - 3, `risk ${percent(choice.risk)}`, "end"));
+  parts.push(line(LEFT, y(choice.risk), WIDE - RIGHT, y(choice.risk), "tr-risk"), text(WIDE - RIGHT, y(choice.risk) - 3, `risk ${percent(choice.risk)}`, "end", "tr-over"));
   const place = curve.findIndex(({ delta: at }) => at === delta);
   if (place >= 0) parts.push(line(x(place), TOP, x(place), BASE, "tr-delta"), text(x(place), TOP - 3, `δ = ${delta}`, "middle", "tr-strong"));
   parts.push(line(LEFT, BASE, WIDE - RIGHT, BASE, "tr-axis"), text((LEFT + WIDE) / 2, BASE + 28, "δ (number of neighbours)"));
@@ -200,6 +200,10 @@ class Panel {
     this.element.classList.add("tr-panel");
     this.element.setAttribute("aria-label", "δ");
     view.inspector.element.before(this.element);
+    // Beside the arena, the inspector may be below what the column shows.
+    view.onselect = ({ slot }) => {
+      if (slot !== null && matchMedia("(min-width: 861px)").matches) view.inspector.element.scrollIntoView({ block: "nearest" });
+    };
   }
 
   show(message) {

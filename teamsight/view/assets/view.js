@@ -1467,7 +1467,8 @@ class Inspector {
     if (degreeOf(group)) facts.push(["Awareness", group.awareness ? degreeText(group.awareness) : "none"]);
     const shape = group.range_shape === "square" ? ", square" : "";
     if (one.radius) facts.push(["Radius", length(one.radius)]);
-    if (senses(group)) facts.push(["Sensing range", length(one.sensing_range) + shape]);
+    // What recorded robots sense of targets is not known.
+    if (senses(group) && !scene.clock) facts.push(["Sensing range", length(one.sensing_range) + shape]);
     if (degreeOf(group)) facts.push(["Awareness range", length(one.awareness_range) + shape]);
     const angle = (one.field_of_view * 180) / Math.PI;
     if (angle < 360 - 1e-4) facts.push(["Field of view", `${Math.round(angle)}°`]);
