@@ -241,7 +241,7 @@ class Server:
             for kind in ("css", "js")
         )
         response = _plain(connection, 200, _PAGE.format(
-            title=escape(self._title), styles="\n".join(f"<style>{one}</style>" for one in styles),
+            title=escape(self._title if path == "/" else "teamsight: recorded robots"), styles="\n".join(f"<style>{one}</style>" for one in styles),
             scripts="\n".join(f"<script>{one}</script>" for one in scripts),
         ))  # fmt: skip
         del response.headers["Content-Type"]

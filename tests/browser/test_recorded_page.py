@@ -134,6 +134,7 @@ def test_bad_files_leave_the_page_as_it_was(page: Page, served: Callable[..., Li
 def test_a_page_without_a_file_invites_one(page: Page, served: Callable[..., LivePage], tmp_path: Path) -> None:
     page.goto(served().url)
     page.get_by_role("heading", name="Your robots, your δ").wait_for()
+    assert page.get_by_role("group", name="Playing").is_hidden()
     (tmp_path / "chosen.csv").write_text(csv_of())
     with page.expect_file_chooser() as chooser:
         page.get_by_role("button", name="Open CSV …").click()

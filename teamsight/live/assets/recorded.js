@@ -125,7 +125,7 @@ function takesFiles(take, fail, label) {
 class Door {
   constructor(live) {
     Object.assign(this, { live, wire: null, file: null });
-    live.controls.element.append(takesFiles((file) => this.take(file), (text) => live.fail(text), "Recorded robots …"));
+    live.controls.element.append(takesFiles((file) => this.take(file), (text) => live.fail(text), "Open recorded robots …"));
   }
 
   take(file) {
@@ -252,7 +252,9 @@ class Recorded {
     this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
     root.prepend(this.banner);
     this.working = make("p", { class: "tr-working", role: "status", hidden: true });
-    view.stage.append(this.working);
+    this.invitation = make("div", { class: "tr-invitation" });
+    view.stage.append(this.working, this.invitation);
+    root.classList.add("tr-empty");
     this.buildControls(view.slot("controls"));
     this.panel = new Panel(view);
     view.scrub.setAttribute("aria-label", "Time");
@@ -392,11 +394,12 @@ class Recorded {
   }
 
   invite() {
-    this.panel.element.replaceChildren(
+    if (this.choice || this.invitation.childElementCount) return;
+    this.invitation.append(
       make("h2", {}, "Your robots, your δ"),
-      make("p", {}, "Drop a CSV of recorded positions on this page. It has a header and the columns time, robot, x, y; and run, if it holds several recordings."),
+      make("p", {}, "Drop a CSV of recorded positions on this page, or open one. It has a header and the columns time, robot, x, y; and run, if it holds several recordings."),
       make("pre", { class: "tr-example" }, "time,robot,x,y\n0.0,a,1.20,0.35\n0.0,b,2.01,1.10\n0.1,a,1.22,0.36"),
-      make("p", {}, "The page plays it, and says how many neighbours a robot has at most, for the risk that you accept."));
+      make("p", {}, "The page plays it, and says how many neighbours a robot has at most, for the risk that you accept. The file goes to the server that you have started, and no further."));
   }
 
   on_kept({ key }) {
@@ -411,6 +414,8 @@ class Recorded {
     this.run.replaceChildren(...runs.map((text, k) => make("option", { value: k }, text)));
     this.runField.hidden = runs.length < 2;
     for (const one of [this.fields, this.understood, this.save]) one.hidden = false;
+    this.invitation.remove();
+    this.root.classList.remove("tr-empty");
     // Until the first frames of this one.
     Object.assign(this, { choice: null, isNew: true, isChosen: false });
   }
