@@ -1,7 +1,11 @@
-"""δ from recorded positions: record a simulated run, as a tracking system records robots, then read the file."""
+"""δ from recorded positions: record a simulated run, as a tracking system records robots, then read the file.
+
+With the name of a file it is kept: `python examples/delta_from_trajectories.py trajectories.csv`.
+"""
 
 from __future__ import annotations
 
+import sys
 import tempfile
 from pathlib import Path
 
@@ -21,7 +25,7 @@ def record(path: Path) -> None:
 
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "trajectories.csv"
+        path = Path(*sys.argv[1:2]) if sys.argv[1:] else Path(folder) / "trajectories.csv"
         record(path)
         report = delta_from_trajectories(read_trajectories(path), awareness_range=1.0, risk=0.05, window=100)
     print(report)

@@ -240,8 +240,9 @@ class Server:
             [asset(f"view.{kind}"), *(asset(f"{name}.{kind}", ASSETS) for name, one in own if one == kind)]
             for kind in ("css", "js")
         )
+        title = self._title if path == "/" else "teamsight: recorded robots"
         response = _plain(connection, 200, _PAGE.format(
-            title=escape(self._title if path == "/" else "teamsight: recorded robots"), styles="\n".join(f"<style>{one}</style>" for one in styles),
+            title=escape(title), styles="\n".join(f"<style>{one}</style>" for one in styles),
             scripts="\n".join(f"<script>{one}</script>" for one in scripts),
         ))  # fmt: skip
         del response.headers["Content-Type"]

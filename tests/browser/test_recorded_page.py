@@ -179,6 +179,6 @@ def test_a_phone_has_the_answer_first_and_no_overflow(
     page.goto(served(csv_of(), awareness_range=1.0).url)
     ready(page, "team.csv")
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
-    above = "() => document.querySelector('.tr-panel').getBoundingClientRect().top < document.querySelector('.ts-stage').getBoundingClientRect().top"
+    above = "() => document.querySelector('.tr-panel').getBoundingClientRect().top < document.querySelector('canvas').getBoundingClientRect().top"
     assert page.evaluate(above)
     shot(page, f"recorded-phone-{'dark' if dark else 'light'}")

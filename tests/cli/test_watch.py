@@ -88,3 +88,45 @@ def test_a_model_that_is_not_found_is_answered_for_this_command(capsys: pytest.C
 def test_values_of_parameters_are_read() -> None:
     settings = WatchSettings.read({"beside": ("policy=centroid", "robots=3", "robot_speed=0.2", "uniform_target_speed=true")}, {})
     assert settings.beside == {"policy": "centroid", "robots": 3, "robot_speed": 0.2, "uniform_target_speed": True}
+
+
+_ROWS = "time,robot,x,y\n" + "".join(f"{t},{robot},{0.1 * t + robot},0\n" for t in range(40) for robot in (0, 1, 2))
+
+
+def test_recorded_robots_are_served_until_ctrl_c(tmp_path: Path) -> None:
+    (tmp_path / "team.csv").write_text(_ROWS, encoding="utf-8")
+    given = ("--port", "0", "--trajectories", "team.csv", "--awareness-range", "1.5", "--risk", "0.2", "--window", "5")
+    with started(*given, folder=tmp_path) as process:
+        assert process.stdout is not None
+        url = process.stdout.readline().strip()
+        assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url), process.stderr and process.stderr.read()
+        assert b"<title>teamsight: team.csv</title>" in urllib.request.urlopen(url).read()
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate()
+    assert (process.returncode, errors) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("given", "reason"),
+    [
+        (["--trajectories", "no.csv"], "no.csv: cannot be read"),
+        (["--trajectories", "bad.csv"], "no column 'time'"),
+        (["--trajectories", "team.csv", "--robots", "3"], "no effect on recorded positions"),
+        (["--trajectories", "team.csv", "--paused"], "no effect on recorded positions"),
+        (["--trajectories", "team.csv", "--window", "1e9"], "window"),
+        (["--risk", "0.1"], "needs --trajectories"),
+        (["--sort"], "needs --trajectories"),
+    ],
+)
+def test_what_recorded_robots_do_not_have_is_one_line(
+    given: list[str], reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "team.csv").write_text(_ROWS, encoding="utf-8")
+    (tmp_path / "bad.csv").write_text("t,robot,x,y\n0,1,2,3\n", encoding="utf-8")
+    with pytest.raises(SystemExit) as error:
+        main(["watch", "--no-browser", "--port", "0", *given])
+    assert error.value.code == 2
+    said = capsys.readouterr().err
+    assert reason in said
+    assert said.count("\n") == 1

@@ -230,9 +230,11 @@ def test_a_network_is_trained(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_pat
 
 
 @pytest.mark.short
-def test_delta_comes_from_the_trajectories_file(run: Run) -> None:
+def test_delta_comes_from_the_trajectories_file(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(sys, "argv", ["delta_from_trajectories.py", str(tmp_path / "kept.csv")])
     delta, safe = map(int, re.findall(r"δ = (\d+) \(point estimate\), (\d+) \(with", run("delta_from_trajectories"))[0])
     assert 1 <= delta <= safe <= 19
+    assert read_trajectories(tmp_path / "kept.csv")["robot"].nunique() == 20
 
 
 @pytest.mark.short
