@@ -306,7 +306,7 @@ RUN: dict[str, tuple[str, str]] = {
     "contacts.png": ("docs/contacts.md", r"(?s)```python.*```"),
     "field-of-view.png": ("examples/field_of_view.py", r"(?s).*"),
     "gathering.png": ("docs/tasks/gathering-index.parquet", r"(?s).*"),
-    # A window of 1280 × 800 of teamsight watch --trajectories trajectories.csv --awareness-range 1; see docs/recorded.md.
+    # A window of teamsight watch --trajectories trajectories.csv --awareness-range 1; see docs/recorded.md.
     "recorded.png": ("teamsight/live/assets/recorded.js", r"(?s).*"),
     "study.png": ("docs/studies.md", r"(?s)```toml.*?```sh.*?```"),
     "train_team.png": ("examples/train_team.py", r"(?s).*"),

@@ -101,6 +101,7 @@ def test_recorded_robots_are_served_until_ctrl_c(tmp_path: Path) -> None:
         url = process.stdout.readline().strip()
         assert re.fullmatch(r"http://127\.0\.0\.1:\d+/", url), process.stderr and process.stderr.read()
         assert b"<title>teamsight: team.csv</title>" in urllib.request.urlopen(url).read()
+        assert "Ctrl-C" in process.stdout.readline()
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")
