@@ -342,6 +342,7 @@ def watch(settings: WatchSettings) -> None:
 def _served(settings: WatchSettings) -> LivePage:
     """Return the page of a world, or of recorded robots."""
     from teamsight.agents.cmommt import CMOMMT
+    from teamsight.cli.show import Watch
     from teamsight.core import references
     from teamsight.live import watch as serve
     from teamsight.live import watch_trajectories
@@ -349,10 +350,11 @@ def _served(settings: WatchSettings) -> LivePage:
     address: Any = settings.values(("host", "port", "token"))
     if settings.trajectories:
         reach = settings.awareness_range if "awareness_range" in settings.given else None
-        return watch_trajectories(
-            settings.trajectories, reach, **settings.values(("range_shape", "risk", "window", "sort")), **address,
-            browser=False, wait=False,
-        )  # fmt: skip
+        with Watch() as progress:
+            return watch_trajectories(
+                settings.trajectories, reach, **settings.values(_RECORDED[1:]), **address,
+                browser=False, wait=False, progress=progress,
+            )  # fmt: skip
     parameters = settings.parameters if settings.task else {**settings.world(), **settings.set}
     if settings.treatment is not None:
         parameters["treatment"] = settings.treatment

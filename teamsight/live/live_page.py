@@ -8,6 +8,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, Self
 
 from teamsight.agents.cmommt import CMOMMT
@@ -210,6 +211,7 @@ def watch_trajectories(
     token: str | None = None,
     browser: bool = True,
     wait: bool | None = None,
+    progress: Callable[[str, float, float], object] = lambda phase, done, total: None,
 ) -> LivePage:
     """Serve a page that plays recorded robots, and shows δ for a risk; it takes further files.
 
@@ -226,6 +228,8 @@ def watch_trajectories(
         Sort the rows of each robot by time instead of raising an error if times decrease.
     host, port, token, browser, wait
         As for `watch`.
+    progress : callable
+        Called with "reading" or "counting", and with how much of it is done and how much there is.
 
     Returns
     -------
@@ -242,10 +246,10 @@ def watch_trajectories(
     access = access_to(host, token)
     checks.count("port", port, least=0, most=_MOST_PORT)
     choice = Choice.of(awareness_range=awareness_range, range_shape=range_shape, risk=risk, window=window)
-    team = None if path is None else read_recorded(path, sort=sort)
+    team = None if path is None else read_recorded(path, sort=sort, progress=partial(progress, "reading"))
     if team is not None:
         # What is wrong is said here rather than on a page.
-        team.answer(choice)
+        team.report(choice, partial(progress, "counting"))
     title = "teamsight: recorded robots" if team is None else f"teamsight: {team.name}"
     return _opened(LivePage(None, Server(None, access, port, title, Desk(team, choice))), browser, wait)
 

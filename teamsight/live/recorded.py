@@ -8,10 +8,12 @@ the name of a file to open.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
 import os
 import re
 import secrets
+import threading
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from teamsight.analysis.delta import DeltaReport
+    from teamsight.analysis.runs.simulate import Progress
 
 Ints = npt.NDArray[np.int64]
 Floats = npt.NDArray[np.float64]
@@ -270,8 +273,15 @@ class RecordedTeam:
                 return f"times look like {unit} since 1970 and begin on {date:%Y-%m-%d %H:%M} UTC", per_second
         return "", 1.0
 
-    def report(self, choice: Choice) -> DeltaReport:
+    def report(self, choice: Choice, progress: Progress = lambda done, total: None) -> DeltaReport:
         """Return the report on δ; another risk needs no other count.
+
+        Parameters
+        ----------
+        choice : Choice
+            What is asked for.
+        progress : callable
+            Called with the frames done and the frames in all.
 
         Raises
         ------
@@ -287,7 +297,7 @@ class RecordedTeam:
                 # The report begins with it.
                 warnings.simplefilter("ignore", TrajectoryWarning)
                 found = delta_from_trajectories(
-                    self.table, reach, range_shape=choice.range_shape, window=choice.window
+                    self.table, reach, range_shape=choice.range_shape, window=choice.window, progress=progress
                 )
             self._counted = needed, found
         return replace(self._counted[1], risk=choice.risk)
@@ -414,7 +424,13 @@ def _short(number: Any) -> str:
     return f"{float(number):,.0f}" if 1000 <= abs(number) < 1e9 else f"{float(number):.3g}"
 
 
-def read_recorded(path: str | os.PathLike[str], *, content: bytes | None = None, sort: bool = False) -> RecordedTeam:
+def read_recorded(
+    path: str | os.PathLike[str],
+    *,
+    content: bytes | None = None,
+    sort: bool = False,
+    progress: Progress = lambda done, total: None,
+) -> RecordedTeam:
     """Return the team of a file; see `read_trajectories`.
 
     Raises
@@ -424,7 +440,7 @@ def read_recorded(path: str | os.PathLike[str], *, content: bytes | None = None,
     """
     from teamsight.analysis.delta import read_trajectories
 
-    return RecordedTeam(os.path.basename(path), read_trajectories(path, content=content, sort=sort))
+    return RecordedTeam(os.path.basename(path), read_trajectories(path, content=content, sort=sort, progress=progress))
 
 
 class Coming(NamedTuple):
@@ -433,6 +449,26 @@ class Coming(NamedTuple):
     name: str
     size: int
     content: bytearray
+
+
+async def _apart(work: Callable[[str | bytes], list[str]], data: str | bytes) -> list[str]:
+    """Return the result of work that another thread does, which ends with the program: it can take minutes."""
+    loop = asyncio.get_running_loop()
+    done: asyncio.Future[list[str]] = loop.create_future()
+
+    def tell(found: list[str]) -> None:
+        # Nobody may wait any longer.
+        if not done.done():
+            done.set_result(found)
+
+    def finish() -> None:
+        found = work(data)
+        # The loop may be closed.
+        with contextlib.suppress(RuntimeError):
+            loop.call_soon_threadsafe(tell, found)
+
+    threading.Thread(target=finish, name="teamsight δ", daemon=True).start()
+    return await done
 
 
 class Desk:
@@ -449,8 +485,7 @@ class Desk:
     def __init__(self, first: RecordedTeam | None = None, choice: Choice | None = None) -> None:
         self.choice = choice or Choice()
         self._kept: dict[str, RecordedTeam] = {} if first is None else {"": first}
-        #: Pages that are open.
-        self.pages = 0
+        self._visits: set[asyncio.Task[None] | None] = set()
         # One at a time: a count of neighbours takes all of a core.
         self._turn = asyncio.Lock()
 
@@ -461,18 +496,28 @@ class Desk:
 
     async def serve(self, connection: Any) -> None:
         """Answer the messages of a page until it closes its socket."""
-        visit = Visit(self)
-        self.pages += 1
+        visit, task = Visit(self), asyncio.current_task()
+        self._visits.add(task)
         try:
             async for data in connection:
                 if isinstance(data, bytes) and not visit.is_last(data):
                     continue
                 async with self._turn:
-                    answers = await asyncio.to_thread(visit.answers, data)
+                    answers = await _apart(visit.answers, data)
                 for message in answers:
                     await connection.send(message)
         finally:
-            self.pages -= 1
+            self._visits.discard(task)
+
+    @property
+    def pages(self) -> int:
+        """The number of pages that are open."""
+        return len(self._visits)
+
+    def close(self) -> None:
+        """Wait for no count of neighbours any longer; in the loop of the server."""
+        for task in filter(None, self._visits):
+            task.cancel()
 
     def keep(self, team: RecordedTeam) -> str:
         """Keep a file for pages that open it later, and return its key."""

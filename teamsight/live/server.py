@@ -213,6 +213,7 @@ class Server:
         await self._stopped.wait()
         if self._session is not None:
             self._session.on_news = lambda: None
+        self._desk.close()
         server.close()
         await server.wait_closed()
 

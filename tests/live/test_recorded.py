@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 import warnings
 from collections.abc import Iterator
 from typing import Any
@@ -356,6 +357,23 @@ def test_the_page_of_a_world_takes_files_too() -> None:
             heard(socket, "kept")
         with opened(live, "socket") as socket:
             assert json.loads(socket.recv(timeout=_PATIENCE))["type"] == "scene"
+
+
+def test_it_closes_while_it_counts(page: LivePage, monkeypatch: pytest.MonkeyPatch) -> None:
+    began, end = threading.Event(), threading.Event()
+
+    def facts(team: RecordedTeam) -> list[tuple[str, str]]:
+        began.set()
+        end.wait(_PATIENCE)
+        return []
+
+    monkeypatch.setattr(RecordedTeam, "facts", facts)
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": ""}))
+        assert began.wait(_PATIENCE)
+        page.close()
+        assert not page._server.is_alive()
+    end.set()
 
 
 @pytest.mark.parametrize(
