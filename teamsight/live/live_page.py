@@ -211,7 +211,7 @@ def watch_trajectories(
     token: str | None = None,
     browser: bool = True,
     wait: bool | None = None,
-    progress: Callable[[str, float, float], object] = lambda phase, done, total: None,
+    progress: Callable[[str, float, float], None] = lambda phase, done, total: None,
 ) -> LivePage:
     """Serve a page that plays recorded robots, and shows δ for a risk; it takes further files.
 
