@@ -73,6 +73,8 @@ _OTHER_RATE = 1.5
 _EPOCHS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 _FROM, _UNTIL = 946_684_800.0, 4_102_444_800.0
 _COLOUR = "#1f77b4"
+# The longest name of a robot [characters].
+_LONGEST = 40
 _SHARES = ("probability", "low", "high")
 _NO_FILE = "No file is open: drop a CSV of positions on the page, or choose one."
 
@@ -164,7 +166,7 @@ class RecordedTeam:
     @cached_property
     def runs(self) -> list[str]:
         """The names of the runs; one without a name if there is no column of runs."""
-        return [str(one) for one in self.table["run"].cat.categories] if "run" in self.table else [""]
+        return [_name(one) for one in self.table["run"].cat.categories] if "run" in self.table else [""]
 
     @property
     def _run_of_rows(self) -> Ints:
@@ -187,7 +189,7 @@ class RecordedTeam:
         from teamsight.analysis.delta.trajectory_notes import motion_of
 
         grid, table = self.grid, self.table
-        names = [str(one) for one in table["robot"].cat.categories]
+        names = [_name(one) for one in table["robot"].cat.categories]
         listed = ", ".join(names[:6]) + ", …" * (len(names) > 6)
         several = len(self.runs) > 1
         of_runs = f"; in {len(self.runs):,} runs, at most {grid.robots:,} in one" * several
@@ -229,7 +231,7 @@ class RecordedTeam:
     def _own_intervals(self) -> Iterator[tuple[str, Floats]]:
         time, robot = self.table["time"].to_numpy(), self.table["robot"]
         for first, end in zip(self._starts[:-1], self._starts[1:], strict=True):
-            yield str(robot.iat[first]), np.diff(time[first:end])
+            yield _name(robot.iat[first]), np.diff(time[first:end])
 
     def _gaps(self) -> str:
         grid = self.grid
@@ -243,7 +245,7 @@ class RecordedTeam:
             wait = np.diff(time)[np.diff(piece) == 0]
             single += int((wait > gap).sum())
             if wait.max(initial=0.0) > max(longest, gap):
-                longest, who = float(wait.max()), str(self.table["robot"].iat[first])
+                longest, who = float(wait.max()), _name(self.table["robot"].iat[first])
         if single:
             text += f"{'; ' * bool(text)}{single:,} of single robots (longest {_short(longest)}, robot {who})"
         return text or f"none longer than {_short(grid.max_gap)}"
@@ -262,7 +264,7 @@ class RecordedTeam:
         late = begun - np.median(begun)
         k = int(np.abs(late).argmax())
         when = "after" if late[k] > 0 else "before"
-        return f"robot {who[k]} starts {_short(abs(late[k]))} {when} the others (their median)"
+        return f"robot {_name(who[k])} starts {_short(abs(late[k]))} {when} the others (their median)"
 
     def _epoch(self) -> tuple[str, float]:
         """Say the unit of times that look like times since 1970, and return how many are a second; 1 if unknown."""
@@ -343,7 +345,7 @@ class RecordedTeam:
         except ValueError as error:
             raise ValueError(f"run {self.runs[run]}: cannot be played ({error}); choose another run") from error
         rows = trajectory_starts(table)[:-1]
-        names = [str(one) for one in table["robot"].to_numpy()[rows]]
+        names = [_name(one) for one in table["robot"].to_numpy()[rows]]
         # Every frame, or every second and so on, so that a browser can hold them.
         most = max(min(_MOST_FRAMES, _MOST_BODIES // len(names)), 1)
         every = -(-grid.frames // most)
@@ -420,6 +422,12 @@ def _frames(scene: Scene, place: Floats, range_shape: str) -> Iterator[Frame]:
         )  # fmt: skip
 
 
+def _name(one: Any) -> str:
+    """Return the name of a robot or a run as people see it; a file that is not in UTF-8 has bytes."""
+    text = one.decode(errors="replace") if isinstance(one, bytes) else str(one)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
 def _short(number: Any) -> str:
     return f"{float(number):,.0f}" if 1000 <= abs(number) < 1e9 else f"{float(number):.3g}"
 
@@ -456,7 +464,7 @@ async def _apart(work: Callable[[str | bytes], list[str]], data: str | bytes) ->
     loop = asyncio.get_running_loop()
     done: asyncio.Future[list[str]] = loop.create_future()
 
-    def tell(found: list[str]) -> None:
+    def deliver(found: list[str]) -> None:
         # Nobody may wait any longer.
         if not done.done():
             done.set_result(found)
@@ -465,7 +473,7 @@ async def _apart(work: Callable[[str | bytes], list[str]], data: str | bytes) ->
         found = work(data)
         # The loop may be closed.
         with contextlib.suppress(RuntimeError):
-            loop.call_soon_threadsafe(tell, found)
+            loop.call_soon_threadsafe(deliver, found)
 
     threading.Thread(target=finish, name="teamsight δ", daemon=True).start()
     return await done

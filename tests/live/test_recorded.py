@@ -146,6 +146,15 @@ def test_times_since_1970_are_recognised(factor: float, unit: str) -> None:
     assert "(4 a second)" in facts["Rate"]
 
 
+def test_names_are_short_and_text_and_marks_of_other_programs_do_no_harm() -> None:
+    rows = "".join(f"{t},{robot},{t / 10},{t % 3}\r\n" for t in range(20) for robot in ("é", "n" * 200))
+    content = f"\ufefftime,robot,x,y\r\n{rows}".encode()
+    track = recorded.read_recorded("a.csv", content=content).play(Choice())
+    assert [slot.name for slot in track.scene.slots] == ["é", f"{'n' * 39}…"]
+    old = recorded.read_recorded("a.csv", content=content[3:].decode().encode("latin-1"))
+    assert dict(old.facts())["Robots"].startswith("2: \ufffd, nnn")
+
+
 def test_a_guessed_range_is_called_a_guess() -> None:
     team = team_of(table_of())
     assert team.guess in (0.5, 1.0, 2.0)
