@@ -162,7 +162,7 @@ def test_a_saved_page_plays_without_a_server(page: Page, served: Callable[..., L
     ready(page, "team.csv")
     answer = page.locator(".tr-delta-text").text_content()
     with page.expect_download() as download:
-        page.get_by_role("button", name="Save as HTML").click()
+        page.get_by_role("button", name="Save HTML").click()
     saved = tmp_path / "saved.html"
     download.value.save_as(saved)
     page.goto(saved.as_uri())

@@ -268,7 +268,7 @@ class Recorded {
     this.alert = make("div", { class: "tl-alert", role: "alert", hidden: true }, this.alertText,
       make("button", { type: "button", class: "ts-button", "aria-label": "Dismiss", onclick: () => { this.alert.hidden = true; } }, "×"));
     const files = takesFiles((file) => this.take(file), (text) => this.fail(text), "Open CSV …");
-    this.save = make("button", { type: "button", class: "ts-button tl-button", title: "Save the recording as a page that plays anywhere", onclick: () => this.ask("save", "Packing …") }, "Save as HTML");
+    this.save = make("button", { type: "button", class: "ts-button tl-button", title: "Save the recording as a page that plays anywhere", onclick: () => this.ask("save", "Packing …") }, "Save HTML");
     files.append(this.save);
     this.range = this.number("Awareness range", "Distance within which two robots are neighbours, in the unit of the positions", FREE.range);
     this.risk = this.number("Risk", "The largest accepted probability that any robot has more than δ neighbours during a trial; 0.01 is 1 %", FREE.risk);
