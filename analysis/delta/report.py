@@ -438,9 +438,14 @@ def _advice(report: DeltaReport) -> list[str]:
     frames = "" if report.frame is None else f", about {report.recorded * (factor - 1) / report.frame:,.0f} more frames"
     return [
         lacks,
-        f"At this rate the record must be {factor:.3g} times as long, {report.recorded * factor:.4g} instead of "
-        f"{report.recorded:.4g}: {more:,} more {report.trial}s{frames}.",
+        f"At this rate the record must be {factor:.3g} times as long, {_long(report.recorded * factor)} instead of "
+        f"{_long(report.recorded)}: {more:,} more {report.trial}s{frames}.",
     ]
+
+
+def _long(time: float) -> str:
+    """Return a time in four digits, and without an exponent if it is long."""
+    return f"{time:,.0f}" if time >= 1e4 else f"{time:.4g}"
 
 
 def rounded_up(value: float) -> float:

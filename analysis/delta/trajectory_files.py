@@ -109,9 +109,12 @@ def _read(place: Path, kind: str, content: bytes | None) -> pd.DataFrame:
             table = csv.read_csv(source(), convert_options=options)
         else:
             table = parquet.read_table(source(), columns=wanted)
-    except pa.ArrowException as error:
+    except (pa.ArrowException, UnicodeDecodeError) as error:
         size = place.stat().st_size if content is None else len(content)
         reason = "the file is empty" if size == 0 else _first_line(error)
+        # A picture, for example.
+        if isinstance(error, UnicodeDecodeError) or not reason.isprintable() or "\ufffd" in reason:
+            reason = "it is not text"
         cure = "; separate them by commas, and write numbers with points, as in 0.5" * (kind == "CSV")
         raise ValueError(
             f"{place}: not a readable {kind} file ({reason}); write one with the columns {', '.join(COLUMNS)}{cure}"

@@ -55,6 +55,7 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
     ("text", "message"),
     [
         ("", r"trajectories\.csv: not a readable CSV file \(the file is empty\)"),
+        ("\x89PNG\r\n\x1a\n\0\1,\3\n", r"not a readable CSV file \(it is not text\)"),
         ("time,robot,x,y\n", "no rows"),
         ("time,robot_id,x,y\n0,1,0,0\n", "no column 'robot'; found time, robot_id, x, y; rename 'robot_id' to 'robot'"),
         ("Time,robot,X,y\n0,1,0,0\n", "no columns 'time', 'x'; .* rename 'Time' to 'time', rename 'X' to 'x'"),

@@ -277,7 +277,7 @@ def test_advice_when_windows_are_too_few() -> None:
     text = unwrapped(replace(report, cautions=()))
     assert f"- δ = {report.supported_delta} for a risk of {rounded_up(report.supported_risk):g}, the smallest" in text, seed
     assert report.supported_delta == report.maxima["max_neighbours"].max() < 9, seed
-    assert f"{1500 * 149 / report.independent:.4g} instead of 1500" in text, seed
+    assert f"{1500 * 149 / report.independent:,.0f} instead of 1500" in text, seed
     assert f"about {1500 * (149 / report.independent - 1):,.0f} more frames" in text, seed
     stated = from_trajectories.delta_from_trajectories(record, 1.0, risk=rounded_up(report.supported_risk))
     assert stated.supported, seed
