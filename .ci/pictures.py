@@ -83,7 +83,8 @@ def _ceilings() -> bytes:
 def _hops() -> bytes:
     from teamsight.analysis.papers.hops import draw
 
-    return to_picture(draw(pd.read_parquet(ROOT / "docs" / "hops.parquet")))
+    found, possible = (pd.read_parquet(ROOT / "docs" / f"{name}.parquet") for name in ("hops", "ceilings"))
+    return to_picture(draw(found, possible))
 
 
 def _awareness() -> bytes:

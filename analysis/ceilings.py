@@ -897,8 +897,9 @@ class Standing(NamedTuple):
         Mean with its 95 % interval.
     more : Interval
         The paired difference to the first team.
-    share : float
-        The share of the way from the first team to a clairvoyant one; NaN without a clairvoyant team.
+    share : Interval
+        The share of the way from the first team to a clairvoyant one, with its interval to first order in the ratio of
+        the means; NaN without a clairvoyant team.
     """
 
     robots: int
@@ -906,7 +907,7 @@ class Standing(NamedTuple):
     team: str
     observed: Interval
     more: Interval
-    share: float
+    share: Interval
 
 
 def standings(table: pd.DataFrame, reference: str | None = None, *, overall: bool = False) -> list[Standing]:
@@ -932,13 +933,23 @@ def standings(table: pd.DataFrame, reference: str | None = None, *, overall: boo
     cells = [cell for _, cell in wide.groupby(["robots", "radius"], sort=False)]
     found = []
     for part in [cells] if overall else [[cell] for cell in cells]:
-        ways = _over([(cell[CEILING] - cell[reference]).to_numpy() for cell in part]).mean if CEILING in wide else 0.0
+        ways = [(cell[CEILING if CEILING in wide else reference] - cell[reference]).to_numpy() for cell in part]
         robots, radius = (0, math.nan) if overall else part[0].index[0][:2]
         for team in map(str, wide.columns):
-            more = _over([(cell[team] - cell[reference]).to_numpy() for cell in part])
-            observed = _over([cell[team].to_numpy() for cell in part])
-            found.append(Standing(robots, radius, team, observed, more, more.mean / ways if ways > 0.0 else math.nan))
+            gains = [(cell[team] - cell[reference]).to_numpy() for cell in part]
+            observed, more = _over([cell[team].to_numpy() for cell in part]), _over(gains)
+            found.append(Standing(robots, radius, team, observed, more, _share(gains, ways)))
     return found
+
+
+def _share(gains: Sequence[Floats], ways: Sequence[Floats]) -> Interval:
+    """Return the ratio of two means over cells, with its interval; NaN if the second is not above 0."""
+    whole = _over(ways).mean
+    if not whole > 0.0:
+        return Interval(math.nan, math.nan, math.nan)
+    share = _over(gains).mean / whole
+    error = _over([(gain - share * way) / whole for gain, way in zip(gains, ways, strict=True)])
+    return Interval(share, share + error.low, share + error.high)
 
 
 def _over(cells: Sequence[Floats]) -> Interval:
@@ -997,7 +1008,7 @@ def tables(table: pd.DataFrame) -> list[str]:
     shares = [found, standings(table, other, overall=True)]
     overall = [
         [_short(one.team), _interval(one.observed), "" if one is found[0] else minus(_interval(one.more, "+.1f")),
-         *(minus(f"{100 * of[number].share:.0f} %") for of in shares)]
+         *(share_text(of[number].share) for of in shares)]
         for number, one in enumerate(found)
     ]  # fmt: skip
     radii = sorted(set(table["radius"]))
@@ -1019,6 +1030,13 @@ def below(table: pd.DataFrame, team: str = "sharing", other: str = "evolved") ->
 def _short(team: str) -> str:
     policy, _, options = team.partition(":")
     return f"`{policy}`, with options" if options else f"`{policy}`"
+
+
+def share_text(share: Interval) -> str:
+    """Return a share of the way in percent; the interval is left out where it is infinite or has no width."""
+    mean, low, high = (round(100 * one) + 0 if math.isfinite(one) else one for one in share)
+    known = math.isfinite(share.low) and share.high > share.low
+    return "" if math.isnan(mean) else minus(f"{mean} %" + (f" ({low} to {high})" if known else ""))
 
 
 def _interval(found: Interval, how: str = ".1f") -> str:

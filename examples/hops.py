@@ -17,7 +17,7 @@ import numpy as np
 
 from teamsight import CMOMMT, TASKS, Study, World
 from teamsight.agents.awareness import NoAwareness, RelayedAwareness
-from teamsight.analysis.papers.hops import CONTROLS, OBSERVE, points, tables
+from teamsight.analysis.papers.hops import CELL, CONTROLS, OBSERVE, points, tables
 
 FILE = Path(__file__).with_name("hops.toml")
 REPORTS: dict[str, Any] = {
@@ -43,7 +43,7 @@ def world(team: str, neighbours: int, reports: str, rng: int) -> World:
     degree = BLIND if team == "b-cmommt" and reports == "0" else REPORTS[reports]
     if team in OBSERVE:
         reach = round(5 * math.sqrt(neighbours / 19), 1)
-        return CMOMMT(20, 15, 5.0, policy=team, awareness=degree, awareness_range=reach, rng=rng)
+        return CMOMMT(*CELL, policy=team, awareness=degree, awareness_range=reach, rng=rng)
     reach = round(64 * math.sqrt(neighbours / 15 / math.pi), 1)
     name, _, kind = team.partition(", ")
     scenario = {"robots": 16, "communication_range": reach, "sensing_range": 5.0 if kind == "short-sighted" else 20.0}

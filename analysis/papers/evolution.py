@@ -432,7 +432,10 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
 def by_ceiling(table: pd.DataFrame) -> pd.DataFrame:
     """Return what teams and ceilings observe over the grid [%], and their share of the way to a clairvoyant team."""
     found = ceilings.standings(table, overall=True)
-    return pd.DataFrame([{"name": one.team, **one.observed._asdict(), "share": one.share} for one in found])
+    names = ("share", "share_low", "share_high")
+    return pd.DataFrame([
+        {"name": one.team, **one.observed._asdict(), **dict(zip(names, one.share, strict=True))} for one in found
+    ])  # fmt: skip
 
 
 def _validated(folder: Path | None) -> tuple[list[dict[str, Any]], dict[str, Any]]:
@@ -721,7 +724,8 @@ def _billions(robot_steps: float) -> str:
 
 def _ceiling(found: pd.DataFrame) -> str:
     rows = (
-        [row["name"], f"{row['mean']:.1f} ({row['low']:.1f} to {row['high']:.1f})", f"{100 * row['share']:.0f} %"]
+        [row["name"], f"{row['mean']:.1f} ({row['low']:.1f} to {row['high']:.1f})",
+         ceilings.share_text(Interval(row["share"], row["share_low"], row["share_high"]))]
         for _, row in found.iterrows()
     )
     table = markdown.table(["team", "observed [%], 95 % interval", "of the way"], rows)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -70,7 +69,7 @@ def ceilings(settings: CeilingSettings) -> None:
       teamsight ceilings a-cmommt:gain=4,idle=wander evolved \\
           --robots 5,10 --radius 3,5,8 --out results
     """
-    from teamsight.analysis.ceilings import OBSERVED, RESULTS, compare, draw, standings
+    from teamsight.analysis.ceilings import OBSERVED, RESULTS, compare, draw, share_text, standings
     from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.files import prepare_folder, write_bytes, write_table
@@ -91,7 +90,7 @@ def ceilings(settings: CeilingSettings) -> None:
         (
             one.team, interval(one.observed._asdict(), ".1f"),
             "" if one.team == first else interval(one.more._asdict(), "+.1f"),
-            f"{100 * one.share:.0f} %" if math.isfinite(one.share) else "",
+            share_text(one.share),
         )
         for one in standings(table, overall=True)
     ]  # fmt: skip

@@ -28,6 +28,7 @@ from teamsight.analysis.ceilings import (
     measure,
     most_covered,
     planned,
+    share_text,
     standings,
     team_of,
 )
@@ -151,9 +152,9 @@ def test_who_knows_more_observes_more_and_nobody_passes_teleport() -> None:
     assert means["random-walk"] < means["informed"] < means["clairvoyant"]
     found = {one.team: one for one in standings(table)}
     assert found["teleport"].observed.mean >= found["clairvoyant"].observed.mean
-    assert found["random-walk"].share == 0.0
-    assert found["clairvoyant"].share == 1.0
-    assert 0 < found["sharing"].share < 1
+    assert found["random-walk"].share.mean == 0.0
+    assert found["clairvoyant"].share.mean == 1.0
+    assert 0 < found["sharing"].share.mean < 1
 
 
 @pytest.mark.short
@@ -266,10 +267,19 @@ def test_means_over_cells_count_cells_alike() -> None:
     assert ceiling.more.mean == pytest.approx(35.0)
     # The variance of each cell's mean is 100 and 0, and Student's quantile for two degrees of freedom is 4.303.
     assert ceiling.more.high - ceiling.more.mean == pytest.approx(4.3027 * math.sqrt(0 + 100) / 2, rel=1e-4)
-    assert (slow.share, ceiling.share, teleport.observed.mean) == (0.0, 1.0, 100.0)
+    assert (slow.share, ceiling.share, teleport.observed.mean) == ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 100.0)
+    # From 45 to 80 teleport gains 55: 70 and 50 in one cell, 50 and 30 in the other, where the ways are 40, 40, 40, 20.
+    assert teleport.share.mean == pytest.approx(55 / 35)
+    left = [(gain - 55 / 35 * way) / 35 for gain, way in ((80, 40), (60, 40), (50, 40), (30, 20))]
+    error = math.sqrt(sum((left[at] - left[at + 1]) ** 2 / 4 for at in (0, 2))) / 2
+    assert teleport.share.high - teleport.share.mean == pytest.approx(4.3027 * error, rel=1e-4)
+    assert share_text(teleport.share) == f"157 % ({100 * teleport.share.low:.0f} to {100 * teleport.share.high:.0f})"
+    assert [share_text(one.share) for one in (slow, ceiling)] == ["0 %", "100 %"]
     assert standings(table, "clairvoyant", overall=True)[0].more.mean == pytest.approx(-35.0)
     (alone, *_) = standings(table[table["replicate"] == 0], overall=True)
     assert alone.observed.high == math.inf
+    without = standings(table[table["team"] == "slow"], overall=True)[0]
+    assert [share_text(one.share) for one in (alone, without)] == ["0 %", ""]
 
 
 @pytest.mark.short

@@ -11,11 +11,11 @@ import pandas as pd
 import pytest
 
 from teamsight import CMOMMT, Study
-from teamsight.analysis.papers.hops import OBSERVE, points, tables
+from teamsight.analysis.papers.hops import OBSERVE, ceiling_table, ceilings, points, tables
 from teamsight.analysis.runs.seeds import root
 
 ROOT = Path(__file__).resolve().parents[2]
-FOUND = pd.read_parquet(ROOT / "docs" / "hops.parquet")
+FOUND, POSSIBLE = (pd.read_parquet(ROOT / "docs" / f"{name}.parquet") for name in ("hops", "ceilings"))
 
 
 @pytest.fixture
@@ -29,6 +29,16 @@ def test_the_page_has_the_tables_of_the_runs() -> None:
     page, shown = (ROOT / "docs" / "hops.md").read_text(encoding="utf-8"), tables(FOUND)
     for name in ("gain", "δ"):
         assert shown[name] in page, f"{name}: python examples/hops.py 200 docs/hops.parquet"
+    assert ceiling_table(FOUND, POSSIBLE) in page
+
+
+def test_ceilings_are_those_of_the_same_cell() -> None:
+    cell = POSSIBLE[(POSSIBLE["robots"] == 20) & (POSSIBLE["radius"] == 5)]
+    mean = 100 * cell[cell["team"] == "sharing"]["observed_fraction"].mean()
+    assert ceilings(POSSIBLE)["sharing"].mean == pytest.approx(mean)
+    observed = FOUND[FOUND["reports"].isin(["0", "all"]) & (FOUND["team"] == "a-cmommt") & (FOUND["neighbours"] == 2)]
+    none, every = observed["score"]
+    assert f" {100 * (every - none) / (mean - none):.0f} % (" in ceiling_table(FOUND, POSSIBLE).splitlines()[2]
 
 
 def test_a_row_is_what_its_runs_give(hops: Any, tmp_path: Path) -> None:
