@@ -28,7 +28,7 @@ from teamsight.agents.components.failures import Failures
 from teamsight.agents.components.unreliable_awareness import UnreliableAwareness
 from teamsight.agents.resolve import awareness_of, policy_of
 from teamsight.agents.sensing.sensor import Sensor
-from teamsight.analysis.ceilings import CEILING, PLANNERS, SETTINGS, measure, planned
+from teamsight.analysis.ceilings import CEILING, PLANNERS, SETTINGS, PlannedRun, measure, planned
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.papers.reproduction import filled
 from teamsight.analysis.plot import markdown
@@ -205,20 +205,13 @@ class Entrant:
             seed = model_seed(ROOT, replicate, given["robots"], given["targets"], given["radius"])
             run: Run
             if self.is_planner:
-                run = _PlannerRun({**given, "horizon": STEPS}, seed, STEPS, observe, planned)
+                run = PlannedRun({**given, "horizon": STEPS}, seed, STEPS, observe, planned)
             elif self.learned:
                 about = {"exploration": replicate, "transitions": self.learned}
                 run = Run({**given, **about}, seed, STEPS, observe, learned_world)
             else:
                 run = Run(given, seed, STEPS, observe)
             yield replicate, run
-
-
-@dataclass(frozen=True)
-class _PlannerRun(Run):
-    """A run that takes seconds, which the runner puts into a chunk of its own: each is kept when it is made."""
-
-    cost = 250_000.0  # type: ignore[assignment]
 
 
 @cache

@@ -811,7 +811,8 @@ _DEGREES = {"evolved": "ring", "group-forces": "ring"}
 STRONGEST = "a-cmommt:idle=wander,idle_when=no-force,weights=shared,turn_probability=0,gain=4"
 
 
-# A step of a planner takes so many of a compiled policy's.
+# A step of a planner takes so many of a compiled policy's. So the runner puts a run of usual length into a chunk of its
+# own, and keeps it when it is made.
 _PLANNING = 2000.0
 
 

@@ -155,8 +155,11 @@ def write_targets(i: int, used: Any, sensed: Any, percept: Any, floats: Any, con
         y = floats[slot, Y] * per_reach
         distance = math.sqrt(x * x + y * y)
         floats[slot, DISTANCE] = distance
-        _write_rivals(i, slot, x, y, percept, floats, sensed)
-        lead = floats[slot, RIVAL_DISTANCE] - distance
+        nearest, rivals, taken = find_rivals(i, x, y, percept, floats, sensed, NO_RIVAL)
+        floats[slot, RIVAL_DISTANCE] = nearest
+        floats[slot, RIVALS] = rivals
+        floats[slot, RIVAL_LOAD] = taken
+        lead = nearest - distance
         edge = lead * constants[OWN_SLOPE] + constants[OWN_OFFSET]
         own = 0.5 + 0.5 * edge / (1.0 + abs(edge))
         floats[slot, OWN] = own
@@ -165,18 +168,23 @@ def write_targets(i: int, used: Any, sensed: Any, percept: Any, floats: Any, con
     slots = used
     while slots != 0:
         slot, slots = lowest_bit(slots)
-        floats[slot, COMPANY] = _company(slot, used, floats, per_reach)
+        floats[slot, COMPANY] = company(slot, used, OWN, floats, per_reach)
     return mine
 
 
 @inlined
-def _write_rivals(i: int, slot: Any, x: float, y: float, percept: Any, floats: Any, sensed: Any) -> None:
-    """Write the distance and load of the teammate nearest to a target, and the number of teammates in range."""
+def find_rivals(
+    i: int, x: float, y: float, percept: Any, floats: Any, tracks: Any, none: float
+) -> tuple[float, float, float]:
+    """Return the distance of the teammate nearest to a target, the number of teammates in range of it, and its load.
+
+    `none` is the distance beyond which there is none; `tracks` is a word with a bit for each track that may be a load.
+    """
     teammates = percept.teammates
     per_reach = 1.0 / percept.sensing_range[i]
-    nearest = NO_RIVAL
+    nearest = none
     rival = -1
-    rivals = 0
+    rivals = 0.0
     for k in range(teammates.start[i], teammates.start[i + 1]):
         way_x = x - teammates.offset[k, 0] * per_reach
         way_y = y - teammates.offset[k, 1] * per_reach
@@ -185,18 +193,16 @@ def _write_rivals(i: int, slot: Any, x: float, y: float, percept: Any, floats: A
         if distance < nearest:
             nearest = distance
             rival = k
-    floats[slot, RIVAL_DISTANCE] = nearest
-    floats[slot, RIVALS] = rivals
-    floats[slot, RIVAL_LOAD] = load(rival, percept, floats, sensed, per_reach) if rival >= 0 else 0.0
+    return nearest, rivals, load(rival, percept, floats, tracks, per_reach) if rival >= 0 else 0.0
 
 
 @inlined
-def load(teammate: int, percept: Any, floats: Any, sensed: Any, per_reach: float) -> float:
-    """Return how many of the targets that the robot senses are in range of a teammate."""
+def load(teammate: int, percept: Any, floats: Any, tracks: Any, per_reach: float) -> float:
+    """Return how many of these tracks of the robot are in range of a teammate."""
     x = percept.teammates.offset[teammate, 0]
     y = percept.teammates.offset[teammate, 1]
     found = 0
-    slots = sensed
+    slots = tracks
     while slots != 0:
         slot, slots = lowest_bit(slots)
         way_x = (floats[slot, X] - x) * per_reach
@@ -206,16 +212,19 @@ def load(teammate: int, percept: Any, floats: Any, sensed: Any, per_reach: float
 
 
 @inlined
-def _company(slot: Any, used: Any, floats: Any, per_reach: float) -> float:
-    """Return how many of its other targets the robot could keep in range together with this one."""
-    company = 0.0
-    others = used & ~(np.uint64(1) << slot)
+def company(slot: Any, tracks: Any, own: int, floats: Any, per_reach: float) -> float:
+    """Return how many of its other targets the robot could keep in range together with this one.
+
+    `own` is the field of a track that says how far it is the robot's own.
+    """
+    found = 0.0
+    others = tracks & ~(np.uint64(1) << slot)
     while others != 0:
         other, others = lowest_bit(others)
         way_x = (floats[slot, X] - floats[other, X]) * per_reach
         way_y = (floats[slot, Y] - floats[other, Y]) * per_reach
-        company += floats[other, OWN] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
-    return company
+        found += floats[other, own] * max(1.0 - 0.5 * math.sqrt(way_x * way_x + way_y * way_y), 0.0)
+    return found
 
 
 @inlined

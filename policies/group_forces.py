@@ -17,6 +17,7 @@ import numpy as np
 from teamsight.core.elementary import exp
 from teamsight.core.kernel import inlined, lowest_bit
 from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.evolved import company, few, find_rivals
 from teamsight.policies.handmade.target_tracks import (
     AGE,
     IDENTITY,
@@ -78,12 +79,6 @@ _LEAST_FORCE = 1e-6
 
 
 @inlined
-def _few(count: float) -> float:
-    """Return a count mapped to [0, 1): 0 for none, 1/2 for two."""
-    return count / (count + 2.0)
-
-
-@inlined
 def _weigh(used: Any, floats: Any, ints: Any, decay: float) -> Any:
     """Write by how much each track counts; return a word with a bit for each that counts at all."""
     kept = np.uint64(0)
@@ -113,59 +108,19 @@ def _share(i: int, kept: Any, before: Any, percept: Any, arrays: Any) -> float:
         slot, slots = lowest_bit(slots)
         x = floats[slot, X] * per_range
         y = floats[slot, Y] * per_range
-        _find_rivals(i, slot, x, y, kept, percept, floats)
+        nearest, rivals, load = find_rivals(i, x, y, percept, floats, kept, _NO_RIVAL)
+        floats[slot, RIVAL] = nearest
+        floats[slot, RIVALS] = rivals
+        floats[slot, LOAD] = load
         is_old = before >> slot & np.uint64(1) != 0 and ints[slot, _HELD_OF] == ints[slot, IDENTITY]
         held = floats[slot, HELD] if is_old else 0.5
-        lead = floats[slot, RIVAL] - math.sqrt(x * x + y * y) + constants[_BIAS] + constants[_HELD] * (held - 0.5)
+        lead = nearest - math.sqrt(x * x + y * y) + constants[_BIAS] + constants[_HELD] * (held - 0.5)
         held = min(max(0.5 + lead / max(abs(constants[_MARGIN]), _NARROWEST), 0.0), 1.0)
         floats[slot, HELD] = held
         ints[slot, _HELD_OF] = ints[slot, IDENTITY]
         floats[slot, OWN] = held * floats[slot, WEIGHT]
         mine += floats[slot, OWN]
     return mine
-
-
-@inlined
-def _find_rivals(i: int, slot: Any, x: float, y: float, kept: Any, percept: Any, floats: Any) -> None:
-    """Write the distance of the nearest teammate from a target, the tracks in its range, and the teammates in range."""
-    teammates = percept.teammates
-    per_range = 1.0 / percept.sensing_range[i]
-    nearest = _NO_RIVAL
-    rival_x = 0.0
-    rival_y = 0.0
-    rivals = 0.0
-    for k in range(teammates.start[i], teammates.start[i + 1]):
-        way_x = x - teammates.offset[k, 0] * per_range
-        way_y = y - teammates.offset[k, 1] * per_range
-        distance = math.sqrt(way_x * way_x + way_y * way_y)
-        rivals += distance < 1.0
-        if distance < nearest:
-            nearest = distance
-            rival_x = teammates.offset[k, 0] * per_range
-            rival_y = teammates.offset[k, 1] * per_range
-    load = 0.0
-    others = kept
-    while nearest < _NO_RIVAL and others != 0:
-        other, others = lowest_bit(others)
-        way_x = floats[other, X] * per_range - rival_x
-        way_y = floats[other, Y] * per_range - rival_y
-        load += way_x * way_x + way_y * way_y < 1.0
-    floats[slot, RIVAL] = nearest
-    floats[slot, RIVALS] = rivals
-    floats[slot, LOAD] = load
-
-
-@inlined
-def _company(slot: Any, kept: Any, floats: Any, per_range: float) -> float:
-    """Return how many of its other own targets the robot could keep in range together with this one."""
-    company = 0.0
-    others = kept & ~(np.uint64(1) << slot)
-    while others != 0:
-        other, others = lowest_bit(others)
-        x = (floats[slot, X] - floats[other, X]) * per_range
-        y = (floats[slot, Y] - floats[other, Y]) * per_range
-        company += floats[other, OWN] * max(1.0 - 0.5 * math.sqrt(x * x + y * y), 0.0)
-    return company
 
 
 @inlined
@@ -198,11 +153,11 @@ def _pull(idle: float, kept: Any, constants: Any, floats: Any, per_range: float)
         per_distance = 1.0 / max(distance, 1e-9)
         own = floats[slot, OWN]
         pull = own * _law(constants, distance)
-        pull *= 1.0 + constants[_COMPANY] * _few(_company(slot, kept, floats, per_range))
-        pull *= 1.0 + constants[_RIVALS] * _few(floats[slot, RIVALS])
+        pull *= 1.0 + constants[_COMPANY] * few(company(slot, kept, OWN, floats, per_range))
+        pull *= 1.0 + constants[_RIVALS] * few(floats[slot, RIVALS])
         pull *= 1.0 + constants[_AWAY] * 10.0 * (x * step_x + y * step_y) * per_distance
         alone = constants[_IDLE_TAKEN] + constants[_IDLE_TAKEN + 1] * floats[slot, RIVAL]
-        alone += constants[_IDLE_TAKEN + 2] * _few(floats[slot, LOAD])
+        alone += constants[_IDLE_TAKEN + 2] * few(floats[slot, LOAD])
         taken = idle * alone
         taken += (1.0 - idle) * (constants[_BUSY_TAKEN] + constants[_BUSY_TAKEN + 1] * floats[slot, RIVAL])
         pull = (pull + (floats[slot, WEIGHT] - own) * taken) * per_distance

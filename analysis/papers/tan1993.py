@@ -288,8 +288,8 @@ CONDITIONS: Mapping[str, Condition] = _conditions()
 
 
 @dataclass(frozen=True)
-class Pursuits(NamedConditions):
-    """What to simulate.
+class Trained(NamedConditions):
+    """Runs that train and test hunters.
 
     Parameters
     ----------
@@ -297,13 +297,23 @@ class Pursuits(NamedConditions):
         Trials of training, as a share of each condition's own.
     tests : int
         Trials of each test.
+    """
+
+    tests: Count = 1000
+
+
+@dataclass(frozen=True)
+class Pursuits(Trained):
+    """What to simulate.
+
+    Parameters
+    ----------
     readings : tuple of str
         How what Tan leaves open is read.
     """
 
     seed: Seed = root("pursuit")
     names: Annotated[tuple[Annotated[str, Allowed(choices=CONDITIONS)], ...], NAMES] = ()
-    tests: Count = 1000
     readings: Annotated[tuple[Annotated[str, Allowed(choices=READINGS)], ...], NAMES] = tuple(READINGS)
     known = CONDITIONS
 
@@ -315,13 +325,13 @@ class Pursuits(NamedConditions):
                     yield {"reading": name, **columns}, run
 
 
-def runs_of(plan: NamedConditions, name: str, reading: Reading, *, both: bool = False) -> Iterator[Planned]:
+def runs_of(plan: Trained, name: str, reading: Reading, *, both: bool = False) -> Iterator[Planned]:
     """Yield the runs of a condition under a reading: condition, replicate, seed and trials of each, and how to make it.
 
     Parameters
     ----------
-    plan : NamedConditions
-        How many, how long, from which seed, and ``tests``.
+    plan : Trained
+        How many, how long, and from which seed.
     name : str
         The condition.
     reading : Reading
@@ -332,7 +342,7 @@ def runs_of(plan: NamedConditions, name: str, reading: Reading, *, both: bool = 
     from teamsight.analysis.runs.run import Run
     from teamsight.tasks.pursuit import Pursuit
 
-    condition, tests = CONDITIONS[name], cast("Any", plan).tests
+    condition, tests = CONDITIONS[name], plan.tests
     share = plan.share / 2 if condition.relevant(reading).short else plan.share
     trials = max(int(share * condition.trials), BLOCK)
     # Steps of a trial, roughly, from which the work of a run is estimated.

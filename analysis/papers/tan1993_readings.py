@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from teamsight.analysis.papers.reproduction import NAMES, NamedConditions, Paper
-from teamsight.analysis.papers.tan1993 import CONDITIONS, NEAR, READ_OFF, READINGS, REPORTED, Reading, runs_of
+from teamsight.analysis.papers.reproduction import NAMES, Paper
+from teamsight.analysis.papers.tan1993 import CONDITIONS, NEAR, READ_OFF, READINGS, REPORTED, Reading, Trained, runs_of
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import minus
 from teamsight.analysis.runs import limits
@@ -72,16 +72,8 @@ root seed {plan.seed}. “Sides only” is combined with the order, prey and tes
 
 
 @dataclass(frozen=True)
-class Readings(NamedConditions):
-    """What to simulate.
-
-    Parameters
-    ----------
-    share : float
-        Trials of training, as a share of each condition's own.
-    tests : int
-        Trials of each test.
-    """
+class Readings(Trained):
+    """What to simulate."""
 
     runs: limits.Runs = 1
     seed: Seed = root("pursuit: readings")

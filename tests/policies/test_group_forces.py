@@ -11,35 +11,11 @@ import numpy as np
 import pytest
 from chance import generator
 from naive.group_forces import GroupForcesRobot
+from naive.watched import watch
 
 from teamsight import CMOMMT
 from teamsight.policies import GroupForces, check_policy
 from teamsight.policies.group_forces import BY_HAND, SIZE, by_name, in_order, shipped
-from teamsight.policies.interface import Policy
-from teamsight.policies.percept_of_one import percept_of_one
-
-
-class Watched(Policy):
-    """A NumPy policy that decides as the compiled one and, robot by robot, as its slow twin; and compares."""
-
-    def __init__(self, policy: GroupForces) -> None:
-        self.policy, self.draws = policy, policy.draws
-        self.lost = self.met = 0
-
-    def start(self, size: int) -> Any:
-        return self.policy.start(size), [GroupForcesRobot(self.policy) for _ in range(size)]
-
-    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
-        own, robots = memory
-        action, own = self.policy.decide(percept, own, noise)
-        for i, robot in enumerate(robots):
-            one = percept_of_one(percept, i)
-            heading, distance = robot.decide(one, [])
-            assert action.distance[i] == pytest.approx(distance, abs=1e-8)
-            assert action.heading[i] == pytest.approx(heading, abs=1e-5)
-            self.lost += sum(track[2] < robot.tick for track in robot.target_tracks)
-            self.met += len(one.teammates.distance)
-        return action, (own, robots)
 
 
 def drawn(seed: int) -> GroupForces:
@@ -51,18 +27,7 @@ def drawn(seed: int) -> GroupForces:
 @pytest.mark.parametrize("awareness", ["ring", "pairwise"])
 @pytest.mark.parametrize("policy", [GroupForces(), drawn(5), drawn(6)], ids=["shipped", "one", "other"])
 def test_the_rule_is_that_of_its_slow_twin(policy: GroupForces, awareness: str) -> None:
-    watched = Watched(policy)
-    model = CMOMMT(
-        robots=5, targets=9, radius=2.5, policy=watched, awareness=awareness, awareness_range=0.8, sensing_range=0.9,
-        target_speed=0.12,
-    )  # fmt: skip
-    # Some of them meet, wherever they were placed.
-    for robot, x in zip(model.robots, (-0.3, 0.0, 0.4), strict=False):
-        robot.position = (x, 0.0)
-    with pytest.warns(UserWarning, match="Python"):
-        model.run(40)
-    assert watched.lost
-    assert watched.met
+    watch(policy, GroupForcesRobot, awareness, 1e-5)
 
 
 def test_steps_and_a_run_give_the_same_bits() -> None:

@@ -11,35 +11,10 @@ import numpy as np
 import pytest
 from chance import generator
 from naive.evolved import EvolvedRobot
+from naive.watched import watch
 
 from teamsight import CMOMMT
 from teamsight.policies.evolved import SIZE, Evolved, beginning, shipped, silenced, to_json
-from teamsight.policies.interface import Policy
-from teamsight.policies.percept_of_one import percept_of_one
-
-
-class Watched(Policy):
-    """A NumPy policy that decides as the compiled one and, robot by robot, as its slow twin; and compares."""
-
-    def __init__(self, policy: Evolved) -> None:
-        self.policy, self.draws = policy, policy.draws
-        self.lost = self.met = 0
-
-    def start(self, size: int) -> Any:
-        return self.policy.start(size), [EvolvedRobot(self.policy) for _ in range(size)]
-
-    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
-        own, robots = memory
-        action, own = self.policy.decide(percept, own, noise)
-        for i, robot in enumerate(robots):
-            one = percept_of_one(percept, i)
-            heading, distance = robot.decide(one, noise[:, i].tolist())
-            assert action.distance[i] == pytest.approx(distance, abs=1e-8)
-            assert action.heading[i] == pytest.approx(heading, abs=1e-6)
-            self.lost += sum(track[2] < robot.tick for track in robot.target_tracks)
-            self.met += len(one.teammates.distance)
-        return action, (own, robots)
-
 
 RULES = [Evolved(), Evolved(tuple(beginning(3))), Evolved(tuple(np.random.default_rng(5).normal(0, 0.5, SIZE)))]
 
@@ -47,18 +22,7 @@ RULES = [Evolved(), Evolved(tuple(beginning(3))), Evolved(tuple(np.random.defaul
 @pytest.mark.parametrize("awareness", ["ring", "pairwise"])
 @pytest.mark.parametrize("policy", RULES, ids=["shipped", "beginning", "random"])
 def test_the_rule_is_that_of_its_slow_twin(policy: Evolved, awareness: str) -> None:
-    watched = Watched(policy)
-    model = CMOMMT(
-        robots=5, targets=9, radius=2.5, policy=watched, awareness=awareness, awareness_range=0.8, sensing_range=0.9,
-        target_speed=0.12,
-    )  # fmt: skip
-    # Some of them meet, wherever they were placed.
-    for robot, x in zip(model.robots, (-0.3, 0.0, 0.4), strict=False):
-        robot.position = (x, 0.0)
-    with pytest.warns(UserWarning, match="Python"):
-        model.run(40)
-    assert watched.lost
-    assert watched.met
+    watch(policy, EvolvedRobot, awareness, 1e-6)
 
 
 def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> None:
