@@ -26,7 +26,6 @@ from teamsight.agents.awareness.interface import (
     Scene,
     Sensing,
     TeamGroup,
-    no_past,
     perceive_entry,
     situate_entry,
 )
@@ -649,7 +648,7 @@ class Controller:
         reach, wide = np.array([self._ranges["targets"]]), np.array([self._ranges["teammates"]])
         team = [TEAM_GROUP.pack(TeamGroup(
             0, np.array(self.team), self._headings, self._reaches, self._their_targets, no_neighbours(size),
-            np.zeros(0, np.int64), no_past(size),
+            np.zeros(0, np.int64), [],
         ))]  # fmt: skip
         scene = Scene(
             self._heading, reach, wide, self._seen["targets"], self._seen["teammates"], self._places, self._own, team

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         Scene,
         TeamGroup,
         Width,
+        past_at,
         situate_targets,
         team_group_at,
     )
@@ -49,6 +50,7 @@ _HOMES = {
     "group_of": "teamsight.agents.awareness.degrees",
     "has_reports": "teamsight.agents.awareness.relayed",
     "links_at": "teamsight.agents.awareness.relayed",
+    "past_at": "teamsight.agents.awareness.interface",
     "show": "teamsight.agents.awareness.degrees",
     "situate_targets": "teamsight.agents.awareness.interface",
     "spread": "teamsight.agents.awareness.relayed",
@@ -60,8 +62,8 @@ _HOMES = {
 __all__ = [
     "AWARENESS", "OWN_SECTORS", "Awareness", "NearestAwareness", "NoAwareness", "PairwiseAwareness", "Past",
     "RelayedAwareness", "RingAwareness", "Scene", "SharedAwareness", "TeamGroup", "Width", "check_awareness",
-    "group_of", "has_reports", "links_at", "show", "situate_targets", "spread", "targets_at", "team_group_at",
-    "teammate_heading",
+    "group_of", "has_reports", "links_at", "past_at", "show", "situate_targets", "spread", "targets_at",
+    "team_group_at", "teammate_heading",
 ]  # fmt: skip
 
 __getattr__ = lazy_names(__name__, _HOMES, globals())

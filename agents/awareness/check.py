@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from teamsight.agents.awareness.interface import (
+    PAST,
     SENSING,
     TEAM_GROUP,
     Awareness,
@@ -17,7 +18,6 @@ from teamsight.agents.awareness.interface import (
     TeamGroup,
     check_width,
     kept_lists,
-    no_past,
     perceive_entry,
     situate_entry,
 )
@@ -108,7 +108,7 @@ def sample_scene(
     groups = [
         TeamGroup(
             of.start, who[of], heading[of], reach[of], neighbours_of(of, sensed, what), neighbours_of(of, team, who),
-            neighbours_of(of, team).identity, no_past(of.stop - of.start), far,
+            neighbours_of(of, team).identity, [], far,
         )
         for of in members
     ]  # fmt: skip
@@ -140,7 +140,7 @@ def _with_past(groups: list[TeamGroup], memory: int, rng: np.random.Generator) -
                     column[tick, : len(chosen)] = values[chosen]
         heading, none = np.repeat(group.heading[None], memory + 1, axis=0), np.zeros(0)
         past = Past(np.array([memory]), lists[0], lists[1], heading, none, none, none)
-        made.append(group._replace(past=past))
+        made.append(group._replace(past=[PAST.pack(past)]))
     return made
 
 
@@ -160,7 +160,8 @@ _AXES = PERCEPT_AXES | {
     "records": Axis("groups", "find a robot's group by its place"),
     "1": Axis("ticks", "it is one"), "4": Axis("columns", "they are 0 to 3"), "7": Axis("columns", "they are 0 to 6"),
     "work": Axis("robots of the team", "places in the team are 0 to scene.marks.shape[0] − 1"),
-    "slots": Axis("ticks", "a tick is in slot tick % slots; without slots, read the present lists"),
+    "scene.team.past records": Axis("pasts", "it has one, or none: then read the present lists"),
+    "slots": Axis("ticks", "a tick is in slot tick % slots"),
     "kept": Axis("entries", "stay below start[slot, n]"),
     "reach": Axis("robots", "it can be empty"), "x": Axis("robots of the team", "it can be empty"),
     "targets": Axis("targets", "it can be empty"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
-from functools import lru_cache
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -58,7 +57,7 @@ def kept_lists(slots: int, observers: int, room: int) -> KeptLists:
 
 
 class Past(NamedTuple):
-    """What the robots of one group have reported at the last ticks; without slots for a degree that keeps nothing.
+    """What the robots of one group have reported at the last ticks.
 
     Attributes
     ----------
@@ -84,11 +83,9 @@ class Past(NamedTuple):
     target_x: Annotated[Floats, ".targets"]
 
 
-@lru_cache
-def no_past(robots: int) -> Past:
-    """Return the past of a group of this many robots that keeps nothing, into which nobody writes."""
-    nothing, none = kept_lists(0, robots, 0), np.zeros(0)
-    return Past(np.full(1, -1), nothing, nothing, np.zeros((0, robots, 2)), none, none, none)
+PAST = Record(Past)
+#: For kernels: return the `Past` at an address from `TeamGroup.past`.
+past_at = PAST.at
 
 
 class TeamGroup(NamedTuple):
@@ -108,8 +105,9 @@ class TeamGroup(NamedTuple):
         The targets and the teammates that its robots sense.
     place : ndarray, shape (k,), int64
         For each entry of `teammates`, its index in the team.
-    past : Past
-        The same at the last ticks, for a degree with `Awareness.memory` or `Awareness.loss`.
+    past : ndarray, shape (1,) or (0,), int64
+        The same at the last ticks, for a degree with `Awareness.memory` or `Awareness.loss`; kernels read it with
+        `past_at`.
     farthest : float
         As in `Scene`.
     """
@@ -121,7 +119,7 @@ class TeamGroup(NamedTuple):
     targets: Filled
     teammates: Filled
     place: Annotated[Integers, ".k"]
-    past: Past
+    past: list[Packed[Past]]
     farthest: float = 1.0
 
 

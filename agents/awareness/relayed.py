@@ -12,6 +12,7 @@ import numpy.typing as npt
 from teamsight.agents.awareness.degrees import SharedAwareness, group_of, slot_of
 from teamsight.agents.awareness.interface import (
     OWN_SECTORS,
+    past_at,
     read_ring,
     situate_targets,
     team_group_at,
@@ -37,43 +38,48 @@ class Entries(NamedTuple):
 @kernel
 def has_reports(group: Any, age: int) -> bool:
     """Return whether a group of a team has reports of so many ticks ago."""
-    slots = group.past.links.tick.shape[0]
-    if slots == 0:
+    if group.past.shape[0] == 0:
         return True
-    tick = group.past.newest[0] - age
-    return tick >= 0 and group.past.links.tick[tick % slots] == tick  # type: ignore[no-any-return]
+    past = past_at(group.past[0])
+    tick = past.newest[0] - age
+    return tick >= 0 and past.links.tick[tick % past.links.tick.shape[0]] == tick  # type: ignore[no-any-return]
+
+
+@kernel
+def _slot(past: Any, age: int) -> int:
+    """Return the slot of the reports of so many ticks ago."""
+    return (past.newest[0] - age) % past.links.tick.shape[0]  # type: ignore[no-any-return]
 
 
 @kernel
 def links_at(group: Any, age: int) -> Any:
     """Return the teammates that the robots of a group sensed so many ticks ago; `has_reports` says if it is known."""
-    slots = group.past.links.tick.shape[0]
-    if slots == 0:
+    if group.past.shape[0] == 0:
         return Entries(group.teammates.start, group.place, group.teammates.offset, group.teammates.distance)
-    links = group.past.links
-    slot = (group.past.newest[0] - age) % slots
+    past = past_at(group.past[0])
+    links = past.links
+    slot = _slot(past, age)
     return Entries(links.start[slot], links.place[slot], links.offset[slot], links.distance[slot])
 
 
 @kernel
 def targets_at(group: Any, age: int) -> Any:
     """Return the targets that the robots of a group sensed so many ticks ago, as `links_at`."""
-    slots = group.past.links.tick.shape[0]
-    if slots == 0:
+    if group.past.shape[0] == 0:
         return Entries(group.targets.start, group.targets.identity, group.targets.offset, group.targets.distance)
-    targets = group.past.targets
-    slot = (group.past.newest[0] - age) % slots
+    past = past_at(group.past[0])
+    targets = past.targets
+    slot = _slot(past, age)
     return Entries(targets.start[slot], targets.identity[slot], targets.offset[slot], targets.distance[slot])
 
 
 @kernel
 def _is_active_target(group: Any, e: int, age: int) -> bool:
     """Return whether a target of `targets_at` is active now."""
-    past = group.past
-    slots = past.links.tick.shape[0]
-    if slots == 0 or past.target_x.shape[0] == 0:
+    if group.past.shape[0] == 0:
         return True
-    return not math.isnan(past.target_x[past.targets.place[(past.newest[0] - age) % slots, e]])
+    past = past_at(group.past[0])
+    return past.target_x.shape[0] == 0 or not math.isnan(past.target_x[past.targets.place[_slot(past, age), e]])
 
 
 # Columns of `Scene.marks`: the hops to a robot (0 for unknown), the last round in which it was reached, and two lists
@@ -99,9 +105,11 @@ def spread(scene: Any, i: int, hops: int, delay: int) -> None:
         marks[place, _HOPS] = 0
         marks[place, _ROUND] = 0
     own = scene.first + i
-    mine = team_group_at(group_of(scene.team, own)).past
-    if mine.reach.shape[0] > 0 and mine.reach[i] < 0.0:
-        return
+    mine = team_group_at(group_of(scene.team, own))
+    if mine.past.shape[0] > 0:
+        reach = past_at(mine.past[0]).reach
+        if reach.shape[0] > 0 and reach[i] < 0.0:
+            return
     marks[0, _LISTS] = own
     count = 1
     for hop in range(1, hops + 1):
@@ -146,7 +154,10 @@ def _is_shown(scene: Any, place: int) -> bool:
     """Return whether a robot of the team is known and active now."""
     if scene.marks[place, _HOPS] == 0:
         return False
-    x = team_group_at(scene.team[0]).past.x
+    past = team_group_at(scene.team[0]).past
+    if past.shape[0] == 0:
+        return True
+    x = past_at(past[0]).x
     return x.shape[0] == 0 or not math.isnan(x[place])
 
 
@@ -215,11 +226,11 @@ def _situate_relayed(scene: Any, parameters: Any, situation: Any) -> None:
             if not _is_shown(scene, place) or not has_reports(group, age):
                 continue
             row = place - group.first
-            slots = group.past.links.tick.shape[0]
             theirs = targets_at(group, age)
             heading = group.heading[row]
-            if slots > 0:
-                heading = group.past.heading[(group.past.newest[0] - age) % slots, row]
+            if group.past.shape[0] > 0:
+                past = past_at(group.past[0])
+                heading = past.heading[_slot(past, age), row]
             first = OWN_SECTORS + OWN_SECTORS * slot_of(place, scene.first + i)
             edges = (theirs.start[row], theirs.start[row + 1])
             reach = group.sensing_range[row] * group.farthest

@@ -21,7 +21,6 @@ from teamsight.agents.awareness.interface import (
     Scene,
     Sensing,
     TeamGroup,
-    no_past,
     perceive_entry,
     situate_entry,
 )
@@ -31,10 +30,10 @@ from teamsight.agents.engine.contacts import RECORD_BUMPS, BoundContacts
 from teamsight.agents.engine.detection import (
     DETECT,
     KEEP_REPORTS,
-    PAST,
+    REPORTS,
     SHOW_LATE,
     Keeping,
-    PastArrays,
+    ReportsArrays,
     delay_of,
     forget_reports,
     is_checked,
@@ -321,7 +320,7 @@ class Binding:
             self._bodies = gathering([group.bodies for group in groups], data.arena)
         opaque = self._bodies.value.opaque if self._bodies else None
         self._lidars = [(group, bound_lidar(group, data, opaque if has_bodies(data) else None)) for group in lidars]
-        self._reports: dict[tuple[int, Keeping], Packed[PastArrays]] = {}
+        self._reports: dict[tuple[int, Keeping], Packed[ReportsArrays]] = {}
         self._columns, self._shown_arrays = bind_columns(groups)
         self._group_records = [GROUP.pack(value) for value in self._groups()]
         self._relation_records = [RELATION.pack(self._relation(relation)) for relation in relations]
@@ -477,7 +476,7 @@ class Binding:
                 if key in self._reports:
                     self._reports[key].put(value)
                 else:
-                    self._reports[key] = PAST.pack(value)
+                    self._reports[key] = REPORTS.pack(value)
                 found[key] = TEAM_GROUP.pack(value.group)
             forget_reports(group, [one for one, _ in needed])
         return found
@@ -734,7 +733,7 @@ def _team_group(group: Group) -> TeamGroup:
     teammates = group.relations["teammates"]
     return TeamGroup(
         teammates.first[group.number], group.bodies.identity, group.bodies.heading, group.bodies.sensing_range,
-        group.room("targets"), group.room("teammates"), teammates.place, no_past(len(group)),
+        group.room("targets"), group.room("teammates"), teammates.place, [],
         farthest_of(group.range_shape),
     )  # fmt: skip
 

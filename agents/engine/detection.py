@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.agents.awareness.interface import KeptLists, Past, TeamGroup, kept_lists
+from teamsight.agents.awareness.interface import PAST, KeptLists, Past, TeamGroup, kept_lists, past_at
 from teamsight.agents.channel import TARGETS, TEAMMATES
 from teamsight.agents.sensing.sensor import (
     DETECTING,
@@ -477,7 +477,7 @@ def _relay_of(group: Group, delay: int, tick: Integers) -> Packed[RelayArrays]:
     ))  # fmt: skip
 
 
-class PastArrays(NamedTuple):
+class ReportsArrays(NamedTuple):
     """The record of the reports of a group, which are kept for a degree of awareness.
 
     Attributes
@@ -508,14 +508,14 @@ class PastArrays(NamedTuple):
     target_place: Annotated[Integers, ".targets"]
 
 
-PAST = Record(PastArrays)
-_past_at = PAST.at
+REPORTS = Record(ReportsArrays)
+_reports_at = REPORTS.at
 
 
 def _keep_reports(address: int) -> int:
     """Keep what a group senses at the present tick, without the teammates whose reports are lost."""
-    here = _past_at(address)
-    group, past, tick = here.group, here.group.past, here.tick[0]
+    here = _reports_at(address)
+    group, past, tick = here.group, past_at(here.group.past[0]), here.tick[0]
     _keep(past.targets, tick, group.targets, group.targets.identity, here.target_place)
     slot = tick % past.links.tick.shape[0]
     for i in range(group.heading.shape[0]):
@@ -592,7 +592,7 @@ def keeping_of(group: Group, team: list[Group]) -> tuple[Keeping, int] | None:
 def reports_of(
     group: Group, keeping: Keeping, memory: int, sensed: TeamGroup, target_place: Integers, tick: Integers,
     key: npt.NDArray[np.uint64],
-) -> PastArrays:  # fmt: skip
+) -> ReportsArrays:  # fmt: skip
     """Return the record that keeps the reports of a group.
 
     Parameters
@@ -625,9 +625,8 @@ def reports_of(
         targets.search.x if targets and targets.is_conditional else none,
     )
     stream = stream_number(Stream.SENSOR, group.number)
-    return PastArrays(
-        tick, keeping.loss, key, _SALT, stream, group.bodies.member, sensed._replace(past=past), target_place
-    )
+    now_and_before = sensed._replace(past=[PAST.pack(past)])
+    return ReportsArrays(tick, keeping.loss, key, _SALT, stream, group.bodies.member, now_and_before, target_place)
 
 
 def forget_reports(group: Group, needed: Iterable[Keeping]) -> None:
