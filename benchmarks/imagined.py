@@ -25,6 +25,7 @@ from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.imagination import WorldModel, imagine, learn_model
 from teamsight.analysis.learning.plans import EXPLORED, Imagining
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.style import minus
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import Experiment, Variant, make_tables
 from teamsight.analysis.runs.files import prepare_folder
@@ -94,10 +95,12 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--parts", action="store_true", help="only: what each part of the shipped constants is worth")
     options = parser.parse_args()
-    if options.parts:
-        print(parts())
-        return
     folder, names = prepare_folder(options.out), list(WORLDS)[: options.worlds]
+    if options.parts:
+        rows = parts()
+        rows.to_parquet(folder / "imagined-parts.parquet", index=False)
+        print(parts_table(rows))
+        return
     count = dict.fromkeys(names, ELSEWHERE) | {DEFAULT: EXPLORATIONS}
     jobs = [Search(name, number) for name, several in {**count, GUESSED: GUESSES}.items() for number in range(several)]
     with WorkerPool(options.workers) as pool:
@@ -105,14 +108,16 @@ def main() -> None:
         made = {(job.world, job.number): one for job, one in zip(jobs, found, strict=True)}
         asked = [(WORLDS[name], experiments(name, made, count[name])) for name in names]
         tables = make_tables(asked, pool, root=ROOT, runs=1, steps=STEPS)
-    rows = [
-        table.assign(world=name, team=team)
-        for name, of_world in zip(names, tables, strict=True)
-        for team, table in of_world.items()
-    ]
-    pd.concat(rows, ignore_index=True).to_parquet(folder / "imagined.parquet")
+    rows = pd.concat([_rows(of_world, world=name) for name, of_world in zip(names, tables, strict=True)])
+    rows.to_parquet(folder / "imagined.parquet", index=False)
     (folder / "constants.json").write_text(json.dumps({str(key): one for key, one in made.items()}))
-    print(report(names, tables), models(made), sep="\n\n")
+    print(report(rows), models(made), sep="\n\n")
+
+
+def _rows(tables: Mapping[str, pd.DataFrame], **columns: str) -> pd.DataFrame:
+    """Return a row for each run of some teams."""
+    kept = ["robots", "targets", "radius", "replicate", "seed", "observed_fraction"]
+    return pd.concat([table[kept].assign(team=team, **columns) for team, table in tables.items()])
 
 
 def _show(done: float, total: float) -> None:
@@ -150,36 +155,52 @@ COMPARED = (
 )  # fmt: skip
 
 
-def report(names: list[str], tables: list[dict[str, pd.DataFrame]]) -> str:
+def report(runs: pd.DataFrame) -> str:
     """Return the paired differences between teams in each world, with intervals over explorations, as Markdown."""
-    gains = np.array([[_gains(of_world, *teams)[:ELSEWHERE] for teams in COMPARED] for of_world in tables])
-    rows = [
-        [name, f"{100 * of_world[DESIGNED]['observed_fraction'].mean():.1f}"]
-        + [written(_gains(of_world, *teams)) for teams in COMPARED]
-        for name, of_world in zip(names, tables, strict=True)
-    ]
+    tables = dict(iter(runs.groupby("world", sort=False)))
+    gains = np.array([[_gains(of_world, *teams)[:ELSEWHERE] for teams in COMPARED] for of_world in tables.values()])
+    rows = []
+    for name, of_world in tables.items():
+        designed = of_world[of_world["team"] == DESIGNED]["observed_fraction"].mean()
+        each = [written(_gains(of_world, *teams)) for teams in COMPARED]
+        rows.append([name, f"{100 * designed:.1f}", *each])
     rows.append([f"mean, {ELSEWHERE} explorations each", "", *map(written, gains.mean(axis=0))])
     heads = (f"{one} minus {other} [pp]" for one, other in COMPARED)
     return markdown.table(["what is different", f"{DESIGNED} [%]", *heads], rows)
 
 
 def written(gains: npt.NDArray[np.float64]) -> str:
-    """Return the mean with half its 95 % interval."""
+    """Return the mean with half its 95 % interval; nothing for a team that is compared with itself."""
     one = interval_of(gains)
-    return f"{one.mean:+.2f} ± {one.high - one.mean:.2f}"
+    return minus(f"{one.mean:+.2f} ± {one.high - one.mean:.2f}") if gains.any() else ""
 
 
-def _gains(of_world: Mapping[str, pd.DataFrame], team: str, other: str) -> npt.NDArray[np.float64]:
+def _gains(runs: pd.DataFrame, team: str, other: str) -> npt.NDArray[np.float64]:
     """Return by how much a team exceeds another on the mean of the grid [percentage points], by exploration."""
-    one, two = (of_world[name].groupby("replicate")["observed_fraction"].mean() for name in (team, other))
+    one, two = (
+        runs[runs["team"] == name].groupby("replicate")["observed_fraction"].mean() for name in (team, other)
+    )
     return 100 * np.asarray(one - two, float)
 
 
-def parts() -> str:
-    """Return what the shipped constants lose if a part of them is as it was at the start, on other worlds."""
+#: The parts of the constants in words.
+PARTS = {
+    "law": "law of the distance", "margin": 'soft edge of "own"', "bias": 'advance for "own"',
+    "held": "keeping what one held", "company": "company of own targets", "rivals": "number of rivals",
+    "away": "target that moves away", "lead": "lead of a moving target", "decay": "memory of lost targets",
+    "idle_taken": "taken targets and the group of the rival, idle robots",
+    "busy_taken": "taken targets, robots with targets", "idle_teammate": "teammates, idle robots",
+    "busy_teammate": "teammates, robots with targets", "idle_forward": "forward, idle robots",
+    "busy_forward": "forward, others",
+}  # fmt: skip
+WHOLE, NONE = "nothing", "everything"
+
+
+def parts() -> pd.DataFrame:
+    """Return runs of the shipped constants, and of those of which a part is as it was at the start, on other worlds."""
     shipped, degree = by_name(GroupForces().constants), RingAwareness()
-    changed = {name: GroupForces(in_order({**shipped, name: START[name]})) for name in shipped}
-    policies = {"nothing": GroupForces(), **changed, "all": GroupForces(in_order(START))}
+    changed = {PARTS[name]: GroupForces(in_order({**shipped, name: START[name]})) for name in shipped}
+    policies = {WHOLE: GroupForces(), **changed, NONE: GroupForces(in_order(START))}
     teams = [
         Experiment(name, {"policy": one, "awareness": degree}, GRID.cells, replicates=EXPLORATIONS)
         for name, one in policies.items()
@@ -187,7 +208,16 @@ def parts() -> str:
     by_hand = Experiment(DESIGNED, dict(zip(("policy", "awareness"), BY_HAND[DESIGNED], strict=True)), GRID.cells,
                          replicates=EXPLORATIONS)  # fmt: skip
     (tables,) = make_tables([({}, [*teams, by_hand])], root=root("imagination: parts"), runs=1, steps=STEPS)
-    rows = [[name, *(written(_gains(tables, name, other)) for other in (DESIGNED, "nothing"))] for name in policies]
+    return _rows(tables)
+
+
+def parts_table(runs: pd.DataFrame) -> str:
+    """Return what is lost without each part, as Markdown; that without which most is lost first."""
+    ordered = sorted(PARTS.values(), key=lambda name: _gains(runs, name, WHOLE).mean())
+    rows = [
+        [name, *(written(_gains(runs, name, other)) for other in (DESIGNED, WHOLE))]
+        for name in (WHOLE, *ordered, NONE)
+    ]
     return markdown.table(["as at the start", f"minus {DESIGNED} [pp]", "minus the whole [pp]"], rows)
 
 

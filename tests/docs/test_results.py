@@ -7,7 +7,7 @@ import re
 import runpy
 import tempfile
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -108,6 +108,14 @@ def of_learning(text: str) -> Iterator[str]:
     table = shipped("ceilings")
     where = [cell in Curves().scenarios for cell in zip(table["robots"], table["radius"], strict=True)]
     yield ceilings.tables(table[where])[0]
+
+
+def of_imagined(text: str) -> Iterator[str]:
+    program = runpy.run_path(str(ROOT / "benchmarks" / "imagined.py"))
+    yield program["report"](shipped("imagined-worlds"))
+    yield program["parts_table"](shipped("imagined-parts"))
+
+
 def of_benchmark(text: str) -> Iterator[str]:
     yield written(benchmark.page(benchmark.Results.read()))
 
@@ -162,6 +170,7 @@ TABLES: dict[str, Callable[[str], Iterator[str]]] = {
     "lazy-q": of_diagnosis,
     "ceilings": of_ceilings,
     "learning-results": of_learning,
+    "imagined-worlds": of_imagined,
     "unreliable": of_unreliable,
     "tasks/gathering": of_gathering,
 }
@@ -247,10 +256,26 @@ def cell_of_ceilings(table: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, pd.Dat
     yield ceilings.compare([(10, 15, 4.0)], teams, **how), cell.reset_index(drop=True)
 
 
+def cell_of_imagined_worlds(table: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, pd.DataFrame]]:
+    program = runpy.run_path(str(ROOT / "benchmarks" / "imagined.py"))
+    names = [program[name] for name in ("UNLEARNED", "DESIGNED", "EVOLVED", "STRONGEST")]
+    world = "sensing range halved"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(program["experiments"].__globals__, "GRID", Grid((10,), (4.0,)))
+        asked = [one for one in program["experiments"](world, {}, 0) if one.name in names]
+    asked = [replace(one, replicates=2) for one in asked]
+    made = program["make_tables"]([(program["WORLDS"][world], asked)], root=program["ROOT"], runs=1, steps=program["STEPS"])
+    cell = (table["world"] == world) & (table["robots"] == 10) & (table["radius"] == 4.0) & (table["replicate"] < 2)
+    for name in names:
+        kept = table[cell & (table["team"] == name)]
+        yield made[0][name][kept.columns[:-2]].reset_index(drop=True), kept[kept.columns[:-2]].reset_index(drop=True)
+
+
 AGAIN: dict[str, Callable[[pd.DataFrame], Iterator[tuple[pd.DataFrame, pd.DataFrame]]]] = {
     "calibration": setting_of_the_calibration,
     "ceilings": cell_of_ceilings,
     "evolved": cells_of_the_evolution,
+    "imagined-worlds": cell_of_imagined_worlds,
     "lazy-q": exploration_of_the_diagnosis,
     "learning-curves": points_of_curves,
 }
