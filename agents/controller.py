@@ -625,7 +625,8 @@ class Controller:
             start, targets = [0], []
             for place in range(len(self.team)):
                 if one := reported.get(place):
-                    self._headings[place], self._reaches[place] = (one.ahead, one.left), one.reach
+                    self._headings[place, 0], self._headings[place, 1] = one.ahead, one.left
+                    self._reaches[place] = one.reach
                     targets += one.targets
                 start.append(len(targets))
             self._their_targets.start[:] = start
@@ -752,29 +753,32 @@ def _bodies_of(name: str, seen: Detections, ahead: float, left: float) -> list[_
     """Return detections as bodies; bearings are from this heading."""
     distances = _numbers(name, "distance", seen.distance)
     if seen.offset is not None:
-        pairs = _pairs(f"{name}.offset", seen.offset)
-        xs, ys = [x for x, _ in pairs], [y for _, y in pairs]
-        distances = distances or [math.sqrt(x * x + y * y) for x, y in zip(xs, ys, strict=True)]
+        ways = _pairs(f"{name}.offset", seen.offset)
+        distances = distances or [math.sqrt(x * x + y * y) for x, y in ways]
     else:
         bearings = _numbers(name, "bearing", seen.bearing)
         if len(bearings) != len(distances):
             raise ValueError(f"{name}: has {len(distances)} distances and {len(bearings)} bearings; give both of each")
         cos, sin = math.cos, math.sin
-        pairs = [(one * cos(angle), one * sin(angle)) for one, angle in zip(distances, bearings, strict=True)]
-        xs, ys = [x * ahead - y * left for x, y in pairs], [x * left + y * ahead for x, y in pairs]
-    named = [_UNKNOWN] * len(xs) if seen.identity is None else _numbers(name, "identity", seen.identity)
-    if not len(xs) == len(distances) == len(named):
-        raise ValueError(f"{name}: has {len(xs)} bodies, {len(distances)} distances and {len(named)} identities")
-    if distances and min(distances) < 0.0:
+        ways = [
+            ((x := one * cos(angle)) * ahead - (y := one * sin(angle)) * left, x * left + y * ahead)
+            for one, angle in zip(distances, bearings, strict=True)
+        ]
+    named = [_UNKNOWN] * len(ways) if seen.identity is None else _numbers(name, "identity", seen.identity)
+    if not len(ways) == len(distances) == len(named):
+        raise ValueError(f"{name}: has {len(ways)} bodies, {len(distances)} distances and {len(named)} identities")
+    if not distances:
+        return []
+    if min(distances) < 0.0:
         raise ValueError(f"{name}: has the distance {min(distances)}; leave out what was not measured")
     identities = list(map(int, named))
-    if identities != named or (identities and not _UNKNOWN <= min(identities) <= max(identities) <= _MOST):
+    if identities != named or not _UNKNOWN <= min(identities) <= max(identities) <= _MOST:
         raise ValueError(
             f"{name}.identity={checks.shown(named)}: must be whole numbers up to {_MOST}, and -1 for unknown"
         )
     if name == "targets" and len({*identities}) + max(identities.count(_UNKNOWN) - 1, 0) < len(identities):
         raise ValueError(f"{name}.identity={checks.shown(named)}: has a target twice; give each that is seen once")
-    return list(zip(identities, xs, ys, distances, strict=True))
+    return [(who, x, y, far) for who, (x, y), far in zip(identities, ways, distances, strict=True)]
 
 
 def _pairs(name: str, given: Any) -> list[tuple[float, float]]:
@@ -799,7 +803,8 @@ def _numbers(name: str, part: str, values: Any) -> list[float]:
     """Return a list of finite numbers."""
     try:
         numbers: list[float] = values.tolist() if isinstance(values, np.ndarray) else [*values]
-        if all(map(math.isfinite, numbers)):
+        # Their sum can only be finite if all are; but for large ones the reverse does not hold.
+        if math.isfinite(sum(numbers)) or all(map(math.isfinite, numbers)):
             return numbers
     except (TypeError, OverflowError):
         raise TypeError(f"{name}.{part}={checks.shown(values)}: must be a list of numbers, one for each body") from None
@@ -808,7 +813,7 @@ def _numbers(name: str, part: str, values: Any) -> list[float]:
 
 def _within(bodies: list[_Body], reach: float) -> list[_Body]:
     """Return the bodies within a range, in the order of their identities; those of unknown identity come last."""
-    near = [one for one in bodies if one[3] <= reach] if reach < math.inf else list(bodies)
+    near = [one for one in bodies if one[3] <= reach]
     # Stable, so that those of equal identity stay in order, which are unknown.
     near.sort(key=_identity)
     unknown = next((row for row, one in enumerate(near) if one[0] != _UNKNOWN), 0) if near and near[0][0] < 0 else 0
