@@ -109,8 +109,8 @@ class Table:
 
     def declare(self, field: Field, values: npt.ArrayLike | None = None) -> Array:
         """Add a column, or replace it, with these elements or the fill; return it."""
-        name, dtype, shape, fill, *_ = field
-        array = np.zeros((self._room, *shape), dtype)
+        name, fill = field.name, field.fill
+        array = np.zeros((self._room, *field.shape) if field.shape else self._room, field.dtype)
         self._fields[name], self._arrays[name] = field, array
         self._changes += 1
         self.__dict__[name] = view = array if self._rows == self._room else array[: self._rows]

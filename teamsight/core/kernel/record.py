@@ -280,26 +280,36 @@ def _packing(leaves: list[Leaf], slots: Iterable[int], fixed: Collection[int]) -
     """
     lines, known = ["def words(value, present):"], {-1, *fixed}
     lines += [f"w{slot} = int(present[{slot}])" for slot in fixed]
-    names: dict[str, Any] = {"leaves": leaves, "number": _number, "misfit": _misfit, "addresses": _addresses}
+    names: dict[str, Any] = {"leaves": leaves, "bits": _bits, "misfit": _misfit, "addresses": _addresses}
     names |= {"view": _NO_BYTES.from_buffer, "addressof": ctypes.addressof, "unusual": _unusual_address}
     for at, leaf in enumerate(leaves):
         lines.append(f"a{at} = value.{leaf.path}")
         if leaf.lengths is None:
-            lines.append(f"w{leaf.slot} = number(leaves[{at}], a{at})")
+            number = "0 if a{0} is None else int(a{0}.address)" if leaf.dtype is None else "int(a{0})"
+            if leaf.dtype is not None and leaf.dtype.kind == "f":
+                number = "bits(a{0})"
+            lines.append(f"w{leaf.slot} = {number.format(at)}")
             continue
         if leaf.is_list:
             lines.append(f"b{at}, a{at} = a{at}, addresses(a{at})")
         wrong = f"raise misfit(leaves[{at}], a{at})"
         names[f"t{at}"] = leaf.dtype
-        lines += [f"if a{at}.dtype != t{at} or a{at}.ndim != {len(leaf.lengths)}: {wrong}", f"shape = a{at}.shape"]
+        # Most have the very type, which is found sooner than an equal one.
+        is_other = f"a{at}.dtype is not t{at} and a{at}.dtype != t{at}"
+        lines += [f"shape = a{at}.shape", f"if {is_other} or len(shape) != {len(leaf.lengths)}: {wrong}"]
+        wrong_sizes = []
         for axis, length in enumerate(leaf.lengths):
+            plus = f" + {length.plus}" if length.plus else ""
             if length.slot not in known:
                 known.add(length.slot)
                 lines.append(f"w{length.slot} = shape[{axis}] - {length.plus}")
-        sizes = [f"w{length.slot} + {length.plus}" if length.slot >= 0 else f"{length.plus}" for length in leaf.lengths]
+            else:
+                size = f"w{length.slot}{plus}" if length.slot >= 0 else f"{length.plus}"
+                wrong_sizes.append(f"shape[{axis}] != {size}")
+        if wrong_sizes:
+            lines.append(f"if {' or '.join(wrong_sizes)}: {wrong}")
         # As `address_of`, without a call.
         lines += [
-            f"if shape != ({', '.join(sizes)},): {wrong}",
             f"try: w{leaf.slot} = addressof(view(a{at}))",
             f"except TypeError: w{leaf.slot} = unusual(leaves[{at}], a{at})",
         ]
@@ -320,12 +330,8 @@ def _unusual_address(leaf: Leaf, array: npt.NDArray[Any]) -> int:
     return address_of(array)
 
 
-def _number(leaf: Leaf, value: Any) -> int:
-    if leaf.dtype is None:
-        return 0 if value is None else int(value.address)
-    if leaf.dtype.kind == "f":
-        return int(struct.unpack("q", struct.pack("d", value))[0])
-    return int(value)
+def _bits(value: Any) -> int:
+    return int(struct.unpack("q", struct.pack("d", value))[0])
 
 
 def _misfit(leaf: Leaf, array: npt.NDArray[Any]) -> Exception:
