@@ -262,7 +262,8 @@ class CMOMMT(World):
         if lidar is not None:
             numbers.limits.range("lidar.range", lidar.range)
         self.settings.update(plan)
-        self._data.arena, self._data.limits = numbers.arena, numbers.limits
+        self._data.arena = self._data.first_arena = numbers.arena
+        self._data.limits = numbers.limits
         self._data.arena_size[:] = numbers.arena.size
         for group, speed in ((self.robots, numbers.robot_speed), (self.targets, numbers.target_speed)):
             group.members.speed[:] = speed

@@ -43,12 +43,14 @@ from teamsight.agents.world_data import LATER
 from teamsight.core import checks
 from teamsight.core.interrupts import deferred
 from teamsight.policies.registry import label
-from teamsight.world.contact import Pass
+from teamsight.world.arena import Arena, Obstructed
+from teamsight.world.contact import SKIN, Pass, contact_of
 from teamsight.world.drive import drive_of
 from teamsight.world.limits import shape_given
 from teamsight.world.motion import is_watched, limit_of_turn
 from teamsight.world.motion import turn_limit as turn_limit_of
 from teamsight.world.placement import PLACEMENTS, Founders, Solid, starts
+from teamsight.world.walls import clearance, joined, repeated
 
 if TYPE_CHECKING:
     from teamsight.agents.channel import Channel
@@ -505,6 +507,30 @@ def _check_apart(data: WorldData, agent: Body, place: Floats) -> None:
     starts(data.arena, [here], data.key[np.newaxis], taken_in(data, agent))
 
 
+def _plain(arena: Arena) -> Arena:
+    """Return an arena without its obstacles."""
+    return arena.arena if isinstance(arena, Obstructed) else arena
+
+
+def _check_free(arena: Arena, group: Group, *, is_solid: bool) -> None:
+    """Refuse an arena in whose obstacles an agent of a group would be, or its body."""
+    position = group.bodies.position
+    free = np.array(arena.contains(position))
+    if is_solid and isinstance(arena, Obstructed):
+        # Bodies may touch the walls that were there before.
+        room = clearance(repeated(joined([one.faces for one in arena.obstacles]), arena.period, arena.bounds), position)
+        extent = float(np.max(arena.bounds[1] - arena.bounds[0]))
+        free &= room >= group.bodies.radius - SKIN * extent
+    if not free.all():
+        agent = group._agents[int(np.argmin(free))]
+        x, y = agent.position.tolist()
+        others = f", and {np.sum(~free) - 1} more" if np.sum(~free) > 1 else ""
+        raise ValueError(
+            f"arena={checks.shown(arena)}: {agent!r} at ({x:.4g}, {y:.4g}){others} would be in an obstacle; move it "
+            "first, as in agent.position = …, or make the obstacle smaller"
+        )
+
+
 def _check_range(data: WorldData, sensor: Any) -> None:
     if sensor is not None and sensor.range is not None:
         data.limits.range("sensor.range", sensor.range)
@@ -871,6 +897,25 @@ class WorldHost:
         with deferred():
             group.bodies.position[row] = place
             self._engine.is_seen = False
+
+    def change_obstacles(self, arena: Any) -> None:
+        """Put other obstacles into the arena; see `World.arena`."""
+        data = self._data
+        data.timeline.check_undecided("arena")
+        if not isinstance(arena, Arena) or _plain(arena) != _plain(data.arena):
+            raise ValueError(
+                f"arena={checks.shown(arena)}: only the obstacles in {_plain(data.arena)} can be changed in a run, as "
+                "in world.arena = world.arena.with_obstacles(Circle((1, 0), 0.5)); build another world for another arena"
+            )
+        if not isinstance(data.contact, Pass):
+            contact_of(data.contact, arena)
+        for group in data.groups:
+            _check_free(arena, group, is_solid=group in data.solid)
+        for one in data.interactions:
+            one.interaction.check_fit(arena, tuple(sorted(one.roles, key=lambda role: one.roles[role].number)))
+        with deferred():
+            data.put_arena(arena)
+            self._engine.is_bound = False
 
     def turn(self, agent: Body, heading: npt.NDArray[np.float64]) -> None:
         """Set the heading of an agent, a unit vector."""

@@ -173,7 +173,11 @@ def _trace(world: World) -> tuple[Any, ...]:
     recording = world.recording
     mesas = len(world.agents), id(vars(world).get("step")), mesa_compat.has_events(world)
     attached = [*map(id, _attached(world))]
-    return groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, attached
+    has_first_arena = world._data.arena is world._data.first_arena
+    return (
+        groups, len(recording.callbacks), type(recording.collector), world._engine.extras, mesas, attached,
+        has_first_arena,
+    )  # fmt: skip
 
 
 def _attached(world: World) -> list[Any]:

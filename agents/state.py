@@ -349,6 +349,9 @@ class StateKeeper:
         # What can fail comes first, before anything changes.
         start, states = data.start_of(key_of(seed)[np.newaxis]), data.first_states()
         with deferred():
+            if data.arena is not data.first_arena:
+                data.put_arena(data.first_arena)
+                self._engine.is_bound = False
             self.begin(seed, start, 0, states, is_kept=data.is_rewritable)
             self._recording.collector = collector
         if not isinstance(collector, HistoryCollector):
@@ -378,10 +381,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
         raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
     if saved.format != FORMAT:
         raise ValueError(checks.other_format("restore(…)", saved.format, FORMAT, saved.version))
-    if saved.arena != _identified_space(data):
+    if saved.arena != (mine := _identified_space(data)):
+        cure = "restore it in a world built in the same way"
+        if saved.arena[2:] == mine[2:]:
+            cure += ", or set the obstacles of that time first, as in world.arena = …"
         raise ValueError(
             f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in {data.arena}"
-            f"{_contact_in(_identified_space(data))}; restore it in a world built in the same way"
+            f"{_contact_in(mine)}; {cure}"
         )
     mine = [_identified(group) for group in data.groups]
     theirs = [(*old[:5], old.drive) for old in saved.groups]

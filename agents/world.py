@@ -90,7 +90,6 @@ class SettingOfGroups:
     events="it is what happened; world.log(…) adds to it, and reset() empties it",
     sources="world.attach(…) and world.detach(…) change them",
     until="its methods return the events for which a process can wait, as in world.until.observed(target)",
-    arena="all agents were placed in it; build another world",
     contact="all agents were placed for it; build another world",
     seed_used="start again with reset(rng)",
     tick="run(n) makes steps, reset() starts again, and restore(state) goes back",
@@ -515,8 +514,16 @@ class World(MesaModel):
 
     @property
     def arena(self) -> Arena:
-        """The arena. It cannot be changed: all agents were placed in it."""
+        """The arena. Its obstacles can be changed in a run; a reset goes back to those with which it was built.
+
+        ``world.arena = world.arena.with_obstacles(Circle((1, 0), 0.5))`` adds one. No body may be in one. What senses,
+        moves or meets walls takes the new ones from the next step on. A recording shows the last ones.
+        """
         return self._data.arena
+
+    @arena.setter
+    def arena(self, value: Arena) -> None:
+        self._host.change_obstacles(value)
 
     @property
     def seed_used(self) -> int:

@@ -111,6 +111,8 @@ class WorldData:
 
     Attributes
     ----------
+    first_arena : Arena
+        The arena in which runs begin; `arena` may have other obstacles meanwhile.
     arena_size : ndarray, shape (sizes,), float64
         The size of the arena, which kernels read.
     limits : Limits
@@ -143,9 +145,8 @@ class WorldData:
     """
 
     def __init__(self, arena: Arena, seed: int, contact: Contact) -> None:
-        self.arena, self.seed, self.contact = arena, seed, contact
-        self.limits = Limits(arena)
-        self.arena_size = np.array(arena.size, float)
+        self.seed, self.contact, self.first_arena = seed, contact, arena
+        self.put_arena(arena)
         self.key = key_of(seed)
         self.moment = np.zeros(1, np.int64)
         self.time = np.zeros(1)
@@ -159,6 +160,11 @@ class WorldData:
         self.conditions: list[Callable[[], bool]] = []
         # An `Until`, once it is used.
         self.until: Any = None
+
+    def put_arena(self, arena: Arena) -> None:
+        """Put this arena in place of the present one; bind again."""
+        self.arena, self.limits = arena, Limits(arena)
+        self.arena_size = np.array(arena.size, float)
 
     def begin(self, seed: int, tick: int, history: History) -> None:
         """Continue from another state: set the seed, the tick and the history, and drop all pending events."""
@@ -209,14 +215,14 @@ class WorldData:
         """
         solid, founders = self.solid, list[Founders]()
         if not solid:
-            return starts(self.arena, [one for group in self.groups for one in group.founders], keys)
+            return starts(self.first_arena, [one for group in self.groups for one in group.founders], keys)
         for group in self.groups:
             gone = np.ones(len(group.members), np.bool_)
             gone[group.bodies.member] = False
             for source in self.sources.attached:
                 gone[list(source.guests) if source.group is group else []] = True
             founders += [one.without(gone) for one in group.founders] if group in solid else group.founders
-        return starts(self.arena, founders, keys)
+        return starts(self.first_arena, founders, keys)
 
     def first_states(self) -> FirstStates:
         """Return the states of all policies before their first decision, and of all interactions; see `first_state`."""

@@ -744,11 +744,9 @@ class FrameRecorder(Watcher):
         arena = data.arena
         (low, high), (x, y) = arena.bounds, arena.period
         self._space = Space(low.copy(), high - low, arena.period)
-        # What never changes in a scene.
-        self._backdrop = (
-            (float(low[0]), float(low[1]), float(high[0]), float(high[1])), _lines(walls(arena)),
-            _lines(obstacles(arena)), (float(x), float(y)) if x or y else None,
-        )  # fmt: skip
+        # What never changes in a scene: obstacles may, but a frame does not say which.
+        self._bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1])), _lines(walls(arena))
+        self._wraps = (float(x), float(y)) if x or y else None
 
     def begin(self) -> None:
         """Record the present, and every step from now on."""
@@ -836,8 +834,8 @@ class FrameRecorder(Watcher):
             policy = next((group.policy for group in described if group.role == "robot"), None)
             title = ", ".join(filter(None, (self._model, policy, f"seed {seed}")))
         scene = Scene(
-            title, self._model, __version__, seed, self.every, *self._backdrop, described, tuple(self._slots), SERIES,
-            self.links,
+            title, self._model, __version__, seed, self.every, *self._bounds, _lines(obstacles(self._data.arena)),
+            self._wraps, described, tuple(self._slots), SERIES, self.links,
         )  # fmt: skip
         if self._scene is None or self._scene != scene:
             self._scene = scene

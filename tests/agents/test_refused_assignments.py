@@ -37,7 +37,6 @@ def test_a_group_refuses_with_the_cure(name: str, value: Any, message: str) -> N
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("arena", "build another world"), ("tick", r"run\(n\) makes steps"), ("observed_fraction", "it is measured"),
         ("seed_used", r"reset\(rng\)"), ("robots", r"model\.robots\.add\(5\)"), ("groups", r"add\(\) adds one"),
         ("interactions", r"interact\(\) adds one"),
     ],
