@@ -13,6 +13,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from teamsight.core import checks
+from teamsight.live.interventions import MOST_CORNERS
 
 #: The longest message of a page [bytes].
 MOST_BYTES = 4096
@@ -20,6 +21,8 @@ MOST_BYTES = 4096
 LEAST_RATE, MOST_RATE = 0.1, 10_000.0
 #: Of how many steps one is drawn, at most.
 MOST_EVERY = 10_000
+#: Coordinates of what a page draws, at most [length].
+MOST_PLACE = 1e9
 _FRAME, _HISTORY = 1, 2
 _HEAD = struct.Struct("<BBHI")
 
@@ -41,6 +44,19 @@ def _or_none(check: Callable[..., Any], **limits: Any) -> Callable[[str, Any], A
     return lambda name, value: None if value is None else check(name, value, **limits)
 
 
+def _points(name: str, value: Any) -> list[tuple[float, float]]:
+    """Return corners that a page has drawn; a circle has its centre and a point on it."""
+    if not isinstance(value, list) or not 2 <= len(value) <= MOST_CORNERS:
+        raise ValueError(f"{name}={checks.shown(value)}: must be a list of 2 to {MOST_CORNERS} points; draw it simpler")
+    pairs = [one if isinstance(one, list) and len(one) == 2 else [None, None] for one in value]
+    return [(_coordinate(name, x), _coordinate(name, y)) for x, y in pairs]
+
+
+_coordinate = partial(checks.number, least=-MOST_PLACE, most=MOST_PLACE)
+_BODY = partial(checks.count, least=0, most=2**53)
+# Where it was done, and whether to both worlds.
+_WHERE = {"track": partial(checks.count, least=0, most=1), "both": checks.flag}
+
 #: The messages of pages, and for each field its check; a control checks its value itself.
 KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     "ack": {"frame": partial(checks.count, least=0, most=2**32 - 1)},
@@ -53,7 +69,18 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     "every": {"value": partial(checks.count, most=MOST_EVERY)},
     "compare": {"on": checks.flag},
     "save": {},
-}
+    "move": {**_WHERE, "body": _BODY, "x": _coordinate, "y": _coordinate},
+    "switch": {**_WHERE, "body": _BODY, "on": checks.flag},
+    "remove": {**_WHERE, "body": _BODY},
+    "add": {**_WHERE, "group": partial(checks.count, least=0, most=1000), "x": _coordinate, "y": _coordinate},
+    "obstruct": {
+        **_WHERE, "shape": lambda name, value: checks.choice(name, value, ("circle", "polygon")), "points": _points,
+    },
+    "clear": _WHERE,
+    "copy": {"form": lambda name, value: checks.choice(name, value, ("command", "Python"))},
+}  # fmt: skip
+#: Those that change bodies or obstacles.
+INTERVENTIONS = ("move", "switch", "remove", "add", "obstruct", "clear")
 
 
 def parsed(data: str | bytes, kinds: Mapping[str, Mapping[str, Callable[[str, Any], Any]]] = KINDS) -> Message:

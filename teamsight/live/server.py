@@ -300,6 +300,9 @@ class Server:
                     client.acknowledge(message.fields["frame"])
                 elif message.type == "save":
                     self._begin_save(connection, session)
+                elif message.type == "copy":
+                    form = message.fields["form"]
+                    await connection.send(protocol.text("copied", form=form, text=session.copied(form)))
                 else:
                     session.ask(message)
             except (TypeError, ValueError) as error:

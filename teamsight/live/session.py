@@ -9,6 +9,7 @@ import secrets
 import threading
 import time
 from collections.abc import Callable, Hashable, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 from teamsight.agents.engine.engine import PREPARING, Engine
@@ -18,6 +19,7 @@ from teamsight.core.kernel.report import listening
 from teamsight.core.references import failure
 from teamsight.live import protocol
 from teamsight.live.controls import Control, model_name
+from teamsight.live.copying import command_of, script_of
 from teamsight.live.protocol import Message
 from teamsight.live.worlds import StoppedError, Worlds, event_rows
 from teamsight.view.packing import from_raw, raw
@@ -177,7 +179,7 @@ class Session:
         """
         kind, fields = message
         # A slider sends more values than can be used; each step counts: three are three.
-        key = object() if kind == "step" else (kind, fields["name"], fields["track"]) if kind == "set" else kind
+        key = object() if kind in ("step", *protocol.INTERVENTIONS) else (kind, fields["name"], fields["track"]) if kind == "set" else kind
         with self._news:
             if key not in self._waiting and len(self._waiting) >= MOST_WAITING:
                 raise ValueError(f"{kind}: {MOST_WAITING} messages wait already; try again when they are done")
@@ -222,7 +224,8 @@ class Session:
             while not self._is_closing:
                 try:
                     for kind, fields in self._take():
-                        self._attempt(getattr(self, f"_on_{kind}"), **fields)
+                        act = partial(self._intervene, kind) if kind in protocol.INTERVENTIONS else getattr(self, f"_on_{kind}")
+                        self._attempt(act, **fields)
                     if self._is_moving and not self._patience():
                         self._advance()
                     if self.said:
@@ -284,7 +287,7 @@ class Session:
 
     def _show_outlines(self) -> None:
         """Show where the bodies are of worlds that are being built."""
-        name = model_name(self.worlds._model)
+        name = model_name(self.worlds.model)
         title = f"{name}: where all start"
         shown = [FrameRecorder(one._data, one, name, title=title).outline() for one in self._engines]
         self._show_blocks([scene for scene, _ in shown], [raw(frame, scene) for scene, frame in shown])
@@ -399,6 +402,15 @@ class Session:
         self._note = ""
         self._show_frames(again=True)
         self._show_controls()
+
+    def _intervene(self, kind: str, track: int, both: bool, **fields: Any) -> None:
+        self.worlds.intervene(kind, track, fields, both=both)
+        self._note = ""
+        self._show_frames(again=not self._left)
+
+    def copied(self, form: str) -> str:
+        """Return the worlds as a command or as a script; for other threads."""
+        return (command_of if form == "command" else script_of)(self.worlds)
 
     def _rebuild(self, settings: list[dict[str, Any]], note: str, seed: int | None = None) -> None:
         """Build other worlds in place of those that there are, and show them; pages drop the frames of those before."""

@@ -6,7 +6,9 @@ import threading
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
+from functools import partial
 from itertools import accumulate, islice
 from typing import Any
 
@@ -20,7 +22,9 @@ from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.component import Component, declared
 from teamsight.core.references import failure
+from teamsight.live import interventions
 from teamsight.live.controls import model_name, seed_name
+from teamsight.live.interventions import Entry, Journal
 from teamsight.view.packing import raw
 from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene
 
@@ -119,6 +123,8 @@ class LiveTrack:
         The newest frames, as raw blocks.
     made : int
         The number of steps since the world was built.
+    journal : Journal
+        What was done to it since.
 
     Raises
     ------
@@ -140,6 +146,9 @@ class LiveTrack:
                 f"{model_name(model)}: builds a world without agents; add some, as in world.add(Robot, 10)"
             )
         self.made = self._bytes = 0
+        self.journal = Journal(self.parameters)
+        # What was set last, and is not noted yet.
+        self._set: tuple[str, Any] | None = None
         self.kept: deque[bytes] = deque()
         self._observer = Observer(world, every)
         # Held while the scene and the frames change together.
@@ -237,14 +246,38 @@ class LiveTrack:
         parameters, base, world = self.with_value(name, value), name.partition(".")[0], self.world
         if base not in _DEGREE or not isinstance(world, CMOMMT):
             setattr(world, base, parameters[base])
+            self._set = base, parameters[base]
         else:
             # A degree by name has the present δ.
             degree, delta = (parameters[one] if one in parameters else self.value(one) for one in _DEGREE)
             if isinstance(degree, str) and (base == "awareness" or "delta" in AWARENESS[degree].options()):
-                world.awareness = awareness_named(degree, {"delta": delta})
-            elif base == "awareness":
+                degree = awareness_named(degree, {"delta": delta})
+            elif base != "awareness":
+                degree = None
+            if degree is not None:
                 world.awareness = degree
+                self._set = "awareness", degree
         self.parameters = parameters
+        with self._lock:
+            self._observer.is_stale = True
+
+    def note_set(self) -> None:
+        """Note in the log of events and in the journal what `set` has set."""
+        if self._set is None:
+            return
+        (name, value), self._set = self._set, None
+        before, rows = self.journal.entries[-1:], self.world._data.sources.events.rows
+        shown = value if isinstance(value, (bool, int, float, str)) else checks.shown(value)
+        self.journal.check_room()
+        self.journal.note(Entry(self.made, (), name, value))
+        if before and before[0] not in self.journal.entries and rows and rows[-1].what == "set":
+            # A slider that is moved.
+            rows.pop()
+        self.world.log("set", setting=name, value=shown)
+
+    def intervene(self, act: Callable[[World], list[str]]) -> None:
+        """Let something be done to the world, and note it."""
+        self.journal.note(Entry(self.made, tuple(act(self.world))))
         with self._lock:
             self._observer.is_stale = True
 
@@ -254,6 +287,7 @@ class LiveTrack:
         return {
             "tick": world.tick, "observed": float(world.observed), "mean": float(world.observed_fraction),
             "most": int(world.max_neighbours), "kept": len(self.kept),
+            "done": len(self.journal.entries),
         }  # fmt: skip
 
 
@@ -275,6 +309,8 @@ class Worlds:
     ----------
     tracks : list of LiveTrack
         The worlds; none before `replace`, which replaces the list.
+    model : callable
+        The model.
     made : int
         The number of steps that all have made, or are to make before the next.
     """
@@ -282,7 +318,7 @@ class Worlds:
     def __init__(
         self, model: Callable[..., World], settings: list[dict[str, Any]], seed: int, every: int = 1
     ) -> None:
-        self._model, self._first, self.seed, self.every = model, settings, seed, every
+        self.model, self._first, self.seed, self.every = model, settings, seed, every
         self.made = 0
         self.tracks: list[LiveTrack] = []
 
@@ -295,10 +331,10 @@ class Worlds:
         """Return new worlds for which everything is compiled; those that run stay as they are."""
         tracks: list[LiveTrack] = []
         for one in settings:
-            track = LiveTrack(self._model, one, seed, self.every)
+            track = LiveTrack(self.model, one, seed, self.every)
             if any(track.world is other.world for other in (*self.tracks, *tracks)):
                 raise ValueError(
-                    f"{model_name(self._model)}: returns a world that it returned before; build one on each call"
+                    f"{model_name(self.model)}: returns a world that it returned before; build one on each call"
                 )
             tracks.append(track)
         for track in tracks:
@@ -344,6 +380,45 @@ class Worlds:
                 for earlier, old in zip(tracks[:number], before, strict=False):
                     earlier.set(name, old)
                 raise
+        for track in tracks:
+            track.note_set()
+        self.describe()
+
+    def intervene(self, kind: str, track: int, fields: Mapping[str, Any], *, both: bool) -> None:
+        """Let something be done to the body, or at the place, that was named in one world, or to both worlds.
+
+        What is done to both is done to none if one of them refuses it.
+
+        Parameters
+        ----------
+        kind : str
+            Its name, a function of `teamsight.live.interventions`.
+        track : int
+            In which world it was done on a page.
+        fields : mapping of str to object
+            Its values.
+        both : bool
+            Whether it is done to the other world too.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If there is no such body, or a world refuses it.
+        """
+        if track >= len(self.tracks):
+            raise ValueError(f"track={track}: there is one world only; compare first")
+        chosen = self.tracks if both else [self.tracks[track]]
+        given = dict(fields)
+        if "body" in given:
+            given["place"] = interventions.place_of(self.tracks[track].world, given.pop("body"))
+        if "group" in given:
+            given["number"] = given.pop("group")
+        for one in chosen:
+            one.journal.check_room()
+        act = partial(getattr(interventions, kind), **given)
+        with _undoing(chosen[:-1]):
+            for one in chosen:
+                one.intervene(act)
         self.describe()
 
     def describe(self) -> None:
@@ -353,8 +428,26 @@ class Worlds:
         differing = [name for name in names if len({one[name] for one in shown}) > 1]
         for track, values in zip(self.tracks, shown, strict=True):
             parts = [f"{name} {values[name]}" for name in differing]
-            title = ", ".join([model_name(self._model), *parts, f"seed {track.world.seed_used}"])
+            title = ", ".join([model_name(self.model), *parts, f"seed {track.world.seed_used}"])
             track.describe(self.every, title if differing else None)
+
+
+@contextmanager
+def _undoing(tracks: list[LiveTrack]) -> Iterator[None]:
+    """Take back what was done to some worlds if it fails in another."""
+    before = []
+    for one in tracks:
+        # A world with processes of its own cannot be put back.
+        with suppress(TypeError):
+            before.append((one, one.world.arena, one.world.state(), list(one.journal.entries)))
+    try:
+        yield
+    except Exception:
+        for one, arena, state, entries in before:
+            one.world.arena = arena
+            one.world.restore(state)
+            one.journal.entries[:] = entries
+        raise
 
 
 def event_rows(world: World) -> dict[str, Any]:

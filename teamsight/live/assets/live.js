@@ -4,6 +4,7 @@
 //   controls    run, step, reset, rate, and what the server lets a page set
 //   log         the newest rows of the event log
 //   graph       the neighbour graph of the frame that is shown
+//   laboratory  what somebody does to bodies and obstacles, and copies of that as text
 "use strict";
 
 (() => {
@@ -136,7 +137,8 @@ class Controls {
     element.append(this.buildAlert(), this.buildRun(), this.buildRate(), this.buildCompare());
     this.fields = make("div", { class: "tl-fields" });
     this.saveButton = this.button("Save recording", "Save what was seen as a page that plays anywhere", () => this.save());
-    element.append(this.fields, make("div", { class: "tl-row" }, this.saveButton));
+    this.lab = make("div");
+    element.append(this.lab, this.fields, make("div", { class: "tl-row" }, this.saveButton));
   }
 
   button(text, title, act) {
@@ -552,6 +554,231 @@ class Graph {
   }
 }
 
+// Part: laboratory.
+
+// What a click or a drag on the arena does.
+const TOOLS = [
+  ["look", "Look", "Select a body; drag to pan"], ["move", "Move", "Drag a robot or a target"],
+  ["switch", "Fail or repair", "Click a body: it fails, or is repaired"], ["add", "Add", "Click where a body is to be"],
+  ["remove", "Remove", "Click a body"], ["circle", "Circle", "Drag from the middle of an obstacle to its rim"],
+  ["rectangle", "Rectangle", "Drag from one corner of an obstacle to the other"],
+  ["polygon", "Polygon", "Draw the rim of an obstacle"],
+];
+const SVG = "http://www.w3.org/2000/svg";
+// Corners of a drawn obstacle, at most, and the pixels that a corner may be off; drags shorter than these pixels are clicks.
+const MOST_CORNERS = 40, CORNER_OFF = 4, SHORTEST_DRAG = 4;
+const FOUR = (value) => Number(value.toFixed(4));
+
+// The corners of a line without those that are hardly off the way from others (Douglas and Peucker 1973).
+function simplified(points, off) {
+  if (points.length < 3) return points;
+  const [[ax, ay], [bx, by]] = [points[0], points[points.length - 1]], long = Math.hypot(bx - ax, by - ay);
+  let most = 0, at = 0;
+  points.forEach(([x, y], k) => {
+    const away = long ? Math.abs((bx - ax) * (ay - y) - (ax - x) * (by - ay)) / long : Math.hypot(x - ax, y - ay);
+    if (away > most) [most, at] = [away, k];
+  });
+  if (most <= off) return [points[0], points[points.length - 1]];
+  return [...simplified(points.slice(0, at + 1), off).slice(0, -1), ...simplified(points.slice(at), off)];
+}
+
+class Laboratory {
+  constructor(page, element) {
+    Object.assign(this, { page, tool: "look", held: null, groups: "" });
+    element.append(this.build());
+    const { stage } = page.view;
+    // Before the canvas itself, which would pan or select.
+    for (const [type, act] of [["pointerdown", "begin"], ["pointermove", "go"], ["pointerup", "end"], ["pointercancel", "cancel"]]) {
+      stage.addEventListener(type, (event) => this[act](event), true);
+    }
+    document.addEventListener("keydown", (event) => { if (event.key === "Escape" && this.tool !== "look") this.choose("look"); }, true);
+  }
+
+  build() {
+    const { page } = this, { controls } = page;
+    this.inputs = TOOLS.map(([name, text, title]) => {
+      const input = make("input", { type: "radio", name: "tl-tool", value: name, checked: name === "look" });
+      input.addEventListener("change", () => this.choose(name));
+      return make("label", { title }, input, text);
+    });
+    this.group = make("select", { id: "tl-group" });
+    this.hint = make("p", { class: "tl-note", role: "status" });
+    const number = (id, value) => make("input", { type: "number", step: "any", id, value });
+    [this.x, this.y, this.size] = [number("tl-x", 0), number("tl-y", 0), number("tl-size", 0.5)];
+    const field = (text, input) => make("label", {}, text, input);
+    this.exact = make("details", { class: "tl-exact" }, make("summary", {}, "By numbers"),
+      make("div", { class: "tl-place" }, field("x", this.x), field("y", this.y), field("radius", this.size)),
+      make("div", { class: "tl-row" },
+        controls.button("Move the selected body there", "Moves the body that is selected to x, y", () => this.withSelected("move", this.typed())),
+        controls.button("Fail or repair the selected body", "The body that is selected", () => this.switchSelected()),
+        controls.button("Remove the selected body", "The body that is selected", () => this.withSelected("remove")),
+        controls.button("Add a body there", "Adds a body of the chosen group at x, y", () => this.add(0, this.typed())),
+        controls.button("Add a circle there", "Adds an obstacle of this radius around x, y", () => this.typedCircle())));
+    this.copies = ["command", "Python"].map((form) =>
+      controls.button(`Copy as ${form}`, form === "Python" ? "A script that repeats this run, interventions included" : "The command that opens this page with the present settings", () => page.link.send("copy", { form })));
+    this.text = make("textarea", { readonly: "", rows: 12, spellcheck: "false", "aria-label": "Copied text" });
+    this.said = make("p", { role: "status" });
+    this.dialog = make("dialog", { class: "ts-help tl-copied", "aria-labelledby": "tl-copied-title" },
+      make("h2", { id: "tl-copied-title" }, "Copy"), this.said, this.text,
+      make("button", { type: "button", class: "ts-button ts-wide", onclick: () => this.dialog.close() }, "Close the copy"));
+    page.view.root.append(this.dialog);
+    return make("fieldset", { class: "tl-lab" }, make("legend", {}, "Intervene"),
+      make("div", { class: "tl-tools", role: "radiogroup", "aria-label": "What a click on the arena does" }, ...this.inputs),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-group" }, "add to"), this.group),
+      this.hint, this.exact,
+      make("div", { class: "tl-row" }, controls.button("Remove drawn obstacles", "The arena is again as it was built", () => this.send("clear", 0))),
+      make("div", { class: "tl-row" }, ...this.copies));
+  }
+
+  choose(tool) {
+    this.tool = tool;
+    this.cancel();
+    for (const label of this.inputs) label.firstChild.checked = label.firstChild.value === tool;
+    this.page.view.root.classList.toggle("tl-acting", tool !== "look");
+    setText(this.hint, tool === "look" ? "" : `${TOOLS.find(([name]) => name === tool)[2]}. Esc ends.`);
+  }
+
+  // The groups to which bodies can be added.
+  describe(scene) {
+    const names = scene.groups.map(({ name }) => name).join();
+    if (names === this.groups) return;
+    this.groups = names;
+    this.group.replaceChildren(...scene.groups.map(({ name }, g) => make("option", { value: g }, name)));
+  }
+
+  // What is done on one side is done to both worlds, unless "Settings of" names one.
+  send(type, track, fields = {}) {
+    const { side } = this.page.controls;
+    this.page.controls.alert("");
+    // At the newest frame only: there the bodies are where they are drawn.
+    if (!this.page.view.following) this.page.view.show(this.page.view.frameCount - 1);
+    return this.page.link.send(type, { track: side ?? track, both: side === null, ...fields });
+  }
+
+  typed() { return { x: Number(this.x.value), y: Number(this.y.value) }; }
+  add(track, place) { this.send("add", track, { group: Number(this.group.value), ...place }); }
+
+  typedCircle() {
+    const { x, y } = this.typed();
+    this.send("obstruct", 0, { shape: "circle", points: [[x, y], [x + Number(this.size.value), y]] });
+  }
+
+  withSelected(type, fields = {}) {
+    const { track, slot } = this.page.view.selected;
+    if (slot === null) return this.page.controls.alert("No body is selected: click one, or press [ or ].");
+    return this.send(type, track, { body: this.page.view.tracks[track].scene.slots[slot].id, ...fields });
+  }
+
+  switchSelected() {
+    const { view } = this.page, { track, slot } = view.selected;
+    this.withSelected("switch", slot === null ? {} : { on: !this.isActive(track, slot) });
+  }
+
+  isActive(track, slot) {
+    const frame = this.page.view.frameOf(track);
+    return Boolean(frame && frame.plain.flags[slot] & 2);
+  }
+
+  // Where an event is: the track, pixels of the screen from the corner of its canvas, and a place of the arena.
+  where(event, t = this.page.view.tracks.findIndex(({ canvas }) => canvas === event.target)) {
+    const { arena, canvas } = this.page.view.tracks[t] || {};
+    if (!arena) return null;
+    const box = canvas.getBoundingClientRect(), px = event.clientX - box.left, py = event.clientY - box.top;
+    const [x, y] = arena.toArena(px * arena.ratio, py * arena.ratio);
+    const reach = (event.pointerType === "touch" ? 26 : 14) * arena.ratio;
+    return { t, px, py, x: FOUR(x), y: FOUR(y), slot: arena.nearest(px * arena.ratio, py * arena.ratio, reach) };
+  }
+
+  begin(event) {
+    if (this.tool === "look" || event.button || this.held) return;
+    const at = this.where(event);
+    if (!at) return;
+    event.stopPropagation();
+    event.preventDefault();
+    const track = this.page.view.tracks[at.t], id = at.slot === null ? null : track.scene.slots[at.slot].id;
+    this.held = { ...at, id, pointer: event.pointerId, way: [[at.px, at.py]], last: at, shape: this.overlay(track) };
+    event.target.setPointerCapture(event.pointerId);
+  }
+
+  go(event) {
+    const { held } = this;
+    if (!held || event.pointerId !== held.pointer) return;
+    event.stopPropagation();
+    const at = this.where(event, held.t);
+    held.last = at;
+    held.way.push([at.px, at.py]);
+    this.draw(held, at);
+  }
+
+  end(event) {
+    const { held, tool } = this;
+    if (!held || event.pointerId !== held.pointer) return;
+    event.stopPropagation();
+    this.cancel();
+    const at = this.where(event, held.t), isDrag = Math.hypot(at.px - held.px, at.py - held.py) >= SHORTEST_DRAG;
+    const place = { x: at.x, y: at.y }, corners = [[held.x, held.y], [at.x, held.y], [at.x, at.y], [held.x, at.y]];
+    if (tool === "add") return this.add(held.t, place);
+    if (["circle", "rectangle"].includes(tool) && !isDrag) return this.page.controls.alert("Drag to draw an obstacle.");
+    if (tool === "circle") return this.send("obstruct", held.t, { shape: "circle", points: [corners[0], corners[2]] });
+    if (tool === "rectangle") return this.send("obstruct", held.t, { shape: "polygon", points: corners });
+    if (tool === "polygon") return this.sendPolygon(held);
+    if (held.id === null) return this.page.controls.alert("No body is there.");
+    if (tool === "move") return isDrag ? this.send("move", held.t, { body: held.id, ...place }) : undefined;
+    return this.send(tool, held.t, { body: held.id, ...(tool === "switch" ? { on: !this.isActive(held.t, held.slot) } : {}) });
+  }
+
+  sendPolygon(held) {
+    const { arena } = this.page.view.tracks[held.t];
+    let off = CORNER_OFF, corners = simplified(held.way, off);
+    while (corners.length > MOST_CORNERS) corners = simplified(held.way, off *= 1.5);
+    const [first, last] = [corners[0], corners[corners.length - 1]];
+    if (Math.hypot(first[0] - last[0], first[1] - last[1]) < 2 * CORNER_OFF) corners = corners.slice(0, -1);
+    if (corners.length < 3) return this.page.controls.alert("Draw the rim of an obstacle: a closed line with some room inside.");
+    const points = corners.map(([px, py]) => arena.toArena(px * arena.ratio, py * arena.ratio).map(FOUR));
+    return this.send("obstruct", held.t, { shape: "polygon", points });
+  }
+
+  cancel() {
+    if (!this.held) return;
+    this.held.shape.parentElement.remove();
+    this.held = null;
+  }
+
+  overlay({ canvas }) {
+    const drawing = document.createElementNS(SVG, "svg"), shape = document.createElementNS(SVG, "path");
+    drawing.setAttribute("class", "tl-overlay");
+    drawing.setAttribute("aria-hidden", "true");
+    drawing.append(shape);
+    canvas.parentElement.append(drawing);
+    return shape;
+  }
+
+  // What would be done.
+  draw(held, at) {
+    const circle = (x, y, r) => `M${x - r} ${y}a${r} ${r} 0 1 0 ${2 * r} 0a${r} ${r} 0 1 0 ${-2 * r} 0`;
+    const paths = {
+      move: () => (held.id === null ? "" : `M${held.px} ${held.py}L${at.px} ${at.py}${circle(at.px, at.py, 8)}`),
+      circle: () => circle(held.px, held.py, Math.hypot(at.px - held.px, at.py - held.py)),
+      rectangle: () => `M${held.px} ${held.py}H${at.px}V${at.py}H${held.px}Z`,
+      polygon: () => `M${held.way.map(([x, y]) => `${x} ${y}`).join("L")}Z`,
+    };
+    held.shape.setAttribute("d", (paths[this.tool] || (() => ""))());
+  }
+
+  async showCopy({ form, text }) {
+    this.text.value = text;
+    setText(this.dialog.querySelector("h2"), `Copy as ${form}`);
+    let said = "Copied.";
+    try { await navigator.clipboard.writeText(text); } catch { said = "The browser does not let this page copy; press Ctrl-C."; }
+    const { tracks } = this.page.state || { tracks: [] };
+    if (form === "command" && tracks.some(({ done }) => done)) said += " What was done to the world is not in the command; it is in the Python.";
+    setText(this.said, said);
+    if (!this.dialog.open) this.dialog.showModal();
+    this.text.focus();
+    this.text.select();
+  }
+}
+
 // Part: page.
 
 class Page {
@@ -565,6 +792,7 @@ class Page {
     this.controls = new Controls(this, view.slot("controls"));
     this.graph = new Graph(this, view.slot("graph"));
     this.log = new Log(view.slot("log"));
+    this.laboratory = new Laboratory(this, this.controls.lab);
     Object.assign(this.transport, { play: () => this.play(), pause: () => this.pause(), step: (count) => this.step(count) });
     view.transport = this.transport;
     view.onselect = () => this.graph.soon();
@@ -664,6 +892,7 @@ class Page {
       view.following = !this.isResting;
     }
     view.setScene(track, scene);
+    this.laboratory.describe(view.tracks[0].scene);
     this.graph.key = "";
   }
 
@@ -699,6 +928,8 @@ class Page {
     this.controls.showValues();
     this.fail(message);
   }
+
+  on_copied(message) { this.laboratory.showCopy(message); }
 
   on_recording({ name, html }) {
     this.controls.saved();

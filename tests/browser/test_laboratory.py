@@ -1,0 +1,245 @@
+"""The laboratory of the live page: interventions by mouse and keyboard, and copies as text."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import browsing
+import numpy as np
+import pytest
+
+from teamsight import CMOMMT
+from teamsight.live import LivePage, watch
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+_PATIENCE = 300.0  # seconds, against a hang
+
+
+@pytest.fixture
+def live(problems: browsing.Problems) -> Iterator[Callable[..., LivePage]]:
+    """Serves live pages on free ports, and closes them."""
+    made: list[LivePage] = []
+
+    def serve(model: Any = CMOMMT, parameters: Any = None, **how: Any) -> LivePage:
+        how = {"port": 0, "running": False} | how
+        made.append(watch(model, {"seed": 5} | (parameters or {}), browser=False, wait=False, **how))
+        return made[-1]
+
+    yield serve
+    # Pages that outlive their server try to connect again.
+    problems.expect("ERR_CONNECTION_REFUSED")
+    for one in made:
+        one.close()
+
+
+def shown(page: Page, server: LivePage, address: str = "") -> None:
+    """Open the page and wait until it shows the present tick."""
+    page.goto(server.url + address)
+    settled(page, server)
+
+
+def settled(page: Page, server: LivePage) -> None:
+    """Wait until the page has drawn the newest frame."""
+    until(lambda: not server.session.busy())
+    page.wait_for_function(
+        "tick => teamsight.view && teamsight.view.tracks.length && teamsight.view.drawings > 0 && !teamsight.view.isDirty"
+        " && teamsight.view.tracks.every(({ frames }) => frames.length) && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
+        arg=world_of(server).tick,
+    )
+
+
+def press(page: Page, key: str) -> None:
+    """Press a key while no button or field has the focus."""
+    page.evaluate("() => document.activeElement.blur()")
+    page.keyboard.press(key)
+
+
+def until(test: Callable[[], Any]) -> None:
+    """Wait for something on the server."""
+    end = time.monotonic() + _PATIENCE
+    while not test():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
+
+
+def world_of(server: LivePage, track: int = 0) -> Any:
+    """Return the world of a track."""
+    return server.session.worlds.tracks[track].world
+
+
+_PLACE = """([x, y]) => {
+  const { arena, canvas } = teamsight.view.tracks[0], { layout } = arena, at = arena.transform(), box = canvas.getBoundingClientRect();
+  return [box.left + (at.left + (x - at.x) * at.scale) / arena.ratio, box.top + (at.top - (y - at.y) * at.scale) / arena.ratio];
+}"""
+
+
+def pixel(page: Page, place: Any) -> list[float]:
+    """Return where a place of the arena is on the screen."""
+    found: list[float] = page.evaluate(_PLACE, [float(place[0]), float(place[1])])
+    return found
+
+
+def choose(page: Page, tool: str) -> None:
+    page.locator(f".tl-tools input[value={tool}]").check()
+
+
+def drag(page: Page, *places: Any) -> None:
+    page.mouse.move(*pixel(page, places[0]))
+    page.mouse.down()
+    for place in places[1:]:
+        page.mouse.move(*pixel(page, place))
+    page.mouse.up()
+
+
+def click(page: Page, place: Any) -> None:
+    page.mouse.move(*pixel(page, place))
+    page.mouse.down()
+    page.mouse.up()
+
+
+def test_what_a_visitor_does_is_repeated_by_the_copied_python(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(parameters={"robots": 3, "targets": 3, "awareness": "pairwise"})
+    shown(page, server)
+    world = world_of(server)
+    for tick in range(1, 4):
+        page.get_by_role("button", name="Step", exact=True).click()
+        until(lambda tick=tick: world.tick == tick)
+    settled(page, server)
+    robot, target = world.robots[0], world.targets[1]
+    choose(page, "move")
+    drag(page, robot.position, (2.0, 2.0), (3.0, 2.5))
+    until(lambda: np.abs(robot.position - (3.0, 2.5)).max() < 0.03)
+    settled(page, server)
+    choose(page, "switch")
+    click(page, robot.position)
+    until(lambda: not robot.active)
+    settled(page, server)
+    page.wait_for_function("() => teamsight.view.tracks[0].frames.at(-1).flags[0] === 1")
+    click(page, robot.position)
+    until(lambda: robot.active)
+    choose(page, "add")
+    page.locator("#tl-group").select_option("1")
+    click(page, (-3.0, 3.0))
+    until(lambda: len(world.targets) == 4)
+    settled(page, server)
+    choose(page, "remove")
+    page.wait_for_function("() => teamsight.view.tracks[0].scene.slots.length === 7")
+    click(page, target.position)
+    until(lambda: len(world.targets) == 3)
+    settled(page, server)
+    places = np.concatenate([world.robots.position, world.targets.position])
+    free = [(x, y) for x in np.linspace(-3, 3, 13) for y in np.linspace(-3, 3, 13)]
+    free.sort(key=lambda one: -np.hypot(*(places - one).T).min())
+    x, y = free[0]
+    choose(page, "circle")
+    drag(page, (x, y), (x + 0.2, y), (x + 0.3, y))
+    until(lambda: "Circle" in repr(world.arena))
+    page.wait_for_function("() => teamsight.view.tracks[0].scene.obstacles.length === 1")
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world.tick == 4)
+    settled(page, server)
+    shot(page, "live-laboratory")
+    logged = page.locator(".ts-log tbody").inner_text()
+    for what in ("moved", "inactive", "active", "joined", "left", "obstacle added"):
+        assert what in logged
+    page.get_by_role("button", name="Copy as Python").click()
+    page.wait_for_function("() => document.querySelector('.tl-copied').open")
+    shot(page, "live-copied")
+    names: dict[str, Any] = {}
+    exec(page.locator(".tl-copied textarea").input_value(), names)
+    again = names["model"]
+    assert again.tick == 4
+    for one, other in zip(again.groups, world.groups, strict=True):
+        assert one.position.tobytes() == other.position.tobytes()
+    assert again.events.equals(world.events)
+    page.get_by_role("button", name="Close the copy").click()
+    page.get_by_role("button", name="Copy as command").click()
+    page.wait_for_function("() => document.querySelector('.tl-copied textarea').value.startsWith('teamsight watch --robots 3')")
+    page.get_by_text("What was done to the world is not in the command").wait_for()
+
+
+def test_rectangles_and_free_lines_become_polygons_and_can_be_removed(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 1, "targets": 1})
+    shown(page, server)
+    world = world_of(server)
+    robot = world.robots[0]
+    choose(page, "move")
+    for agent, place in ((robot, (-3, -3)), (world.targets[0], (-3, -2))):
+        drag(page, agent.position, place)
+        until(lambda agent=agent, place=place: np.abs(agent.position - place).max() < 0.03)
+        settled(page, server)
+    choose(page, "rectangle")
+    drag(page, (0, 0), (1, 1), (2, 1))
+    until(lambda: len(getattr(world.arena, "obstacles", ())) == 1)
+    assert np.abs(world.arena.obstacles[0].vertices - [[0, 0], [2, 0], [2, 1], [0, 1]]).max() < 0.03
+    choose(page, "polygon")
+    angles = np.linspace(0, 2 * np.pi, 60)
+    drag(page, *np.stack([0.8 * np.cos(angles) - 1, 0.8 * np.sin(angles) + 2.5], axis=1))
+    until(lambda: len(world.arena.obstacles) == 2)
+    assert 6 <= len(world.arena.obstacles[1].vertices) <= 40
+    # Over a body: a sentence, and nothing changes.
+    choose(page, "circle")
+    drag(page, (-3, -3), (-2.7, -3), (-2.6, -3))
+    page.get_by_role("alert").get_by_text("would be in an obstacle; move it first").wait_for()
+    assert len(world.arena.obstacles) == 2
+    page.get_by_role("button", name="Remove drawn obstacles").click()
+    until(lambda: not hasattr(world.arena, "obstacles"))
+    page.wait_for_function("() => teamsight.view.tracks[0].scene.obstacles.length === 0")
+    # Esc ends, and a click selects again.
+    press(page, "Escape")
+    settled(page, server)
+    click(page, robot.position)
+    page.wait_for_function("() => teamsight.view.selected.slot === 0")
+
+
+def test_all_of_it_by_keyboard(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 2, "targets": 2})
+    shown(page, server)
+    world = world_of(server)
+    press(page, "]")
+    page.locator(".tl-exact summary").focus()
+    page.keyboard.press("Enter")
+    for name, value in (("x", "1.5"), ("y", "-2"), ("size", "0.25")):
+        page.locator(f"#tl-{name}").fill(value)
+    page.get_by_role("button", name="Move the selected body there").press("Enter")
+    until(lambda: world.robots[0].position.tolist() == [1.5, -2.0])
+    page.get_by_role("button", name="Fail or repair the selected body").press("Enter")
+    until(lambda: not world.robots[0].active)
+    page.get_by_role("button", name="Add a circle there").press("Enter")
+    page.get_by_role("alert").get_by_text("would be in an obstacle").wait_for()
+    page.get_by_role("button", name="Remove the selected body").press("Enter")
+    until(lambda: len(world.robots) == 1)
+    page.get_by_role("button", name="Add a circle there").press("Enter")
+    until(lambda: "Circle((1.5, -2.0), 0.25)" in repr(world.arena) or hasattr(world.arena, "obstacles"))
+
+
+def test_two_worlds_meet_the_same_interventions(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 3, "targets": 2}, beside={"awareness": "none"})
+    shown(page, server)
+    choose(page, "move")
+    drag(page, world_of(server).robots[0].position, (0, 1), (0, 2))
+    for track in (0, 1):
+        until(lambda track=track: np.abs(world_of(server, track).robots[0].position - (0, 2)).max() < 0.06)
+    settled(page, server)
+    page.get_by_role("radio", name="right").check()
+    choose(page, "switch")
+    click(page, world_of(server).robots[0].position)
+    until(lambda: not world_of(server, 1).robots[0].active)
+    assert world_of(server).robots[0].active
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_no_two_buttons_have_one_name(new_page: browsing.Pages, live: Callable[..., LivePage], dark: bool, shot: Any) -> None:
+    server, page = live(), new_page(size=browsing.PHONE, dark=dark)
+    shown(page, server)
+    page.locator(".tl-exact summary").click()
+    shot(page, f"live-laboratory-phone-{'dark' if dark else 'light'}")
+    names = page.evaluate(
+        "() => [...document.querySelectorAll('button')].filter((one) => one.checkVisibility()).map((one) => one.ariaLabel || one.textContent.trim())"
+    )
+    assert sorted({name for name in names if names.count(name) > 1}) == []
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
