@@ -381,13 +381,13 @@ def _check_fits(saved: State, data: WorldData) -> None:
         raise TypeError(f"restore({type(saved).__name__}): must be what state() returned")
     if saved.format != FORMAT:
         raise ValueError(checks.other_format("restore(…)", saved.format, FORMAT, saved.version))
-    if saved.arena != (mine := _identified_space(data)):
+    if saved.arena != (space := _identified_space(data)):
         cure = "restore it in a world built in the same way"
-        if saved.arena[2:] == mine[2:]:
+        if saved.arena[2:] == space[2:]:
             cure += ", or set the obstacles of that time first, as in world.arena = …"
         raise ValueError(
             f"restore(…): the state is of a world in {_named(saved.arena)}, and this world is in {data.arena}"
-            f"{_contact_in(mine)}; {cure}"
+            f"{_contact_in(space)}; {cure}"
         )
     mine = [_identified(group) for group in data.groups]
     theirs = [(*old[:5], old.drive) for old in saved.groups]

@@ -1,10 +1,11 @@
-"""The worlds of a page as text: a script that repeats them with all interventions, and a command with their settings."""
+"""The worlds of a page as text: a script that repeats them with all interventions, and a command with settings."""
 
 from __future__ import annotations
 
 import enum
 import inspect
 import shlex
+import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -47,9 +48,9 @@ class Code:
         if not name.isidentifier() or module in ("__main__", "builtins", ""):
             self.unknown.append(name or checks.shown(made))
             return name if name.isidentifier() else "..."
-        import teamsight
-
-        self.imports.add(("teamsight" if getattr(teamsight, name, None) is made else module, name))
+        # What the package offers at its top is imported from there.
+        top = sys.modules["teamsight"]
+        self.imports.add((top.__name__ if getattr(top, name, None) is made else module, name))
         return str(name)
 
     def value(self, value: Any) -> str:

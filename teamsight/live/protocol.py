@@ -21,6 +21,8 @@ MOST_BYTES = 4096
 LEAST_RATE, MOST_RATE = 0.1, 10_000.0
 #: Of how many steps one is drawn, at most.
 MOST_EVERY = 10_000
+#: Characters of a link, at most.
+MOST_LINK = 2000
 #: Coordinates of what a page draws, at most [length].
 MOST_PLACE = 1e9
 _FRAME, _HISTORY = 1, 2
@@ -52,10 +54,17 @@ def _points(name: str, value: Any) -> list[tuple[float, float]]:
     return [(_coordinate(name, x), _coordinate(name, y)) for x, y in pairs]
 
 
+def _short(name: str, value: Any) -> str:
+    """Return the text of a link; it is read where the controls are known."""
+    if not isinstance(value, str) or len(value) > MOST_LINK:
+        raise ValueError(f"{name}={checks.shown(value)}: must be a text of at most {MOST_LINK:,} characters")
+    return value
+
+
 _coordinate = partial(checks.number, least=-MOST_PLACE, most=MOST_PLACE)
 _BODY = partial(checks.count, least=0, most=2**53)
 # Where it was done, and whether to both worlds.
-_WHERE = {"track": partial(checks.count, least=0, most=1), "both": checks.flag}
+_WHERE: dict[str, Callable[[str, Any], Any]] = {"track": partial(checks.count, least=0, most=1), "both": checks.flag}
 
 #: The messages of pages, and for each field its check; a control checks its value itself.
 KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
@@ -77,6 +86,7 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
         **_WHERE, "shape": lambda name, value: checks.choice(name, value, ("circle", "polygon")), "points": _points,
     },
     "clear": _WHERE,
+    "open": {"link": _short},
     "copy": {"form": lambda name, value: checks.choice(name, value, ("command", "Python"))},
 }  # fmt: skip
 #: Those that change bodies or obstacles.

@@ -17,7 +17,7 @@ from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.core import checks
 from teamsight.core.kernel.report import listening
 from teamsight.core.references import failure
-from teamsight.live import protocol
+from teamsight.live import links, protocol
 from teamsight.live.controls import Control, model_name
 from teamsight.live.copying import command_of, script_of
 from teamsight.live.protocol import Message
@@ -148,8 +148,10 @@ class Session:
         self._is_acting, self._is_closing, self._viewers = False, False, 0
         self._note, self._is_failed = "", False
         self._state: dict[str, Any] = {}
-        # Steps that are left to the next frame.
-        self._left = 0
+        # Steps that are left to the next frame; and the tick of a link, to which the worlds run, or 0.
+        self._left = self._goal = 0
+        # What the command line or Python gave; links leave what no page can set.
+        self._given = dict(worlds.settings[0])
         self._reported = self._reported_steps = 0.0
         self._number = 0
         # Another value shows pages that other worlds run, maybe of another server.
@@ -179,7 +181,9 @@ class Session:
         """
         kind, fields = message
         # A slider sends more values than can be used; each step counts: three are three.
-        key = object() if kind in ("step", *protocol.INTERVENTIONS) else (kind, fields["name"], fields["track"]) if kind == "set" else kind
+        key: object = (kind, fields["name"], fields["track"]) if kind == "set" else kind
+        if kind in ("step", *protocol.INTERVENTIONS):
+            key = object()
         with self._news:
             if key not in self._waiting and len(self._waiting) >= MOST_WAITING:
                 raise ValueError(f"{kind}: {MOST_WAITING} messages wait already; try again when they are done")
@@ -224,9 +228,13 @@ class Session:
             while not self._is_closing:
                 try:
                     for kind, fields in self._take():
-                        act = partial(self._intervene, kind) if kind in protocol.INTERVENTIONS else getattr(self, f"_on_{kind}")
-                        self._attempt(act, **fields)
-                    if self._is_moving and not self._patience():
+                        if kind in protocol.INTERVENTIONS:
+                            self._attempt(partial(self._intervene, kind), **fields)
+                        else:
+                            self._attempt(getattr(self, f"_on_{kind}"), **fields)
+                    if self._goal and self._viewers:
+                        self._approach()
+                    elif self._is_moving and not self._patience():
                         self._advance()
                     if self.said:
                         self._report()
@@ -251,6 +259,8 @@ class Session:
 
     def _patience(self) -> float | None:
         """Return how long to wait for messages [s]; None for as long as it takes."""
+        if self._goal and self._viewers:
+            return 0.0
         if not self._is_moving:
             return None
         return 0.0 if self._left else self._pacer.wait(time.monotonic())
@@ -326,11 +336,11 @@ class Session:
     def _on_run(self) -> None:
         if not all(track.world.running for track in self.worlds.tracks):
             raise ValueError("run: the model has stopped; Reset starts again")
-        self.is_running, self._note, self._is_failed = True, "", False
+        self.is_running, self._note, self._is_failed, self._goal = True, "", False, 0
 
     def _on_pause(self, note: str = "") -> None:
-        was_between = self._left and not note
-        self.is_running, self._left, self._note = False, 0, note
+        was_between = (self._left or self._goal) and not note
+        self.is_running, self._left, self._goal, self._note = False, 0, 0, note
         self._report()
         if was_between:
             self._show_frames()
@@ -403,6 +413,32 @@ class Session:
         self._show_frames(again=True)
         self._show_controls()
 
+    def _on_open(self, link: str) -> None:
+        """Go where a link leads: other settings, another seed, and a tick, to which the worlds then run."""
+        try:
+            found = links.read(link)
+            checks.choice("task", found.task, (model_name(self.worlds.model),))
+            settings, seed, tick = links.settings_of(found, self._controls, self._given)
+            self._rebuild(settings, "Opened from a link.", seed)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"This link cannot be opened: {error}. The page goes on with the defaults.") from error
+        self.is_running, self._goal = False, tick
+
+    def _approach(self) -> None:
+        """Make a part of the steps to the tick of a link."""
+        began, steps = time.monotonic(), min(self._goal - self.worlds.made, self._pacer.part())
+        if not self._make_steps(steps):
+            return
+        now = time.monotonic()
+        self._pacer.took(steps, now - began)
+        if self.worlds.made >= self._goal:
+            self._goal = 0
+            self._show_frames()
+            self._report()
+        elif now - self._reported > _BETWEEN_STATES:
+            self._show_frames()
+            self._report()
+
     def _intervene(self, kind: str, track: int, both: bool, **fields: Any) -> None:
         self.worlds.intervene(kind, track, fields, both=both)
         self._note = ""
@@ -418,6 +454,7 @@ class Session:
         self._report(settings)
         self.worlds.replace(self.worlds.build(settings, seed), seed)
         self._left, self._note, self._reported_steps, self._is_failed = 0, note, 0, False
+        self._goal = 0
         self._pacer.forget()
         self._run = secrets.token_hex(4)
         self._scenes = []
@@ -475,9 +512,9 @@ class Session:
         self._reported, self._reported_steps, self.said = now, worlds.made, ""
         self._state = {
             "running": self.is_running, "rate": self._pacer.rate, "every": self._pacer.every,
-            "busy": "Building …" if building else "", "note": self._note, "failed": self._is_failed,
+            "busy": "Building …" if building else f"Running to tick {self._goal:,} …" if self._goal else "", "note": self._note, "failed": self._is_failed,
             "measured": max(measured, 0.0), "made": worlds.made, "two": len(building or worlds.tracks) == 2,
-            "tracks": [track.state() for track in worlds.tracks],
+            "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
         }  # fmt: skip
         self._post("state", **self._state)
         self._post("events", tracks=[event_rows(track.world) for track in worlds.tracks])

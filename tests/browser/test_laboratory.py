@@ -16,7 +16,7 @@ from teamsight.live import LivePage, watch
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-_PATIENCE = 300.0  # seconds, against a hang
+_PATIENCE = 30.0  # seconds, against a hang
 
 
 @pytest.fixture
@@ -243,3 +243,57 @@ def test_no_two_buttons_have_one_name(new_page: browsing.Pages, live: Callable[.
     )
     assert sorted({name for name in names if names.count(name) > 1}) == []
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_the_address_is_a_link_to_what_is_shown(new_page: browsing.Pages, live: Callable[..., LivePage]) -> None:
+    server, page = live(parameters={"robots": 6}, token="a-word-of-my-own"), new_page()
+    shown(page, server)
+    page.wait_for_function("() => location.hash.includes('robots=6')")
+    page.get_by_label("policy").first.select_option("centroid")
+    page.locator("#tl-seed").fill("77")
+    page.locator("#tl-seed").press("Enter")
+    until(lambda: world_of(server).seed_used == 77)
+    for tick in range(1, 4):
+        page.get_by_role("button", name="Step", exact=True).click()
+        until(lambda tick=tick: world_of(server).tick == tick)
+    page.wait_for_function("() => location.hash.includes('tick=3') && location.hash.includes('policy=centroid')")
+    address = page.evaluate("() => location.href")
+    assert "?token=a-word-of-my-own#v=1&task=CMOMMT&seed=77" in address
+    expected = world_of(server).robots.position.tobytes()
+    # Elsewhere, and by somebody else.
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: world_of(server).tick == 0)
+    page.locator("#tl-robots").fill("9")
+    page.locator("#tl-robots").press("Enter")
+    until(lambda: len(world_of(server).robots) == 9)
+    other = new_page()
+    other.goto(address)
+    until(lambda: world_of(server).tick == 3 and len(world_of(server).robots) == 6)
+    assert world_of(server).robots.position.tobytes() == expected
+    settled(other, server)
+    # Loaded again, it shows what runs.
+    other.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 4)
+    settled(other, server)
+    other.reload()
+    settled(other, server)
+    assert world_of(server).tick == 4
+
+
+@pytest.mark.parametrize("link", ["v=7&task=CMOMMT&robots=3", "%%&&==", "v=1&task=CMOMMT&policy=os:system", "v=1&task=hives"])
+def test_a_damaged_link_is_a_sentence_and_the_page_goes_on(page: Page, live: Callable[..., LivePage], link: str) -> None:
+    server = live(parameters={"robots": 4})
+    shown(page, server, f"#{link}")
+    page.get_by_role("alert").get_by_text("This link cannot be opened").wait_for()
+    assert len(world_of(server).robots) == 4
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    page.wait_for_function("() => location.hash.startsWith('#v=1&task=CMOMMT&seed=5&tick=1&robots=4')")
+
+
+def test_a_link_to_a_late_tick_shows_its_progress(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 4})
+    shown(page, server, "#v=1&task=CMOMMT&seed=5&robots=4&tick=1000000")
+    page.get_by_text("Running to tick 1,000,000").wait_for()
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: world_of(server).tick == 0)

@@ -779,6 +779,58 @@ class Laboratory {
   }
 }
 
+// Part: address.
+
+// The task, the settings, the seed and the tick after the # of the address; the server reads it.
+const LINK_VERSION = "1", ADDRESS_PAUSE = 500;
+
+class Address {
+  constructor(page) {
+    Object.assign(this, { page, isOpen: false, controls: null, timer: 0 });
+    // A page that is loaded again shows what runs; only who comes by a link wants to go there.
+    const [visit] = performance.getEntriesByType("navigation");
+    this.wanted = !visit || visit.type === "navigate" ? location.hash.slice(1) : "";
+    addEventListener("hashchange", () => { this.wanted = location.hash.slice(1); this.open(); });
+  }
+
+  describe(message) {
+    this.controls = message;
+    this.open();
+  }
+
+  // Goes where the address leads, once the server can.
+  open() {
+    if (!this.controls) return;
+    this.isOpen = true;
+    const { wanted } = this;
+    this.wanted = "";
+    if (wanted) this.page.link.send("open", { link: wanted.slice(0, 2000) });
+    this.soon();
+  }
+
+  soon() {
+    if (!this.isOpen || this.timer) return;
+    this.timer = setTimeout(() => { this.timer = 0; this.show(); }, ADDRESS_PAUSE);
+  }
+
+  // The address of what is shown; while it runs, that of its beginning changes with the controls only.
+  show() {
+    const { state } = this.page;
+    if (!state || state.goal || this.wanted) return;
+    const { controls, values: [left, right] } = this.controls, fields = new URLSearchParams({ v: LINK_VERSION, task: state.task });
+    if ("seed" in left) fields.set("seed", left.seed);
+    if (!state.running && state.made) fields.set("tick", state.made);
+    if (right) fields.set("two", "yes");
+    for (const { name, default: usual } of controls) {
+      if (name === "seed" || name.includes(".")) continue;
+      if (left[name] !== usual) fields.set(name, left[name]);
+      if (right && right[name] !== left[name]) fields.set(`right.${name}`, right[name]);
+    }
+    const hash = `#${fields}`;
+    if (hash !== location.hash) history.replaceState(null, "", `${location.pathname}${location.search}${hash}`);
+  }
+}
+
 // Part: page.
 
 class Page {
@@ -793,6 +845,7 @@ class Page {
     this.graph = new Graph(this, view.slot("graph"));
     this.log = new Log(view.slot("log"));
     this.laboratory = new Laboratory(this, this.controls.lab);
+    this.address = new Address(this);
     Object.assign(this.transport, { play: () => this.play(), pause: () => this.pause(), step: (count) => this.step(count) });
     view.transport = this.transport;
     view.onselect = () => this.graph.soon();
@@ -915,10 +968,15 @@ class Page {
     this.setRunning(state.running);
     this.showRest();
     this.controls.showState(state);
+    this.address.soon();
     this.graph.soon();
   }
 
-  on_controls(message) { this.controls.describe(message); }
+  on_controls(message) {
+    this.controls.describe(message);
+    this.address.describe(message);
+  }
+
   on_events({ tracks }) { this.log.show(tracks); }
 
   on_error({ message }) {
