@@ -904,8 +904,8 @@ class WorldHost:
         data.timeline.check_undecided("arena")
         if not isinstance(arena, Arena) or _plain(arena) != _plain(data.arena):
             raise ValueError(
-                f"arena={checks.shown(arena)}: only the obstacles in {_plain(data.arena)} can be changed in a run, as in "
-                "world.arena = world.arena.with_obstacles(Circle((1, 0), 0.5)); build another world for another arena"
+                f"arena={checks.shown(arena)}: only the obstacles in {_plain(data.arena)} can be changed in a run, as "
+                "in world.arena = world.arena.with_obstacles(Circle((1, 0), 0.5)); otherwise build another world"
             )
         if not isinstance(data.contact, Pass):
             contact_of(data.contact, arena)

@@ -109,7 +109,8 @@ class Control:
             step = None if width > _WIDEST else 1 if self.kind == "integer" else width / 100
         default = self.declared.default
         return {
-            "default": None if default is MISSING else self.shown(default), "name": self.name, "kind": self.kind, "label": self.label, "section": self.section,
+            "default": None if default is MISSING else self.shown(default),
+            "name": self.name, "kind": self.kind, "label": self.label, "section": self.section,
             "help": self.declared.meaning.replace("`", ""), "step": step, "least": self.least,
             "most": None if self.kind == "digits" else self.most,
             "reach": self.most if panel.reach is None else panel.reach,

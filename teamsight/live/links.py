@@ -6,15 +6,18 @@ A link is read on the server, where each of its values is checked by its control
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import MISSING
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl
 
 from teamsight.core import checks
-from teamsight.core.component import MISSING, number_in
+from teamsight.core.component import number_in
 from teamsight.live.controls import Control
 
 #: The version of links; a page reads its own only.
 VERSION = "1"
+#: The latest tick to which a link leads.
+MOST_TICK = 1_000_000
 _MOST_FIELDS = 200
 _OWN = ("v", "task", "seed", "tick", "two")
 _RIGHT = "right."
@@ -81,10 +84,6 @@ def settings_of(
             raise ValueError(f"link={checks.shown(key)}: cannot be set by a link; leave it out")
         (right if key != name else left)[name] = control.checked(_value(control, text))
     return [left, {**left, **right}] if is_pair else [left], seed, tick
-
-
-#: The latest tick to which a link leads.
-MOST_TICK = 1_000_000
 
 
 def _has_default(control: Control) -> bool:

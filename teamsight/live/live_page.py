@@ -26,6 +26,7 @@ from teamsight.live.session import SEED, Session
 from teamsight.live.worlds import Worlds
 from teamsight.tasks.model import TaskModel
 from teamsight.tasks.named import task_of
+from teamsight.tasks.registry import TASKS
 from teamsight.tasks.task import Task
 
 #: The port, unless another one is given.
@@ -174,7 +175,8 @@ def watch(
     speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
     worlds, controls = worlds_of(model, dict(parameters or {}), beside)
     worlds.every = checks.count("every", every, most=protocol.MOST_EVERY)
-    session = Session(worlds, controls, rate=speed, running=checks.flag("running", running))
+    tasks = {name: partial(_worlds_of_task, name) for name in TASKS}
+    session = Session(worlds, controls, rate=speed, running=checks.flag("running", running), tasks=tasks)
     try:
         # The page is there at once where something has to be compiled.
         session.begun.wait()
@@ -252,6 +254,13 @@ def watch_trajectories(
         team.report(choice, partial(progress, "counting"))
     title = "teamsight: recorded robots" if team is None else f"teamsight: {team.name}"
     return _opened(LivePage(None, Server(None, access, port, title, Desk(team, choice))), browser, wait)
+
+
+def _worlds_of_task(name: str, seed: int) -> tuple[Worlds, dict[str, Control]]:
+    """Return the worlds of a task of our own; its team explores where one with skill would have to learn first."""
+    task = task_of(name)
+    treatment = {"treatment": "explore"} if callable(task.skilled) else {}
+    return worlds_of(TaskModel(task), {**treatment, "rng": seed}, None)
 
 
 def worlds_of(

@@ -87,6 +87,8 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     },
     "clear": _WHERE,
     "open": {"link": _short},
+    "task": {"name": _name},
+    "preset": {"name": _name},
     "copy": {"form": lambda name, value: checks.choice(name, value, ("command", "Python"))},
 }  # fmt: skip
 #: Those that change bodies or obstacles.

@@ -10,8 +10,10 @@ import threading
 import time
 from collections.abc import Callable, Hashable, Mapping
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
+from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.components.failures import Failures
 from teamsight.agents.engine.engine import PREPARING, Engine
 from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.core import checks
@@ -95,6 +97,10 @@ class Pacer:
             self._due = max(self._due, now - _LATEST) + steps / self.rate
 
 
+#: Returns worlds that run on a seed, and their controls.
+Making: TypeAlias = Callable[[int], tuple[Worlds, Mapping[str, Control]]]
+
+
 class Frames(NamedTuple):
     """The messages of one moment: its number, which pages acknowledge, those of the scenes it needs, and its own."""
 
@@ -116,6 +122,9 @@ class Session:
         Steps a second; None for as many as possible.
     running : bool
         Whether they run from the start.
+    tasks : mapping of str to callable, optional
+        What pages can choose in place of these worlds, by name: called with a seed, it returns other worlds and their
+        controls.
 
     Attributes
     ----------
@@ -135,9 +144,21 @@ class Session:
     """
 
     def __init__(
-        self, worlds: Worlds, controls: Mapping[str, Control], *, rate: float | None, running: bool
+        self,
+        worlds: Worlds,
+        controls: Mapping[str, Control],
+        *,
+        rate: float | None,
+        running: bool,
+        tasks: Mapping[str, Making] | None = None,
     ) -> None:
         self.worlds, self._controls = worlds, dict(controls)
+        # What pages can choose, the first model among it, with what it was given.
+        given = dict(worlds.settings[0])
+        self._tasks: dict[str, Making] = {
+            model_name(worlds.model): lambda seed: (Worlds(worlds.model, [dict(given)], seed), dict(controls)),
+            **(tasks or {}),
+        }
         self.board: dict[str, Any] = {}
         self.on_news: Callable[[], object] = lambda: None
         self.begun, self.said, self.is_running = threading.Event(), "", running
@@ -150,8 +171,6 @@ class Session:
         self._state: dict[str, Any] = {}
         # Steps that are left to the next frame; and the tick of a link, to which the worlds run, or 0.
         self._left = self._goal = 0
-        # What the command line or Python gave; links leave what no page can set.
-        self._given = dict(worlds.settings[0])
         self._reported = self._reported_steps = 0.0
         self._number = 0
         # Another value shows pages that other worlds run, maybe of another server.
@@ -413,13 +432,42 @@ class Session:
         self._show_frames(again=True)
         self._show_controls()
 
+    def _on_task(self, name: str) -> None:
+        """Show another task, under the same seed."""
+        worlds, controls = self._tasks[checks.choice("task", name, tuple(self._tasks))](self.worlds.seed)
+        self._rebuild(worlds.settings, f"{name}, seed {self.worlds.seed}.", onto=(worlds, controls))
+
+    @property
+    def _presets(self) -> dict[str, list[dict[str, Any]]]:
+        """What a page can show at once, by name: in what the two worlds differ from the settings."""
+        control, found = self._controls.get("awareness"), dict[str, list[dict[str, Any]]]()
+        degrees = control.choices if control is not None else {}
+        if "none" in degrees and "pairwise" in degrees:
+            found["Blind and aware"] = [{"awareness": "none"}, {"awareness": "pairwise"}]
+        if isinstance(self.worlds.model, type) and issubclass(self.worlds.model, CMOMMT):
+            found["Failures"] = [{}, {"events": Failures(200, 50)}]
+        if {"ring", "pairwise"} <= degrees.keys() and "delta" in self._controls:
+            for delta in (1, 2, 3):
+                found[f"δ = {delta}"] = [{"awareness": "ring", "delta": delta}, {"awareness": "pairwise"}]
+        return found
+
+    def _on_preset(self, name: str) -> None:
+        """Show two worlds side by side that differ in one thing; what pages have set otherwise holds in both."""
+        presets, first = self._presets, self.worlds.settings[0]
+        pair = presets[checks.choice("preset", name, tuple(presets))]
+        settings = [{**first, **one} for one in pair]
+        # Alone again, the first world is as it was before.
+        self._before = settings[0], first
+        self._rebuild(settings, f"{name}: two worlds on the same noise.")
+        self._on_run()
+
     def _on_open(self, link: str) -> None:
         """Go where a link leads: other settings, another seed, and a tick, to which the worlds then run."""
         try:
             found = links.read(link)
-            checks.choice("task", found.task, (model_name(self.worlds.model),))
-            settings, seed, tick = links.settings_of(found, self._controls, self._given)
-            self._rebuild(settings, "Opened from a link.", seed)
+            worlds, controls = self._tasks[checks.choice("task", found.task, tuple(self._tasks))](self.worlds.seed)
+            settings, seed, tick = links.settings_of(found, controls, worlds.settings[0])
+            self._rebuild(settings, "Opened from a link.", seed, (worlds, controls))
         except (TypeError, ValueError) as error:
             raise ValueError(f"This link cannot be opened: {error}. The page goes on with the defaults.") from error
         self.is_running, self._goal = False, tick
@@ -448,11 +496,28 @@ class Session:
         """Return the worlds as a command or as a script; for other threads."""
         return (command_of if form == "command" else script_of)(self.worlds)
 
-    def _rebuild(self, settings: list[dict[str, Any]], note: str, seed: int | None = None) -> None:
-        """Build other worlds in place of those that there are, and show them; pages drop the frames of those before."""
+    def _rebuild(
+        self,
+        settings: list[dict[str, Any]],
+        note: str,
+        seed: int | None = None,
+        onto: tuple[Worlds, Mapping[str, Control]] | None = None,
+    ) -> None:
+        """Build other worlds in place of those that there are, and show them; pages drop the frames of those before.
+
+        `onto` are those of another task, with their controls.
+        """
         seed = self.worlds.seed if seed is None else seed
         self._report(settings)
-        self.worlds.replace(self.worlds.build(settings, seed), seed)
+        if onto is None:
+            self.worlds.replace(self.worlds.build(settings, seed), seed)
+        else:
+            before, (worlds, controls) = self.worlds, onto
+            worlds.every = before.every
+            worlds.replace(worlds.build(settings, seed), seed)
+            self.worlds, self._controls = worlds, dict(controls)
+            for track in before.tracks:
+                track.world.close()
         self._left, self._note, self._reported_steps, self._is_failed = 0, note, 0, False
         self._goal = 0
         self._pacer.forget()
@@ -512,9 +577,11 @@ class Session:
         self._reported, self._reported_steps, self.said = now, worlds.made, ""
         self._state = {
             "running": self.is_running, "rate": self._pacer.rate, "every": self._pacer.every,
-            "busy": "Building …" if building else f"Running to tick {self._goal:,} …" if self._goal else "", "note": self._note, "failed": self._is_failed,
+            "busy": "Building …" if building else f"Running to tick {self._goal:,} …" if self._goal else "",
+            "note": self._note, "failed": self._is_failed,
             "measured": max(measured, 0.0), "made": worlds.made, "two": len(building or worlds.tracks) == 2,
             "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
+            "tasks": list(self._tasks), "presets": list(self._presets),
         }  # fmt: skip
         self._post("state", **self._state)
         self._post("events", tracks=[event_rows(track.world) for track in worlds.tracks])

@@ -12,6 +12,7 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.live import LivePage, watch
+from teamsight.tasks.registry import TASKS
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -297,3 +298,49 @@ def test_a_link_to_a_late_tick_shows_its_progress(page: Page, live: Callable[...
     page.get_by_text("Running to tick 1,000,000").wait_for()
     page.get_by_role("button", name="Reset").click()
     until(lambda: world_of(server).tick == 0)
+
+
+def test_all_tasks_can_be_chosen_without_a_restart(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(parameters={"robots": 4})
+    shown(page, server)
+    names = page.locator("#tl-task option").all_inner_texts()
+    assert names == ["CMOMMT", *TASKS]
+    for name in TASKS:
+        page.locator("#tl-task").select_option(name)
+        until(lambda name=name: server.session.worlds.model.__name__ == name)
+        until(lambda: not server.session.busy())
+        page.wait_for_function("name => document.title === `teamsight: ${name}`", arg=name)
+        settled(page, server)
+        tick = world_of(server).tick
+        page.get_by_role("button", name="Step", exact=True).click()
+        until(lambda tick=tick: world_of(server).tick == tick + 1)
+    page.wait_for_function("name => location.hash.includes(`task=${name}`)", arg=name)
+    shot(page, "live-task")
+    address = page.evaluate("() => location.href")
+    page.locator("#tl-task").select_option("CMOMMT")
+    until(lambda: server.session.worlds.model is CMOMMT)
+    # As it was given.
+    assert len(world_of(server).robots) == 4
+    settled(page, server)
+    page.wait_for_function("() => location.hash.includes('task=CMOMMT')")
+    page.evaluate("address => { location.hash = new URL(address).hash; }", address)
+    until(lambda: server.session.worlds.model is not CMOMMT)
+    until(lambda: world_of(server).tick == 1)
+
+
+def test_presets_show_two_worlds(page: Page, live: Callable[..., LivePage], shot: Any) -> None:
+    server = live(parameters={"robots": 6})
+    shown(page, server)
+
+    def degrees() -> list[Any]:
+        return [(track.world.awareness.name, getattr(track.world.awareness, "delta", None)) for track in server.session.worlds.tracks]
+
+    page.get_by_role("button", name="Blind and aware").click()
+    until(lambda: degrees() == [("none", None), ("pairwise", None)] and server.session.is_running)
+    page.get_by_role("button", name="δ = 2").click()
+    until(lambda: degrees() == [("ring", 2), ("pairwise", None)])
+    page.get_by_role("button", name="Failures").click()
+    until(lambda: [len(track.world.sources) for track in server.session.worlds.tracks] == [0, 1])
+    assert [len(track.world.robots) for track in server.session.worlds.tracks] == [6, 6]
+    page.wait_for_function("() => teamsight.view.tracks.length === 2 && teamsight.view.shownTime > 50")
+    shot(page, "live-presets")

@@ -134,7 +134,8 @@ class Controls {
   constructor(page, element) {
     Object.assign(this, { page, element, inputs: new Map(), shown: "", side: null, values: [], waiting: new Map(), touched: new Map(), state: null });
     element.setAttribute("aria-label", "Controls");
-    element.append(this.buildAlert(), this.buildRun(), this.buildRate(), this.buildCompare());
+    this.start = make("div", { class: "tl-start" });
+    element.append(this.buildAlert(), this.start, this.buildRun(), this.buildRate(), this.buildCompare());
     this.fields = make("div", { class: "tl-fields" });
     this.saveButton = this.button("Save recording", "Save what was seen as a page that plays anywhere", () => this.save());
     this.lab = make("div");
@@ -779,6 +780,35 @@ class Laboratory {
   }
 }
 
+// Part: start.
+
+// The task, and worlds to begin with.
+class Start {
+  constructor(page, element) {
+    Object.assign(this, { page, element, shown: "" });
+  }
+
+  show({ task, tasks, presets }) {
+    const key = JSON.stringify([task, tasks, presets]), { page } = this;
+    if (key === this.shown) return;
+    this.shown = key;
+    const select = make("select", { id: "tl-task" }, ...tasks.map((name) => make("option", { value: name }, name)));
+    select.value = task;
+    select.addEventListener("change", () => {
+      page.controls.alert("");
+      page.link.send("task", { name: select.value });
+    });
+    const buttons = presets.map((name) => page.controls.button(name, `${name}: two worlds on the same noise`, () => page.link.send("preset", { name })));
+    this.element.replaceChildren(
+      make("div", { class: "tl-field" }, make("label", { for: "tl-task", title: "Another task, under the same seed" }, "task"), select),
+      make("div", { class: "tl-row tl-presets", role: "group", "aria-label": "Presets" }, ...buttons));
+    document.title = `teamsight: ${task}`;
+    page.view.title = document.title;
+    page.view.heading.title = document.title;
+    setText(page.view.heading, document.title);
+  }
+}
+
 // Part: address.
 
 // The task, the settings, the seed and the tick after the # of the address; the server reads it.
@@ -846,6 +876,7 @@ class Page {
     this.log = new Log(view.slot("log"));
     this.laboratory = new Laboratory(this, this.controls.lab);
     this.address = new Address(this);
+    this.start = new Start(this, this.controls.start);
     Object.assign(this.transport, { play: () => this.play(), pause: () => this.pause(), step: (count) => this.step(count) });
     view.transport = this.transport;
     view.onselect = () => this.graph.soon();
@@ -968,6 +999,7 @@ class Page {
     this.setRunning(state.running);
     this.showRest();
     this.controls.showState(state);
+    this.start.show(state);
     this.address.soon();
     this.graph.soon();
   }
@@ -980,6 +1012,9 @@ class Page {
   on_events({ tracks }) { this.log.show(tracks); }
 
   on_error({ message }) {
+    // The task that holds is chosen again.
+    this.start.shown = "";
+    if (this.state && this.state.tasks) this.start.show(this.state);
     this.controls.saved();
     // What was refused gives way to what holds.
     this.controls.touched.clear();
