@@ -6,8 +6,8 @@ import contextlib
 import os
 import re
 import struct
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from teamsight.analysis.studies.shard import OWN_COLUMNS, ShardRun, common_of, e
 from teamsight.core import checks, references
 
 if TYPE_CHECKING:
+    from teamsight.agents.world import World
     from teamsight.analysis.studies.plan import Plan
     from teamsight.analysis.studies.study import Study
 
@@ -68,6 +69,13 @@ class PlannedRun(NamedTuple):
     stored: dict[str, object] | None
     error: str | None
     changed: tuple[str, ...]
+
+    def recipe(self) -> tuple[Callable[..., World], dict[str, Any]]:
+        """Return what builds the world of the run, and its arguments without the seed, which it takes as ``rng``."""
+        with contextlib.ExitStack() as stack:
+            stack.callback(end_recording)
+            recorder = stack.enter_context(recording(common_of(self.study, self.plan.types)))
+            return recorder.model, dict(recorder.parameters(self.parameters))
 
     def make(self) -> Rerun:
         """Make the run in this process, and compare it. An error of the run is raised as it is."""

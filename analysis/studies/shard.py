@@ -343,6 +343,11 @@ class Recorder:
             self._last = given, found
         return found
 
+    @property
+    def model(self) -> Callable[..., World]:
+        """What builds the worlds, from such arguments and the seed as ``rng``."""
+        return self._model
+
     def begin(self, parameters: Mapping[str, Any], seed: int) -> World:
         """Return a world before its first step."""
         world = self.worlds.begin(self._model, parameters, seed)

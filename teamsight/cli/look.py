@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import combinations, zip_longest
 from pathlib import Path
 from pkgutil import resolve_name
@@ -240,6 +241,10 @@ class WatchSettings(WorldOptions):
     beside : mapping of str to object
         A parameter in which a second world differs, which runs beside the first with the same seed. May be given
         several times.
+    study : Path, optional
+        The folder of a study. Its runs can be shown by their ids, on the page too.
+    run : str, optional
+        The id of a run of the study, such as 0123456789abcdef-7, to begin with.
     rate : float
         Steps a second; the page can change it.
     every : int
@@ -267,6 +272,8 @@ class WatchSettings(WorldOptions):
 
     model: Annotated[str | None, Allowed(metavar="MODULE:NAME", shown="CMOMMT")] = None
     beside: Mapping[str, Any] = field(default_factory=dict)
+    study: Path | None = None
+    run: Annotated[str | None, Allowed(metavar="ID", shown="none")] = None
     rate: Annotated[float, Allowed(least=0.1, most=10_000)] = 30.0
     every: Annotated[int, Allowed(least=1, most=10_000)] = 1
     paused: Flag = False
@@ -287,6 +294,11 @@ class WatchSettings(WorldOptions):
             )
             return
         self.refuse(_RECORDED[2:], "is for recorded positions, and needs --trajectories")
+        if self.run is not None and self.study is None:
+            raise ValueError(f"run={self.run}: is an id of a study; give its folder too: --study FOLDER")
+        if self.run is not None:
+            taken = ("task", "model", "set", "seed", "beside", "treatment", "failures", "repair", *self.world_options())
+            self.refuse(taken, "does not go with --run, which has its own settings")
         # Of a model of one's own, --set gives the parameters.
         self.check_task(("treatment",), others=("model", "failures", "repair"))
         if not self.beside:
@@ -327,6 +339,7 @@ def watch(settings: WatchSettings) -> None:
       teamsight watch --model my_package.my_module:MyWorld --set hives=3
       teamsight watch --task cmommt --beside treatment=explore
       teamsight watch --trajectories trajectories.csv --awareness-range 1.0
+      teamsight watch --study results --run 0123456789abcdef-7
       teamsight watch --port 0 --no-browser
     """
     from teamsight.cli.show import say
@@ -369,11 +382,31 @@ def _served(settings: WatchSettings) -> LivePage:
     # A model of one's own may have no seed.
     if not settings.model or "seed" in settings.given:
         parameters["rng" if settings.task else "seed"] = settings.seed
+    row = None
+    if settings.study is not None:
+        row = partial(_row_of, settings.study)
+        if settings.run is not None:
+            model, parameters = row(settings.run)
+        else:
+            # A folder that is none is refused at once.
+            from teamsight.analysis.studies.folder.study_folder import StudyFolder
+
+            StudyFolder(settings.study).study  # noqa: B018
     return serve(
         model, parameters,
         beside=settings.beside or None, rate=settings.rate, every=settings.every, running=not settings.paused,
-        **address, browser=False, wait=False,
+        **address, browser=False, wait=False, row=row,
     )  # fmt: skip
+
+
+def _row_of(folder: Path, run: str) -> tuple[Callable[..., World], dict[str, Any]]:
+    """Return the model of a run of a study, and its parameters."""
+    from teamsight.analysis.studies.rerun import planned_run
+    from teamsight.live.controls import seed_name
+
+    planned = planned_run(folder, run)
+    model, parameters = planned.recipe()
+    return model, {**parameters, seed_name(model) or "rng": planned.seed}
 
 
 @dataclass(frozen=True, kw_only=True)

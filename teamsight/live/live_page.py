@@ -117,6 +117,7 @@ def watch(
     token: str | None = None,
     browser: bool = True,
     wait: bool | None = None,
+    row: Callable[[str], tuple[Callable[..., World], Mapping[str, Any]]] | None = None,
 ) -> LivePage:
     """Serve a live page of a model, and open it in the browser.
 
@@ -145,6 +146,9 @@ def watch(
         Whether to open the page in the browser.
     wait : bool, optional
         Whether to return only after Ctrl-C; by default so in scripts, and not in notebooks and interactive sessions.
+    row : callable, optional
+        Called with the id of a run that somebody enters on the page, it returns a model and its parameters, with the
+        seed; it must refuse what is no id. `teamsight watch --study` gives one.
 
     Returns
     -------
@@ -175,8 +179,11 @@ def watch(
     speed = None if rate is None else checks.number("rate", rate, least=protocol.LEAST_RATE, most=protocol.MOST_RATE)
     worlds, controls = worlds_of(model, dict(parameters or {}), beside)
     worlds.every = checks.count("every", every, most=protocol.MOST_EVERY)
+    made = None if row is None else partial(_worlds_of_row, row)
     tasks = {name: partial(_worlds_of_task, name) for name in TASKS}
-    session = Session(worlds, controls, rate=speed, running=checks.flag("running", running), tasks=tasks)
+    session = Session(
+        worlds, controls, rate=speed, running=checks.flag("running", running), tasks=tasks, row=made
+    )  # fmt: skip
     try:
         # The page is there at once where something has to be compiled.
         session.begun.wait()
@@ -261,6 +268,12 @@ def _worlds_of_task(name: str, seed: int) -> tuple[Worlds, dict[str, Control]]:
     task = task_of(name)
     treatment = {"treatment": "explore"} if callable(task.skilled) else {}
     return worlds_of(TaskModel(task), {**treatment, "rng": seed}, None)
+
+
+def _worlds_of_row(row: Callable[[str], Any], run: str) -> tuple[Worlds, dict[str, Control]]:
+    """Return the world of a run of a study, and its controls."""
+    model, parameters = row(run)
+    return worlds_of(model, dict(parameters), None)
 
 
 def worlds_of(

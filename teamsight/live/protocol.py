@@ -89,6 +89,7 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     "open": {"link": _short},
     "task": {"name": _name},
     "preset": {"name": _name},
+    "row": {"run": _name},
     "copy": {"form": lambda name, value: checks.choice(name, value, ("command", "Python"))},
 }  # fmt: skip
 #: Those that change bodies or obstacles.

@@ -125,6 +125,8 @@ class Session:
     tasks : mapping of str to callable, optional
         What pages can choose in place of these worlds, by name: called with a seed, it returns other worlds and their
         controls.
+    row : callable, optional
+        Called with the id of a run of the study that the page shows, it returns its world and controls.
 
     Attributes
     ----------
@@ -151,7 +153,9 @@ class Session:
         rate: float | None,
         running: bool,
         tasks: Mapping[str, Making] | None = None,
+        row: Callable[[str], tuple[Worlds, Mapping[str, Control]]] | None = None,
     ) -> None:
+        self._row = row
         self.worlds, self._controls = worlds, dict(controls)
         # What pages can choose, the first model among it, with what it was given.
         given = dict(worlds.settings[0])
@@ -437,6 +441,13 @@ class Session:
         worlds, controls = self._tasks[checks.choice("task", name, tuple(self._tasks))](self.worlds.seed)
         self._rebuild(worlds.settings, f"{name}, seed {self.worlds.seed}.", onto=(worlds, controls))
 
+    def _on_row(self, run: str) -> None:
+        """Show a run of the study."""
+        if self._row is None:
+            raise ValueError(f"run={checks.shown(run)}: there is no study; start with teamsight watch --study FOLDER")
+        worlds, controls = self._row(run)
+        self._rebuild(worlds.settings, f"Run {run} of the study, seed {worlds.seed}.", worlds.seed, (worlds, controls))
+
     @property
     def _presets(self) -> dict[str, list[dict[str, Any]]]:
         """What a page can show at once, by name: in what the two worlds differ from the settings."""
@@ -582,6 +593,7 @@ class Session:
             "measured": max(measured, 0.0), "made": worlds.made, "two": len(building or worlds.tracks) == 2,
             "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
             "tasks": list(self._tasks), "presets": list(self._presets),
+            "study": self._row is not None,
         }  # fmt: skip
         self._post("state", **self._state)
         self._post("events", tracks=[event_rows(track.world) for track in worlds.tracks])

@@ -17,6 +17,7 @@ from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.engine.engine import kernels_needed
 from teamsight.agents.engine.records import Bound
 from teamsight.agents.events.contact_log import CONTACT, ContactLog
+from teamsight.agents.events.sources import EventSource
 from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
 from teamsight.agents.world import World
 from teamsight.core import checks
@@ -424,10 +425,11 @@ class Worlds:
     def describe(self) -> None:
         """Let the titles of two worlds say in what they differ, and all scenes how often they are drawn."""
         names = dict.fromkeys(name for track in self.tracks for name in track.parameters)
-        shown = [{name: checks.shown(track.value(name)).strip("'") for name in names} for track in self.tracks]
-        differing = [name for name in names if len({one[name] for one in shown}) > 1]
-        for track, values in zip(self.tracks, shown, strict=True):
-            parts = [f"{name} {values[name]}" for name in differing]
+        values = [{name: track.value(name) for name in names} for track in self.tracks]
+        differing = [name for name in names if len({checks.shown(one[name]) for one in values}) > 1]
+        shown = [{name: _in_title(one[name]) for name in differing} for one in values]
+        for track, one in zip(self.tracks, shown, strict=True):
+            parts = [f"{name} {one[name]}" for name in differing]
             title = ", ".join([model_name(self.model), *parts, f"seed {track.world.seed_used}"])
             track.describe(self.every, title if differing else None)
 
@@ -448,6 +450,11 @@ def _undoing(tracks: list[LiveTrack]) -> Iterator[None]:
             one.world.restore(state)
             one.journal.entries[:] = entries
         raise
+
+
+def _in_title(value: Any) -> str:
+    """Return a value as a title has it: of what plans events, its kind only."""
+    return type(value).__name__ if isinstance(value, EventSource) else checks.shown(value).strip("'")
 
 
 def event_rows(world: World) -> dict[str, Any]:

@@ -344,3 +344,26 @@ def test_presets_show_two_worlds(page: Page, live: Callable[..., LivePage], shot
     assert [len(track.world.robots) for track in server.session.worlds.tracks] == [6, 6]
     page.wait_for_function("() => teamsight.view.tracks.length === 2 && teamsight.view.shownTime > 50")
     shot(page, "live-presets")
+
+
+def test_a_run_of_a_study_is_shown_by_its_id(page: Page, live: Callable[..., LivePage]) -> None:
+    def row(run: str) -> Any:
+        if run != "0123456789abcdef-7":
+            raise ValueError(f"run={run!r}: is no run id; copy one from the table")
+        return CMOMMT, {"robots": 3, "rng": 99}
+
+    server = live(row=row)
+    shown(page, server)
+    page.get_by_label("run of the study").fill("../../etc/passwd")
+    page.get_by_role("button", name="Show this run").click()
+    page.get_by_role("alert").get_by_text("is no run id").wait_for()
+    page.get_by_label("run of the study").fill("0123456789abcdef-7")
+    page.get_by_label("run of the study").press("Enter")
+    until(lambda: world_of(server).seed_used == 99 and len(world_of(server).robots) == 3)
+    settled(page, server)
+    # Without a study there is none to open.
+    other = live()
+    shown(page, other)
+    assert page.get_by_label("run of the study").count() == 0
+    page.evaluate("() => teamsight.live.link.send('row', { run: '0123456789abcdef-7' })")
+    page.get_by_role("alert").get_by_text("there is no study").wait_for()

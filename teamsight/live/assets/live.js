@@ -788,8 +788,8 @@ class Start {
     Object.assign(this, { page, element, shown: "" });
   }
 
-  show({ task, tasks, presets }) {
-    const key = JSON.stringify([task, tasks, presets]), { page } = this;
+  show({ task, tasks, presets, study }) {
+    const key = JSON.stringify([task, tasks, presets, study]), { page } = this;
     if (key === this.shown) return;
     this.shown = key;
     const select = make("select", { id: "tl-task" }, ...tasks.map((name) => make("option", { value: name }, name)));
@@ -801,11 +801,24 @@ class Start {
     const buttons = presets.map((name) => page.controls.button(name, `${name}: two worlds on the same noise`, () => page.link.send("preset", { name })));
     this.element.replaceChildren(
       make("div", { class: "tl-field" }, make("label", { for: "tl-task", title: "Another task, under the same seed" }, "task"), select),
+      ...(study ? [this.buildRow()] : []),
       make("div", { class: "tl-row tl-presets", role: "group", "aria-label": "Presets" }, ...buttons));
     document.title = `teamsight: ${task}`;
     page.view.title = document.title;
     page.view.heading.title = document.title;
     setText(page.view.heading, document.title);
+  }
+
+  // A run of the study that the command named.
+  buildRow() {
+    const { page } = this, run = make("input", { type: "text", id: "tl-study", placeholder: "0123456789abcdef-7", spellcheck: "false" });
+    const send = () => {
+      page.controls.alert("");
+      page.link.send("row", { run: run.value.trim() });
+    };
+    run.addEventListener("keydown", (event) => { if (event.key === "Enter") send(); });
+    return make("div", {}, make("div", { class: "tl-field" }, make("label", { for: "tl-study" }, "run of the study"), run),
+      make("div", { class: "tl-row" }, page.controls.button("Show this run", "Starts the run of the study that has this id", send)));
   }
 }
 
