@@ -9,9 +9,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from teamsight.agents.awareness.registry import AWARENESS
-from teamsight.cli.options import File, Folder, Works, Writes, component_options, options_in
+from teamsight.cli.options import File, Folder, Works, Writes, component_options, made_of, options_in
 from teamsight.core import checks
-from teamsight.core.component import Allowed, Declared, Flag
+from teamsight.core.component import Allowed, Declared, Flag, declared, of_name, with_tables
 from teamsight.policies.registry import POLICIES
 
 if TYPE_CHECKING:
@@ -65,9 +65,12 @@ class BenchmarkSettings(Works, Writes):
             raise ValueError(f"make={','.join(self.make)}: its results would be lost; give --out")
 
     def own(self, name: str) -> dict[str, Any]:
-        """Return the options of the policy, or of the degree."""
-        parts = {one.partition(".")[::2]: value for one, value in self.brought.items()}
-        return {option: value for (of, option), value in parts.items() if of == name}
+        """Return the options of the policy, or of the degree, with what they name made."""
+        if (chosen := getattr(self, name)) is None:
+            return {}
+        known = declared(of_name(declared(type(self))[name], chosen))
+        own = {one.removeprefix(f"{name}."): value for one, value in self.brought.items() if one.startswith(f"{name}.")}
+        return {option: made_of(known[option], value) for option, value in with_tables(own, f"{name}.").items()}
 
 
 def benchmark(settings: BenchmarkSettings) -> int | None:
@@ -165,7 +168,8 @@ def _show(results: Results, name: str | None) -> None:
         return "" if one is None or math.isnan(one.mean) else interval(one._asdict(), how)
 
     rows = []
-    for one in results.standings(name):
+    standings = results.standings(name)
+    for one in standings:
         team = results.teams[one.team]
         cpu, inputs = team["cpu_us_per_decision"], team["inputs"]
         rows.append((
@@ -173,11 +177,16 @@ def _show(results: Results, name: str | None) -> None:
             f"{team['transitions']:.3g}", written(one.score), *((written(one.less, "+.1f"),) if name else ()),
             f"{one.way.mean:.0f} %" if math.isfinite(one.way.mean) else "", "" if cpu is None else f"{cpu:.3g}",
         ))  # fmt: skip
+        if one.team == name:
+            rank = f"rank {one.rank} of {sum(bool(other.rank) for other in standings)}: " if one.rank else ""
+            say(f"{rank}{name} observes {written(one.score)} % of the targets")
     titles = (
         "", "team", "awareness", "inputs", "transitions", "observed [%]", *((f"{name} less it",) if name else ()),
         "of the way", "µs a step",
     )  # fmt: skip
-    show_table(rows, titles, left=(1, 2))
+    # A narrow terminal shows how they stand, a wider one also what they need for it.
+    needs = tuple(titles.index(title) for title in ("µs a step", "transitions", "awareness", "inputs", "of the way"))
+    show_table(rows, titles, left=(1, 2), spare=needs)
     if name is None:
         return
     rows = []
@@ -190,7 +199,8 @@ def _show(results: Results, name: str | None) -> None:
             title, written(means[name]), best, written(means[best]),
             written(results.difference(name, best, [title]), "+.1f"), f"{way:.0f} %" if math.isfinite(way) else "",
         ))  # fmt: skip
-    show_table(rows, ("scenario", f"{name} [%]", "best other", "observes [%]", "difference", "of the way"), left=(0, 2))
+    titles = ("scenario", f"{name} [%]", "best other", "observes [%]", "difference", "of the way")
+    show_table(rows, titles, left=(0, 2), spare=(5, 3))
     if results.percent(name) is not None and results.percent(name).shape[1] < bench.RUNS:  # type: ignore[union-attr]
         say("differences are over the runs that both have, so that they are not those of the means")
     say(f"{bench.BENCHMARK}: means with 95 % intervals; 'of the way' is that from {bench.FLOOR} to {CEILING}")

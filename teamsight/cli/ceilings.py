@@ -72,13 +72,20 @@ def ceilings(settings: CeilingSettings) -> None:
     from teamsight.analysis.ceilings import OBSERVED, RESULTS, compare, draw, share_text, standings
     from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.checkpoint import Checkpoint
-    from teamsight.analysis.runs.files import prepare_folder, write_bytes, write_table
+    from teamsight.analysis.runs.files import Content, check_results, prepare_folder, write_results
     from teamsight.cli.show import interval, kept_in, say, show_table, working
 
     teams = [*settings.policies, *settings.ceilings]
     cells = [(robots, settings.targets, radius) for robots, radius in product(settings.robots, settings.radius)]
     folder = prepare_folder(settings.out) if settings.out else None
     checkpoint = Checkpoint(folder / f"{RESULTS}.checkpoint", OBSERVED) if folder else None
+    about = {
+        "teams": teams, "robots": list(settings.robots), "targets": settings.targets, "radius": list(settings.radius),
+        "runs": settings.runs, "steps": settings.steps, "root": settings.seed,
+    }  # fmt: skip
+    picture = f"images/{RESULTS}.png"
+    if folder:
+        check_results(folder, (f"{RESULTS}.parquet", picture), about, checkpoint=checkpoint, force=settings.force)
     kept = (lambda: kept_in(checkpoint.path, checkpoint.count())) if checkpoint else (lambda: "nothing was kept")
     with working(settings, kept) as (watch, pool):
         table = compare(
@@ -96,9 +103,8 @@ def ceilings(settings: CeilingSettings) -> None:
     ]  # fmt: skip
     show_table(rows, ("team", "observed [%]", f"more than {first}", "of the way"))
     if folder and checkpoint:
-        about = {"runs": settings.runs, "steps": settings.steps, "root": settings.seed}
-        write_table(folder / f"{RESULTS}.parquet", table, about, force=settings.force)
         prepare_folder(folder / "images")
-        write_bytes(folder / "images" / f"{RESULTS}.png", to_picture(draw(table)), force=settings.force)
+        contents: dict[str, Content] = {f"{RESULTS}.parquet": table, picture: to_picture(draw(table))}
+        write_results(folder, contents, about, force=settings.force)
         checkpoint.forget()
         say(f"table and figure in {folder}")

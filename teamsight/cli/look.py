@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from teamsight.core.plugins import PlugIn
     from teamsight.live import LivePage
 
+_PAGE, _RECORDED = Allowed(section="Page"), Allowed(section="Recorded positions")
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
 # Events that are printed; --save-events writes all.
@@ -274,17 +275,17 @@ class WatchSettings(WorldOptions):
     beside: Mapping[str, Any] = field(default_factory=dict)
     study: Path | None = None
     run: Annotated[str | None, Allowed(metavar="ID", shown="none")] = None
-    rate: Annotated[float, Allowed(least=0.1, most=10_000)] = 30.0
-    every: Annotated[int, Allowed(least=1, most=10_000)] = 1
-    paused: Flag = False
-    port: Annotated[int, Allowed(least=0, most=65_535)] = 8713
-    host: str = "127.0.0.1"
-    token: Annotated[str | None, Allowed(shown="none")] = None
-    no_browser: Flag = False
-    trajectories: File | None = None
-    risk: Risk = 0.01
-    window: Annotated[float | None, Allowed(above=0, shown="as teamsight delta")] = None
-    sort: Flag = False
+    rate: Annotated[float, _PAGE, Allowed(least=0.1, most=10_000)] = 30.0
+    every: Annotated[int, _PAGE, Allowed(least=1, most=10_000)] = 1
+    paused: Annotated[Flag, _PAGE] = False
+    port: Annotated[int, _PAGE, Allowed(least=0, most=65_535)] = 8713
+    host: Annotated[str, _PAGE] = "127.0.0.1"
+    token: Annotated[str | None, _PAGE, Allowed(shown="none")] = None
+    no_browser: Annotated[Flag, _PAGE] = False
+    trajectories: Annotated[File | None, _RECORDED] = None
+    risk: Annotated[Risk, _RECORDED] = 0.01
+    window: Annotated[float | None, _RECORDED, Allowed(above=0, shown="as teamsight delta")] = None
+    sort: Annotated[Flag, _RECORDED] = False
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""

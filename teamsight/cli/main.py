@@ -22,14 +22,15 @@ teamsight --help                          all commands"""
 
 # The section of each command in the help, and where it is; those of groups are below.
 _COMMANDS = {
-    "demo": ("Look", "demo.demo"), "watch": ("Look", "look.watch"), "run": ("Look", "look.run"),
-    "tasks": ("Look", "look.tasks"), "plugins": ("Look", "look.plugins"), "delta": ("Measure", "delta.delta"),
-    "ceilings": ("Measure", "ceilings.ceilings"), "benchmark": ("Measure", "benchmark.benchmark"),
-    "sweep": ("Study", "study.sweep"), "status": ("Study", "study.status"), "plot": ("Study", "study.plot"),
-    "rerun": ("Study", "study.rerun"), "verify": ("Study", "study.verify"), "submit": ("Study", "study.submit"),
-    "schema": ("Study", "study.schema"), "learn": ("Learn", "main.learn"), "evolve": ("Learn", "main.evolution"),
-    "reproduce": ("Reproduce", "reproduce.papers"), "calibrate": ("Reproduce", "calibrate.calibrate"),
-    "warm": ("Set up", "warm.warm"),
+    "demo": ("See a team", "demo.demo"), "watch": ("See a team", "look.watch"), "run": ("Run", "look.run"),
+    "sweep": ("Run", "study.sweep"), "status": ("Run", "study.status"), "plot": ("Run", "study.plot"),
+    "submit": ("Run", "study.submit"), "delta": ("Choose δ", "delta.delta"),
+    "learn": ("Learn", "main.learn"), "evolve": ("Learn", "main.evolution"),
+    "benchmark": ("Compare", "benchmark.benchmark"), "ceilings": ("Compare", "ceilings.ceilings"),
+    "reproduce": ("Check", "reproduce.papers"), "calibrate": ("Check", "calibrate.calibrate"),
+    "rerun": ("Check", "study.rerun"), "verify": ("Check", "study.verify"),
+    "tasks": ("List and set up", "look.tasks"), "plugins": ("List and set up", "look.plugins"),
+    "schema": ("List and set up", "study.schema"), "warm": ("List and set up", "warm.warm"),
 }  # fmt: skip
 _LEARN = ("explore", "evaluate", "imagine", "figure", "diagnose", "curve")
 _EVOLVE = ("train", "test")
@@ -91,7 +92,7 @@ def learn() -> None:
 
 @click.group("evolve", cls=Group, section="Learn", made=LazyCommands(_EVOLVE, _evolve))
 def evolution() -> None:
-    """Find the constants of the policy 'evolved', and compare it with A-CMOMMT.
+    """Find the constants of the policy 'evolved', and compare them.
 
     \b
       teamsight evolve train    find constants, or continue to do so

@@ -30,6 +30,17 @@ S = TypeVar("S", bound="Options")
 
 # An address, such as https://…; a scheme of one letter is a drive of Windows.
 _ADDRESS = re.compile(r"^[A-Za-z][A-Za-z0-9+.-]+:/")
+# Headings of the help for options of many commands, which are declared in several places; files have theirs by kind.
+_SECTIONS = {
+    name: section
+    for section, names in {
+        "Task": ("task", "set", "treatment", "preset"), "Runs": ("runs", "replicates", "steps", "seed", "workers"),
+        "Files": ("force", "format", "append", "record_every"),
+    }.items()
+    for name in names
+}  # fmt: skip
+# The headings that stand behind the others, in this order.
+_LAST = ("Task", "Runs", "Files", "Cluster", "Help")
 # Where a command line keeps the options that its other options bring.
 _FURTHER = "teamsight.further"
 _METAVARS = {
@@ -242,8 +253,8 @@ def names_in(reference: str) -> Allowed:
 
 WORKERS = Allowed(least=1, check=_workers, shown="number of cores")
 _FILE, _FOLDER = (partial(path, wanted=kind) for kind in ("a file", "a folder"))
-File = Annotated[Path, Allowed(check=_FILE, metavar="FILE")]
-Folder = Annotated[Path, Allowed(check=_FOLDER, metavar="FOLDER")]
+File = Annotated[Path, Allowed(check=_FILE, metavar="FILE", section="Files")]
+Folder = Annotated[Path, Allowed(check=_FOLDER, metavar="FOLDER", section="Files")]
 StudyFile = Annotated[Path, Allowed(check=_FILE, metavar="STUDY", is_argument=True)]
 StudyFolder = Annotated[Path, Allowed(check=_FOLDER, metavar="DIR", is_argument=True)]
 Shard = Annotated[tuple[int, int] | None, Allowed(check=_shard, parse=str, metavar="I/N", shown="all")]
@@ -280,9 +291,9 @@ class Works(Options):
     workers: Annotated[int | None, WORKERS] = None
     engine: Annotated[Literal["local", "dask"], _CLUSTER] = "local"
     scheduler: Annotated[str | None, _CLUSTER, Allowed(metavar="ADDRESS", shown="a cluster on this machine")] = None
-    tls_ca: Annotated[File | None, _CLUSTER, Allowed(shown="no TLS")] = None
-    tls_cert: Annotated[File | None, _CLUSTER, Allowed(shown="no TLS")] = None
-    tls_key: Annotated[File | None, _CLUSTER, Allowed(shown="no TLS")] = None
+    tls_ca: Annotated[File | None, Allowed(section="Cluster", shown="no TLS")] = None
+    tls_cert: Annotated[File | None, Allowed(section="Cluster", shown="no TLS")] = None
+    tls_key: Annotated[File | None, Allowed(section="Cluster", shown="no TLS")] = None
 
     def check(self) -> None:
         """Refuse options of Dask without it, and workers that a scheduler has already."""
@@ -370,6 +381,18 @@ def metavar_of(one: Declared) -> str:
     return _METAVARS.get(one.kind, "TEXT")
 
 
+class _Argument(click.Argument):
+    """An argument of click that has a help, as an option has."""
+
+    def __init__(self, declarations: list[str], declared: Declared, **more: Any) -> None:
+        super().__init__(declarations, **more)
+        self.declared = declared
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:
+        default = default_of(self.declared)
+        return self.make_metavar(ctx), help_of(self.declared) + (f"  [default: {default}]" if default else "")
+
+
 class _Option(click.Option):
     """An option of click whose help is made when it is shown, since names may have to be imported."""
 
@@ -390,13 +413,22 @@ def parameter_of(one: Declared) -> click.Parameter:
     """Return the parameter of click; `Options.read` checks its text, and reports all errors at once."""
     name, required = one.name.replace(".", "__"), one.default is MISSING
     if one.allowed.is_argument:
-        return click.Argument([name], nargs=-1 if _is_many(one) else 1, required=required, metavar=metavar_of(one))
+        return _Argument([name], one, nargs=-1 if _is_many(one) else 1, required=required, metavar=metavar_of(one))
     names = [name, f"--{flag(one.name)}"]
     if one.kind == "flag":
         # One that is on by default is set by name: --copy false.
         return _Option(names, one, is_flag=True) if not one.default else _Option(names, one, metavar="true|false")
     # One that is given twice is refused, not dropped.
     return _Option(names, one, metavar=metavar_of(one), required=required, multiple=True)
+
+
+def _section_of(one: click.Parameter) -> str:
+    """Return the heading of the help under which a parameter stands."""
+    if isinstance(one, _Argument):
+        return "Arguments"
+    if not isinstance(one, _Option):
+        return "Help"
+    return _SECTIONS.get(one.declared.name) or one.declared.allowed.section or "Options"
 
 
 class Command(click.Command):
@@ -446,12 +478,9 @@ class Command(click.Command):
         sections: dict[str, list[tuple[str, str]]] = {}
         for one in self.get_params(ctx):
             if (record := one.get_help_record(ctx)) is not None:
-                section = one.declared.allowed.section if isinstance(one, _Option) else ""
-                sections.setdefault(section, []).append(record)
-        # Those without a section behind those of the world, and before those of a cluster.
-        order = sorted(sections, key=lambda name: (name == _CLUSTER.section, not name))
-        for section in order:
-            with formatter.section(section or ("Further options" if order[0] else "Options")):
+                sections.setdefault(_section_of(one), []).append(record)
+        for section in sorted(sections, key=lambda name: _LAST.index(name) if name in _LAST else -1):
+            with formatter.section(section):
                 formatter.write_dl(sections[section])
 
     def _wrong_in(self, ctx: click.Context, arguments: list[str]) -> list[str]:
@@ -603,7 +632,7 @@ def component_options(options: Mapping[str, Declared], arguments: Sequence[str])
             own: dict[str, Declared] = {}
             # A task is made already.
             for option, of in declared(owner).items() if callable(owner) else ():
-                if of.kind != "object" or of.allowed.check is not None:
+                if of.kind != "object" or of.allowed.check is not None or of.allowed.parse is not None:
                     # A component stays a name until it is made with its own options.
                     check = None if of.kind == "component" else of.allowed.check
                     allowed = replace(of.allowed, section=f"{flag(name).capitalize()} {chosen}", check=check)

@@ -124,7 +124,7 @@ def _command(name: str) -> Command:
         raise ValueError(f"the paper {name!r} cannot be read: {type(error).__name__}: {error}") from error
 
 
-@click.group("reproduce", cls=Papers, section="Reproduce", made=LazyCommands(PAPERS, _command))
+@click.group("reproduce", cls=Papers, section="Check", made=LazyCommands(PAPERS, _command))
 def papers() -> None:
     """Reproduce a paper: its runs, its figures and its claims.
 

@@ -135,7 +135,11 @@ def say(line: str) -> None:
 
 
 def show_table(
-    rows: Iterable[Iterable[Any]], headings: Sequence[str] = (), left: Iterable[int] = (0,), **how: Any
+    rows: Iterable[Iterable[Any]],
+    headings: Sequence[str] = (),
+    left: Iterable[int] = (0,),
+    spare: Iterable[int] = (),
+    **how: Any,
 ) -> None:
     """Print a table of texts.
 
@@ -147,17 +151,28 @@ def show_table(
         The headings of all columns; none by default.
     left : iterable of int
         The columns whose texts begin at the left; numbers end at the right.
+    spare : iterable of int
+        The columns that are left out, one after the other, until a terminal is as wide as the table; a line names them.
     **how
         Parameters of the columns, as of `rich.table.Table.add_column`.
     """
     kept = [[Text(printable(str(cell))) for cell in row] for row in rows]
+    titles = [Text(title) for title in headings or [""] * len(kept[0])]
+    shown, lost = list(range(len(titles))), []
+    console, left = wide_console(), set(left)
+    widths = [max(row[place].cell_len for row in (titles, *kept)) for place in shown]
+    for place in spare:
+        if sum(widths[one] for one in shown) + 2 * len(shown) - 2 > console.width:
+            shown.remove(place)
+            lost.append(titles[place].plain)
     table = Table(box=None, pad_edge=False, show_header=bool(headings))
-    for place in range(len(headings) or len(kept[0])):
-        heading = headings[place] if headings else ""
-        table.add_column(heading, justify="left" if place in set(left) else "right", **how)
+    for place in shown:
+        table.add_column(titles[place], justify="left" if place in left else "right", **how)
     for row in kept:
-        table.add_row(*row)
-    wide_console().print(table, highlight=False)
+        table.add_row(*(row[place] for place in shown))
+    console.print(table, highlight=False)
+    if lost:
+        say(f"a wider terminal also shows {', '.join(lost)}")
 
 
 class _Output(Console):

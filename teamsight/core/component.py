@@ -463,7 +463,9 @@ def _declarations(owner: Any) -> Mapping[str, Declared]:
             found[name] = base[name] if default is MISSING else replace(base[name], default=default)
         else:
             hint = Any if one.annotation is one.empty else _evaluated(one.annotation, module)
-            found[name] = _declared(name, hint, default, known.get(name, ""))
+            made = _declared(name, hint, default, known.get(name, ""))
+            # Of one without an annotation, a command line can only read what a text spells.
+            found[name] = replace(made, allowed=Allowed(parse=value_in)) if one.annotation is one.empty else made
     return found
 
 

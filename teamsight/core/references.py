@@ -74,11 +74,22 @@ def from_file(text: str) -> str:
     """Return an argument of a command line with a reference in place of "folder/file.py:Name"; any other as it is.
 
     The folder is searched for modules from then on.
+
+    Raises
+    ------
+    ValueError
+        If there is such a file, but its name is none of a module.
     """
     found = _IN_FILE.fullmatch(text) if len(text) <= _LONGEST else None
     if found is None:
         return text
     folder, file = os.path.split(os.path.expanduser(found["file"]))
+    if not file.isidentifier() and os.path.isfile(os.path.join(folder, f"{file}.py")):
+        better = re.sub(r"\W|^(?=\d)", "_", file)
+        raise ValueError(
+            f"{text}: Python cannot import {file}.py, since {file!r} is no module name; rename it, for example to "
+            f"{better}.py"
+        )
     search_in([folder or os.curdir, os.curdir])
     return f"{found['option'] or ''}{file}:{found['name']}"
 

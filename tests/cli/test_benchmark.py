@@ -33,6 +33,23 @@ def test_without_a_policy_it_shows_the_results(capsys: pytest.CaptureFixture[str
     assert all(team in line for team, line in zip(teams, lines[1:], strict=True))
 
 
+def test_its_tables_are_no_wider_than_a_terminal_and_the_answer_comes_first(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("teamsight.cli.show.Console.is_terminal", True)
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "dumb")
+    assert call("--policy", "random-walk", "--awareness", "none", "--quick") == 0
+    lines = capsys.readouterr().out.splitlines()
+    first = next(line for line in lines if "rank" in line)
+    ranked = [one for one in benchmark.Results.read().standings() if one.rank]
+    assert first.startswith(f"rank {len(ranked) + 1} of {len(ranked) + 1}: random-walk, yours observes ")
+    tables = [line for line in lines if line.startswith((" 1", *benchmark.SCENARIOS))]
+    assert len(tables) > len(benchmark.SCENARIOS)
+    assert max(map(len, tables)) <= 80
+    assert "a wider terminal also shows µs a step, transitions" in "\n".join(lines)
+
+
 def test_a_policy_of_a_file_is_ranked_beside_the_others(capsys: pytest.CaptureFixture[str]) -> None:
     assert call("--policy", f"{CHASE}:Chase", "--awareness", "none", "--quick") == 0
     lines = capsys.readouterr().out.splitlines()
@@ -112,3 +129,60 @@ def test_mistakes_are_named(arguments: list[str], messages: list[str], capsys: p
     assert call(*arguments) == 2
     err = capsys.readouterr().err
     assert all(message in err for message in messages), err
+
+
+OWN = """
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from teamsight.core.component import Allowed
+from teamsight.policies import Action, Policy
+from teamsight.policies.registry import POLICIES
+
+class Stay(Policy):
+    def __init__(self, {options}):
+        self.given = gain
+
+    def decide(self, percept, state, noise):
+        count = noise.shape[1]
+        assert self.given == 2, self.given
+        return Action(np.zeros((count, 2)), np.zeros(count)), state
+
+@dataclass(frozen=True)
+class Wrap(Policy):
+    inner: Annotated[Any, Allowed(choices=POLICIES)] = "centroid"
+    draws: int = 0
+
+    def decide(self, percept, state, noise):
+        assert self.inner.turn_probability == 0.25, self.inner
+        count = len(percept.sensing_range)
+        return Action(np.zeros((count, 2)), np.zeros(count)), state
+"""
+
+
+@pytest.mark.parametrize("options", ["gain", "gain=1", "gain: float = 1.0"])
+def test_options_of_a_plain_class_are_options(
+    options: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = f"stay_{len(options)}"
+    file = tmp_path / f"{name}.py"
+    file.write_text(OWN.replace("{options}", options).replace("noise.shape[1]", "len(percept.sensing_range)"))
+    assert call("--policy", f"{file}:Stay", "--policy.gain", "2", "--awareness", "none", "--quick") == 0
+    assert f"{name}:Stay" in capsys.readouterr().out
+
+
+def test_options_of_a_policy_within_a_policy_are_options(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "wrapping.py"
+    file.write_text(OWN.replace("{options}", "gain"))
+    nested = ["--policy.inner", "random-walk", "--policy.inner.turn-probability", "0.25"]
+    assert call("--policy", f"{file}:Wrap", *nested, "--awareness", "none", "--quick") == 0
+    assert "wrapping:Wrap" in capsys.readouterr().out
+
+
+def test_a_file_whose_name_is_none_of_a_module_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "2-my-policy.py"
+    file.write_text("")
+    assert call("--policy", f"{file}:Mine", "--quick") == 2
+    assert "'2-my-policy' is no module name; rename it, for example to _2_my_policy.py" in capsys.readouterr().err

@@ -59,3 +59,21 @@ def test_a_grid_is_summed_up_and_written(tmp_path: Path, capsys: pytest.CaptureF
 def test_mistakes_are_named(arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert call(*arguments, "--steps", "5") != 0
     assert message in capsys.readouterr().err
+
+
+def test_results_of_other_settings_are_replaced_with_force_only(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small = ["random-walk", "--ceilings", "sharing", *SMALL, "--out", str(tmp_path)]
+    assert call(*small) == 0
+    before = (tmp_path / "ceilings.parquet").read_bytes()
+    assert call(*small) == 0
+    for other in (["--seed", "1"], ["--robots", "3"], ["--targets", "4"]):
+        changed = [*small]
+        place = changed.index(other[0]) if other[0] in changed else len(changed)
+        changed[place : place + 2] = other
+        assert call(*changed) == 2
+        assert "results of other settings; give --force" in capsys.readouterr().err
+    assert (tmp_path / "ceilings.parquet").read_bytes() == before
+    assert call(*small, "--seed", "1", "--force") == 0
+    assert pd.read_parquet(tmp_path / "ceilings.parquet").attrs["root"] == 1

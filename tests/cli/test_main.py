@@ -38,6 +38,24 @@ def test_no_line_of_any_help_is_wider_than_80_columns(monkeypatch: pytest.Monkey
         contexts += [click.Context(command, context, name, **command.context_settings) for name, command in inner.items()]
 
 
+def test_the_options_of_each_command_stand_under_headings(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    contexts = [click.Context(commands, info_name="teamsight", **commands.context_settings)]
+    for context in contexts:
+        inner = context.command.commands if isinstance(context.command, click.Group) else {}
+        contexts += [click.Context(command, context, name, **command.context_settings) for name, command in inner.items()]
+        path, heading, under = context.command_path, "", {}
+        for line in context.get_help().splitlines() if not inner else ():
+            if line[:1].strip() and line.endswith(":"):
+                heading = line.rstrip(":")
+            elif line.startswith("  --"):
+                under[line.split()[0]] = heading
+        files = {"--out", "--save", "--force", "--record", "--format", "--reference"}
+        assert {under[name] for name in files & under.keys()} <= {"Files"}, path
+        assert {under[name] for name in {"--steps", "--seed", "--workers"} & under.keys()} <= {"Runs"}, path
+        assert len(under) < 8 or len(set(under.values())) > 1, path
+
+
 def test_the_help_shows_how_to_watch_a_team(capsys: pytest.CaptureFixture[str]) -> None:
     status, out, _ = call(capsys, "--help")
     assert status == 0
