@@ -9,6 +9,7 @@ from __future__ import annotations
 import posixpath
 import re
 import shutil
+import sys
 from collections.abc import Iterator
 from html import escape
 from pathlib import Path
@@ -17,6 +18,9 @@ from urllib.parse import urljoin
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
+
+sys.path.append(str(Path(__file__).parent))
+import tutorial_notebook  # beside this file, which MkDocs loads by its path
 
 ROOT = Path(__file__).resolve().parents[1]
 # Pages outside docs/ that have a place of their own in the navigation.
@@ -30,6 +34,8 @@ BOOSTS = {
     "policies.md": 4.0, "sensors.md": 4.0, "delta.md": 4.0, "recordings.md": 4.0, "watch.md": 4.0, "tutorial.md": 4.0,
     "studies.md": 4.0, "benchmarks.md": 0.7, "source/": 0.4, "changelog.md": 0.4,
 }  # fmt: skip
+# The tutorial as a notebook, beside its page.
+NOTEBOOK = "tutorial.ipynb"
 # Code is wide, and needs no table of contents.
 WIDE = "---\nhide:\n  - navigation\n  - toc\n{}---\n\n"
 
@@ -102,6 +108,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         if path != "README.md":
             pages[path] = text
             files.append(File.generated(config, TOP[path], content=rewritten(path, TOP[path], text)))
+    files.append(File.generated(config, NOTEBOOK, content=tutorial_notebook.content()))
     wanted = {target for path, text in pages.items() for _, target in linked(path, text) if (ROOT / target).exists()}
     wanted = {path for path in wanted if path not in TOP and path.split("/")[0] not in ("docs", "..")}
     folders = [path for path in wanted if (ROOT / path).is_dir()]
@@ -120,6 +127,10 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     # Those that were made here have been rewritten, from where their files are.
     if place.startswith("source/") or place in (TOP["CHANGELOG.md"], TOP["CONTRIBUTING.md"]):
         return markdown
+    if place == "tutorial.md":
+        # In the repository there is no such file.
+        first, _, rest = markdown.partition("\n")
+        markdown = f"{first}\n\nThis page is also [a notebook]({NOTEBOOK}){{ download }}, with the same code.\n{rest}"
     return rewritten(f"docs/{place}", place, markdown)
 
 

@@ -28,8 +28,8 @@ PATIENCE = 2.0
 # How often the line changes [s].
 _EVERY = 0.25
 
-# Runs within runs, as of a recorder that runs a world of its own, leave the line to the outermost.
-_shown: list[RunProgress] = []
+#: Runs within runs, as of a recorder that runs a world of its own, and of a batch leave the line to the outermost.
+shown_lines: list[object] = []
 
 
 class RunProgress:
@@ -53,7 +53,7 @@ class RunProgress:
     def __init__(self, steps: int, is_wanted: bool) -> None:
         self.steps, self._began, self.due = steps, 0.0, math.inf
         self._line: StatusLine | None = None
-        if is_wanted and not _shown:
+        if is_wanted and not shown_lines:
             self._began = monotonic()
             self.due = self._began + PATIENCE
 
@@ -64,7 +64,7 @@ class RunProgress:
                 self.due = math.inf
                 return
             self._line = StatusLine()
-            _shown.append(self)
+            shown_lines.append(self)
         now = monotonic()
         self.due = now + _EVERY
         taken = now - self._began
@@ -74,7 +74,7 @@ class RunProgress:
     def close(self) -> None:
         """Remove what is shown."""
         if self._line is not None:
-            _shown.remove(self)
+            shown_lines.remove(self)
             self._line.close()
 
 

@@ -18,6 +18,7 @@ import pandas as pd
 from teamsight.analysis.runs import limits
 from teamsight.analysis.runs.executor import error_text
 from teamsight.analysis.runs.processes import WorkerPool, check_workers
+from teamsight.analysis.runs.progress_line import check_progress
 from teamsight.analysis.runs.run import (
     Model,
     Run,
@@ -81,7 +82,7 @@ def run_many(
     measure: Callable[[World, int], Any] | None = None,
     workers: int = 1,
     on_error: Literal["stop", "continue"] = "stop",
-    progress: Progress = lambda done, total: None,
+    progress: Progress | bool = True,
 ) -> pd.DataFrame:
     """Run a model many times and return a table with one row for each run.
 
@@ -119,8 +120,9 @@ def run_many(
     on_error : {"stop", "continue"}
         What to do after a run that fails: raise its error; or go on, with a column ``error`` that says why, and that is
         None for other runs. A run that fails has no value in the columns of the measure.
-    progress : callable, optional
-        Called as ``progress(done, total)`` whenever some of the work is done.
+    progress : callable or bool
+        Called as ``progress(done, total)`` whenever some of the work is done. With True, a terminal or a notebook shows
+        after two seconds how far it is; with False it does not.
 
     Returns
     -------
@@ -143,10 +145,10 @@ def run_many(
     """
     for name, function, form in (
         ("model", model, "model(**setting, rng=seed)"), ("measure", measure, "measure(world, steps)"),
-        ("progress", progress, "progress(done, total)"),
     ):  # fmt: skip
-        if not callable(function) and (function is not None or name == "progress"):
+        if not callable(function) and function is not None:
             raise TypeError(f"{name}={checks.shown(function)}: must be a function that is called as {form}")
+    check_progress(progress)
     if model is not None:
         with contextlib.suppress(ValueError):  # a class written in C has no signature
             check_takes_rng(model, inspect.signature(model).parameters)

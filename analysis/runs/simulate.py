@@ -28,6 +28,7 @@ from teamsight.analysis.runs.executor import (
     shortened,
 )
 from teamsight.analysis.runs.processes import WorkerPool
+from teamsight.analysis.runs.progress_line import reported
 from teamsight.analysis.runs.run import Run, columns_of
 from teamsight.core.interrupts import is_interrupt
 
@@ -75,7 +76,7 @@ def run_all(
     jobs: Iterable[Job],
     pool: Executor | None = None,
     *,
-    progress: Progress = lambda done, total: None,
+    progress: Progress | bool = True,
     checkpoint: Checkpoint | None = None,
 ) -> list[Any]:
     """Make each distinct job once and return the result of every job, in the order of the jobs.
@@ -91,8 +92,9 @@ def run_all(
         Runs, or other jobs. Jobs of equal keys are made once.
     pool : Executor, optional
         What makes the jobs, such as a `WorkerPool`; by default this process. Results do not depend on it.
-    progress : callable
-        Called with the work done and the work in all, whenever some is done.
+    progress : callable or bool
+        Called with the work done and the work in all, whenever some is done. With True, a terminal or a notebook shows
+        after two seconds how far it is; with False it does not.
     checkpoint : Checkpoint, optional
         File of results; jobs whose results it holds are not made again.
 
@@ -114,7 +116,8 @@ def run_all(
     if shard is not None and checkpoint is not None:
         wanted = [entry for entry in wanted if is_in_shard(entry[0], shard)]
         checkpoint = Checkpoint(checkpoint.path, checkpoint.codec, shard)
-    results |= _made(dict(wanted), results, pool, progress, checkpoint)
+    with reported(progress) as report:
+        results |= _made(dict(wanted), results, pool, report, checkpoint)
     if shard is not None and checkpoint is not None and len(results) < len(distinct):
         raise ShardsMissingError(
             f"shard {shard[0]}/{shard[1]} is made; {len(results)} of {len(distinct)} parts are kept in "

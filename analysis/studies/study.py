@@ -209,7 +209,7 @@ class Study(Component):
         wait: bool = False,
         mixed_code: bool = False,
         retry_failed: bool = False,
-        progress: Callable[[int, int, float | None], None] = lambda done, total, seconds_left: None,
+        progress: Callable[[int, int, float | None], None] | bool = True,
     ) -> StudyResults:
         """Make the runs that are missing in a folder, and return its results.
 
@@ -231,8 +231,9 @@ class Study(Component):
             Go on although runs in the folder were made by other code.
         retry_failed : bool
             Make failed runs again.
-        progress : callable
-            Called with the runs that are done, the runs in all and the seconds left, None if unknown.
+        progress : callable or bool
+            Called with the runs that are done, the runs in all and the seconds left, None if unknown. With True, a
+            terminal or a notebook shows after two seconds how far it is; with False it does not.
 
         Returns
         -------

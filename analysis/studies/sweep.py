@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from teamsight.analysis.runs.executor import advancing, death, error_of
 from teamsight.analysis.runs.processes import WorkerPool, check_workers, workers_for
+from teamsight.analysis.runs.progress_line import check_progress, reported
 from teamsight.analysis.studies.definition.model import check_measured, in_full
 from teamsight.analysis.studies.definition.values import hex_of
 from teamsight.analysis.studies.folder.lock import check_shard
@@ -548,7 +549,7 @@ def sweep(
     mixed_code: bool = False,
     retry_failed: bool = False,
     only: RunSet | None = None,
-    progress: Progress = lambda done, total, seconds_left: None,
+    progress: Progress | bool = True,
     emit: Callable[[str], object] = lambda line: None,
 ) -> SweepSummary:
     """Make the runs of a study that are missing in its folder, and only those.
@@ -567,8 +568,10 @@ def sweep(
         As in `Study.run`.
     only : RunSet, optional
         Make only those of the missing runs that are among these.
-    progress, emit : callable
-        Called with how far it is, and with messages.
+    progress : callable or bool
+        As in `Study.run`.
+    emit : callable
+        Called with messages.
 
     Raises
     ------
@@ -579,6 +582,7 @@ def sweep(
     """
     began = time.perf_counter()
     checks.choice("on_error", on_error, ("continue", "stop"))
+    check_progress(progress)
     check_shard(shard)
     if workers is not None:
         check_workers(workers)
@@ -604,8 +608,9 @@ def sweep(
         if study.until is not None and study.replicates < (least := fewest(study.until)):
             emit(f"until: replicates={study.replicates} are only the first; each setting gets at least {least}")
         stops = on_error == "stop"
+        report = stack.enter_context(reported(progress))
         rounds = Rounds(
-            study, plan, common, folder, engine, heartbeat, progress, emit, shard, retry_failed, stops, only
+            study, plan, common, folder, engine, heartbeat, report, emit, shard, retry_failed, stops, only
         )
         rounds.run()
     return SweepSummary(

@@ -122,7 +122,7 @@ def notebook(monkeypatch: pytest.MonkeyPatch) -> Iterator[Screen]:
     monkeypatch.setattr(progress, "_EVERY", 0.0)
     monkeypatch.setattr(status_line.multiprocessing, "parent_process", lambda: None)
     yield screen
-    assert not progress._shown
+    assert not progress.shown_lines
 
 
 def slow(percept: Any, rng: Any) -> tuple[float, float]:
