@@ -128,14 +128,17 @@ Map = Callable[[Floats], Floats]
 # The longer side of the picture [pixels].
 _SIDE = 260.0
 _MARGIN = 6.0
-# Radius of a dot, the least of one within a body, and the length of a heading [pixels].
-_DOT, _LEAST_DOT, _NOSE = 3.0, 1.0, 8.0
+# Radius of a dot, and the least of one within a body [pixels]; an arrow is as much larger as on the live page.
+_DOT, _LEAST_DOT, _ARROW = 3.0, 1.0, 1.4
+# The corners of an arrow ahead and to its left, and those of a cross within a dot, as in view.js.
+_CORNERS = np.array([(1.5, 0.0), (-1.1, 1.0), (-0.5, 0.0), (-1.1, -1.0), (1.5, 0.0)])
+_CROSS = 0.6 * np.array([[(-1, -1), (1, 1)], [(1, -1), (-1, 1)]], float)
 #: Of more agents, every second or every tenth is drawn.
 MOST_DRAWN = 150
 
 
 def svg(data: WorldData, is_observed: Callable[[Body], bool]) -> str:
-    """Return a picture of the arena, the agents, and the sensing ranges and headings of teams.
+    """Return a picture of the arena and the agents as the live page draws them, with the sensing ranges of teams.
 
     Parameters
     ----------
@@ -183,16 +186,21 @@ def _group(
     active = group.active[rows]
     inactive, unused = places[~active], dots[~active]
     places, ways, dots = places[active], ways[active], dots[active]
-    noses = [np.stack([place, place + _NOSE * way]) for place, way in zip(places, ways, strict=True)]
+    left = np.stack([ways[:, 1], -ways[:, 0]], axis=-1)
+    arrows = places[:, None] + _ARROW * dots[:, None, None] * (
+        _CORNERS[:, :1] * ways[:, None] + _CORNERS[:, 1:] * left[:, None]
+    )
+    crosses = (inactive[:, None, None] + unused[:, None, None, None] * _CROSS).reshape(-1, 2, 2)
     return [
         wide,
         (_dots if group.range_shape == "disc" else _squares)(
-            places, group.sensing_range[rows][active] * scale, f'fill="{colour}" fill-opacity="0.12" stroke="none"'
+            places, group.sensing_range[rows][active] * scale,
+            f'fill="{colour}" fill-opacity="0.12" stroke="{colour}" stroke-opacity="0.4"',
         ),
-        _dots(places, dots, f'fill="{colour}" stroke="none"'),
-        _dots(inactive, unused, f'fill="none" stroke="{colour}" stroke-dasharray="2 2"'),
-        _lines(noses, f'fill="none" stroke="{colour}" stroke-width="1.5"'),
-    ]
+        _lines(arrows, f'fill="{colour}" stroke="none"'),
+        _dots(inactive, unused, f'fill="none" stroke="{colour}"'),
+        _lines(crosses, f'fill="none" stroke="{colour}"'),
+    ]  # fmt: skip
 
 
 def _dots(places: Floats, radii: Floats, look: str) -> str:

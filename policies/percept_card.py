@@ -110,7 +110,10 @@ def _svg(percept: PerceptOfOne, senses: dict[str, NeighboursOfOne]) -> str:
     middle = _SIDE / 2
     scale = (middle - _MARGIN) / (max([*ranges, *far], default=0.0) or 1.0)
     circle = '<circle cx="{0}" cy="{0}" r="{1:.1f}" {2}/>'
-    looks = ('fill="#1f77b4" fill-opacity="0.12" stroke="none"', 'fill="none" stroke="#8888" stroke-dasharray="4 3"')
+    looks = (
+        'fill="#1f77b4" fill-opacity="0.12" stroke="#1f77b4" stroke-opacity="0.4"',
+        'fill="none" stroke="#8888" stroke-dasharray="4 3"',
+    )
     parts = [
         circle.format(middle, reach * scale, look)
         for reach, look in zip((percept.sensing_range, percept.awareness_range), looks, strict=True)
@@ -124,7 +127,8 @@ def _svg(percept: PerceptOfOne, senses: dict[str, NeighboursOfOne]) -> str:
             x, y = (middle - distance * scale * part(bearing) for part in (math.sin, math.cos))
             line = f'<path d="M{middle} {middle}L{x:.1f} {y:.1f}" stroke="{colour}" stroke-opacity="0.4"/>'
             parts.append(f'{line}<circle cx="{x:.1f}" cy="{y:.1f}" r="{_DOT}" fill="{fill}" stroke="{colour}"/>')
-    nose = f"M{middle} {middle - 8}l5 13l-5 -3l-5 3z"
-    parts.append(f'<path d="{nose}" fill="currentColor"/>')
+    # The arrow of the pages, in the colour of the first group.
+    nose = f"M{middle} {middle - 7.5}l5 13l-5 -3l-5 3z"
+    parts.append(f'<path d="{nose}" fill="{_COLOURS["teammates"]}"/>')
     box = f'width="{_SIDE:.0f}" height="{_SIDE:.0f}" viewBox="0 0 {_SIDE:.0f} {_SIDE:.0f}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {box} role="img">{"".join(parts)}</svg>'

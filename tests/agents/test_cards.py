@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from typing import Any
@@ -54,10 +55,11 @@ def test_a_world_shows_its_groups_and_a_small_picture(model: CMOMMT) -> None:
     for part in ("CMOMMT", "Disc(radius=4.0)", "30", "robots", "targets", "ACmommt", f"{model.observed_fraction:.1%}"):
         assert part in text
     observed = sum(target.is_observed for target in model.targets)
-    *circles, wall = paths(html)
+    ranges, arrows, *targets, wall = paths(html)
     assert wall
-    # Each circle is two arcs. Ranges, robots and headings; then observed targets and the others.
-    assert [path.count("a") // 2 for path in circles] == [10, 10, 0, observed, 20 - observed]
+    # Each circle is two arcs. Robots are arrows, as on the pages; then come observed targets and the others.
+    assert [path.count("a") // 2 for path in (ranges, *targets)] == [10, observed, 20 - observed]
+    assert [path.count(letter) for path in (arrows,) for letter in "MLa"] == [10, 40, 0]
     assert 0 < observed < 20
 
 
@@ -108,7 +110,7 @@ def test_all_arenas_have_a_picture(arena: Any) -> None:
     world.add(Robot, 3, policy="stationary")
     html = world._repr_html_()
     drawn = paths(html)
-    assert len(drawn) == 4 + hasattr(arena, "obstacles")
+    assert len(drawn) == 3 + hasattr(arena, "obstacles")
     assert ("dasharray" in (html or "")) == isinstance(arena, Torus)
 
 
@@ -233,4 +235,21 @@ def test_bodies_are_drawn_in_their_true_size() -> None:
     world.add(Robot, 2, policy="stationary", radius=[0.02, 2.0])
     # A unit is 20 pixels; a dot is as small as its body, but can be seen.
     sizes = {float(path.split(" ")[0]) for path in str(world._repr_html_()).split("a") if path[:1].isdigit()}
-    assert {0.4, 1.0, 3.0, 40.0} <= sizes
+    assert {0.4, 40.0} <= sizes
+    # An arrow from its point, through the notch, to a corner behind: 2.6 times 1.4 of a dot long.
+    (arrows,) = [path for path in paths(world._repr_html_()) if path.count("L") == 8]
+    corners = [[tuple(map(float, point.split())) for point in arrow.split("L")] for arrow in arrows.split("M")[1:]]
+    lengths = [math.dist(point, [(a + b) / 2 for a, b in zip(left, right, strict=True)]) for point, left, _, right, _ in corners]
+    assert lengths == pytest.approx([1.0 * 1.4 * 2.6, 3.0 * 1.4 * 2.6], abs=0.2)
+
+
+def test_an_arrow_points_where_its_robot_goes_and_an_inactive_one_is_a_crossed_circle() -> None:
+    world = World(Box(13.0, 13.0), rng=1)
+    robots = world.add(Robot, 2, policy="stationary", heading=[(0.0, 1.0), (1.0, 0.0)])
+    robots[1].active = False
+    *_, arrow, circle, cross, _ = paths(world._repr_html_())
+    point, _, notch, _, _ = [tuple(map(float, corner.split())) for corner in arrow[1:].split("L")]
+    # Up on the page.
+    assert point[1] < notch[1]
+    assert point[0] == notch[0]
+    assert (arrow.count("M"), circle.count("M"), cross.count("M")) == (1, 1, 2)
