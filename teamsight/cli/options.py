@@ -17,6 +17,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 import click
+from click.shell_completion import CompletionItem
 
 from teamsight.core import checks, references
 from teamsight.core.component import USE, Allowed, Component, Declared, Flag, declared, number_in, of_name
@@ -408,6 +409,16 @@ class _Option(click.Option):
         notes = "; ".join(filter(None, ("required" * self.required, unit, default and f"default: {default}")))
         return record[0], help_of(self.declared) + (f"  [{notes}]" if notes else "")
 
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Return the names that an option takes, or what stands for files and folders."""
+        one = self.declared.item or self.declared
+        if kind := {"FILE": "file", "FOLDER": "dir"}.get(metavar_of(one)):
+            return [CompletionItem(incomplete, type=kind)]
+        names = one.choices if one.kind in ("choice", "component") else ()
+        # Of a list, what follows the last comma.
+        before, comma, last = incomplete.rpartition(",") if self.declared.item else ("", "", incomplete)
+        return [CompletionItem(f"{before}{comma}{name}") for name in names if name.startswith(last)]
+
 
 def parameter_of(one: Declared) -> click.Parameter:
     """Return the parameter of click; `Options.read` checks its text, and reports all errors at once."""
@@ -580,7 +591,7 @@ class Group(click.Group):
         self._alone, self.section = alone, section
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        if not args:
+        if not args and not ctx.resilient_parsing:  # as where a shell completes the name of a command
             # That is no error.
             click.echo(self._alone or ctx.get_help())
             ctx.exit()
