@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from teamsight.core.plugins import PlugIn
     from teamsight.live import LivePage
 
-_PAGE, _RECORDED = Allowed(section="Page"), Allowed(section="Recorded positions")
+_PAGE, _POSITIONS = Allowed(section="Page"), Allowed(section="Recorded positions")
 # Number of parts of a long run, after each of which the progress is shown.
 _PARTS = 50
 # Events that are printed; --save-events writes all.
@@ -282,10 +282,10 @@ class WatchSettings(WorldOptions):
     host: Annotated[str, _PAGE] = "127.0.0.1"
     token: Annotated[str | None, _PAGE, Allowed(shown="none")] = None
     no_browser: Annotated[Flag, _PAGE] = False
-    trajectories: Annotated[File | None, _RECORDED] = None
-    risk: Annotated[Risk, _RECORDED] = 0.01
-    window: Annotated[float | None, _RECORDED, Allowed(above=0, shown="as teamsight delta")] = None
-    sort: Annotated[Flag, _RECORDED] = False
+    trajectories: Annotated[File | None, _POSITIONS] = None
+    risk: Annotated[Risk, _POSITIONS] = 0.01
+    window: Annotated[float | None, _POSITIONS, Allowed(above=0, shown="as teamsight delta")] = None
+    sort: Annotated[Flag, _POSITIONS] = False
 
     def check(self) -> None:
         """Refuse settings that do not go together, and worlds that are too large."""
