@@ -52,6 +52,15 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     shown = (site / "gallery.html").read_text(encoding="utf-8")
     for name in re.findall(r'<iframe[^>]* src="(gallery/[^"]+)"', shown):
         assert (site / name).stat().st_size > 10_000
+    cards = re.findall(r'<a class="ts-card" id="[^"]+" href="([^"]+)"><span class="ts-film"><img src="([^"]+)"', shown)
+    assert len(cards) == shown.count("ts-card\"") >= 20
+    for page, film in cards:
+        text = (site / page).read_text(encoding="utf-8")
+        assert "<iframe" in text
+        assert "record(" in re.sub(r"<[^>]+>", "", text)
+        assert (site / film).stat().st_size < 150_000
+    # Recordings share their script.
+    assert (site / "gallery" / "failures.html").stat().st_size < 90_000
 
 
 def test_every_public_name_is_in_the_reference() -> None:
