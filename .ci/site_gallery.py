@@ -1,8 +1,8 @@
 """The gallery: MkDocs runs the code of docs/gallery.md and puts the recordings that it writes on the site.
 
-Recordings of the site share one script and one style. Those whose names differ in a number, as in `delta=8.html`, become
-one page with a slider. Each part of "Recordings" becomes a page, with a card that links to it in the gallery; the card
-shows a film, a strip of frames.
+Recordings of the site share one script and one style. Those whose names differ in a number, as in `delta=8.html`,
+become one page with a slider. Each part of "Recordings" becomes a page, with a card that links to it in the gallery; the
+card shows a film, a strip of frames.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ LINK = re.compile(r"\[([^\]]+)\]\(([^)\s]+)\)")
 
 
 class Entry(NamedTuple):
-    """A part of the gallery: its title, its text in Markdown, the name of its recording, and the words to find it by."""
+    """A part of the gallery: its title, its text in Markdown, the name of its recording, and words to find it by."""
 
     title: str
     body: str

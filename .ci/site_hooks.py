@@ -31,8 +31,8 @@ FOREIGN = re.compile(rb"https://(?:unpkg\.com|api\.github\.com|\$\{\w+\}/api)/")
 NOT_FOUND_BY_SEARCH = "search:\n  exclude: true\n"
 # What counts more, or less, among the pages that a search finds.
 BOOSTS = {
-    "policies.md": 4.0, "sensors.md": 4.0, "delta.md": 4.0, "recordings.md": 4.0, "watch.md": 4.0, "tutorial.md": 4.0,
-    "studies.md": 4.0, "benchmarks.md": 0.7, "source/": 0.4, "changelog.md": 0.4,
+    "tutorial.md": 8.0, "studies.md": 6.0, "policies.md": 4.0, "sensors.md": 4.0, "delta.md": 4.0, "recordings.md": 4.0,
+    "watch.md": 4.0, "benchmarks.md": 0.7, "reference/": 0.5, "gallery/": 0.5, "changelog.md": 0.2,
 }  # fmt: skip
 # The tutorial as a notebook, beside its page.
 NOTEBOOK = "tutorial.ipynb"
@@ -94,10 +94,8 @@ def source_page(path: str) -> str:
         text = file.read_text(encoding="utf-8")
     except UnicodeDecodeError:
         text = f"{file.stat().st_size:,} bytes that are not text"
-    # Examples are found by the search; the package is found by its reference.
-    front = "" if path.startswith("examples/") else NOT_FOUND_BY_SEARCH
     language = {".py": "python", ".toml": "toml"}.get(file.suffix, "text")
-    return f"{WIDE.format(front)}# `{path}`\n\n`````{language}\n{text}`````\n"
+    return f"{WIDE.format(NOT_FOUND_BY_SEARCH)}# `{path}`\n\n`````{language}\n{text}`````\n"
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

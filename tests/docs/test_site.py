@@ -59,6 +59,10 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
         assert "<iframe" in text
         assert "record(" in re.sub(r"<[^>]+>", "", text)
         assert (site / film).stat().st_size < 150_000
+    # Source code is found by its reference.
+    index = (site / "search" / "search_index.json").read_text(encoding="utf-8")
+    assert '"location":"source/' not in index.replace(" ", "")
+    assert '"location":"tutorial.html' in index.replace(" ", "")
     # Recordings share their script.
     assert (site / "gallery" / "failures.html").stat().st_size < 90_000
 
