@@ -1,8 +1,8 @@
 """The gallery: MkDocs runs the code of docs/gallery.md and puts the recordings that it writes on the site.
 
 Recordings of the site share one script and one style. Those whose names differ in a number, as in `delta=8.html`,
-become one page with a slider. Each part of "Recordings" becomes a page, with a card that links to it in the gallery; the
-card shows a film, a strip of frames.
+become one page with a slider. Each part of "Recordings" becomes a page, with a card that links to it in the gallery;
+the card shows a film, a strip of frames.
 """
 
 from __future__ import annotations
