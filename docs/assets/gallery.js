@@ -79,3 +79,6 @@ if (cards.length) {
 }
 
 })();
+
+// Code that is wider than the page scrolls by keyboard, too.
+for (const code of document.querySelectorAll("pre > code")) code.tabIndex = 0;

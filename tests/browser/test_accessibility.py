@@ -46,7 +46,7 @@ def violations(page: Page, axe: str) -> list[str]:
     The debugging protocol evaluates the script: a tag of a script would violate the policy of our pages.
     """
     session = page.context.new_cdp_session(page)
-    options = {"runOnly": {"type": "tag", "values": RULES}, "resultTypes": ["violations"], "iframes": False}
+    options = {"runOnly": {"type": "tag", "values": RULES}, "resultTypes": ["violations"], "iframes": False, "preload": False}
     session.send("Runtime.evaluate", {"expression": axe})
     expression = f"axe.run(document, {json.dumps(options)}).then(found => JSON.stringify(found.violations))"
     answer = session.send("Runtime.evaluate", {"expression": expression, "awaitPromise": True, "returnByValue": True})

@@ -470,7 +470,7 @@ class Graph {
       const isSelected = selected.track === t && selected.slot === s;
       to.beginPath();
       to.arc(x(k), y(k), isSelected ? dot + 2 : dot * (0.7 + (0.6 * degrees[k]) / Math.max(most, 1)), 0, 2 * Math.PI);
-      to.globalAlpha = isSelected ? 1 : 0.35 + (0.65 * degrees[k]) / Math.max(most, 1);
+      to.globalAlpha = isSelected ? 1 : 0.7 + (0.3 * degrees[k]) / Math.max(most, 1);
       to.fillStyle = accent;
       to.fill();
       to.globalAlpha = 1;
