@@ -80,5 +80,8 @@ if (cards.length) {
 
 })();
 
-// Code that is wider than the page scrolls by keyboard, too.
-for (const code of document.querySelectorAll("pre > code")) code.tabIndex = 0;
+// Code that is wider than the page scrolls by keyboard, too. The theme sets and removes the attribute.
+addEventListener("load", () => setTimeout(() => {
+  for (const code of document.querySelectorAll("pre > code")) code.tabIndex = 0;
+  document.documentElement.dataset.reach = "set";
+}, 500));

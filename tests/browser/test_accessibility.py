@@ -130,5 +130,5 @@ def test_the_site_keeps_the_rules(
         pytest.skip("no site: set TEAMSIGHT_SITE to the folder that `mkdocs build` wrote")
     page = new_page(size=size, dark=dark)
     page.goto((Path(folder).resolve() / f"{name}.html").as_uri())
-    page.wait_for_load_state("load")
+    page.wait_for_selector("html[data-reach]")
     assert violations(page, axe) == []
