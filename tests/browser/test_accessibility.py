@@ -1,7 +1,7 @@
 """Whether everybody can use the pages: axe-core's rules of WCAG 2.1 A and AA, and what such rules do not see.
 
 axe-core comes from npm and is no part of this repository: TEAMSIGHT_AXE is the path of its ``axe.min.js``. `.ci/run`
-fetches it. The pages of the documentation site are tested where TEAMSIGHT_SITE is the folder of a built one.
+fetches it. The pages of the documentation site are tested where TEAMSIGHT_PAGES is the folder of a built one.
 """
 
 from __future__ import annotations
@@ -125,9 +125,9 @@ def test_a_recording_keeps_the_rules(
 def test_the_site_keeps_the_rules(
     new_page: browsing.Pages, axe: str, shot: Any, name: str, size: tuple[int, int], dark: bool
 ) -> None:
-    folder = os.environ.get("TEAMSIGHT_SITE")
+    folder = os.environ.get("TEAMSIGHT_PAGES")
     if not folder:
-        pytest.skip("no site: set TEAMSIGHT_SITE to the folder that `mkdocs build` wrote")
+        pytest.skip("no site: set TEAMSIGHT_PAGES to the folder that `mkdocs build` wrote")
     page = new_page(size=size, dark=dark)
     page.goto((Path(folder).resolve() / f"{name}.html").as_uri())
     page.wait_for_selector("html[data-reach]")
