@@ -36,9 +36,9 @@ class Message(NamedTuple):
     fields: dict[str, Any]
 
 
-def _name(name: str, value: Any) -> str:
+def _name(name: str, value: Any, what: str = "a control") -> str:
     if not isinstance(value, str):
-        raise TypeError(f"{name}={checks.shown(value)}: must be a text, the name of a control")
+        raise TypeError(f"{name}={checks.shown(value)}: must be a text, the name of {what}")
     return value
 
 
@@ -77,6 +77,7 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     "rate": {"value": _or_none(checks.number, least=LEAST_RATE, most=MOST_RATE)},
     "every": {"value": partial(checks.count, most=MOST_EVERY)},
     "compare": {"on": checks.flag},
+    "chart": {"name": partial(_name, what="a measure"), "on": checks.flag},
     "save": {},
     "move": {**_WHERE, "body": _BODY, "x": _coordinate, "y": _coordinate},
     "switch": {**_WHERE, "body": _BODY, "on": checks.flag},

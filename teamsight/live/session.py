@@ -204,8 +204,10 @@ class Session:
         """
         kind, fields = message
         # A slider sends more values than can be used; each step counts: three are three.
-        key: object = (kind, fields["name"], fields["track"]) if kind == "set" else kind
-        if kind in ("step", *protocol.INTERVENTIONS):
+        key: object = kind
+        if kind in ("set", "chart"):
+            key = kind, fields["name"], fields.get("track")
+        elif kind in ("step", *protocol.INTERVENTIONS):
             key = object()
         with self._news:
             if key not in self._waiting and len(self._waiting) >= MOST_WAITING:
@@ -409,6 +411,10 @@ class Session:
         pair = [{**settings, name: one} for one in (control.choices["none"], degree)]
         return pair, f": blind (awareness none), and aware ({control.shown(degree)})"
 
+    def _on_chart(self, name: str, on: bool) -> None:
+        self.worlds.chart(name, on)
+        self._show_frames(again=True)
+
     def _on_set(self, name: str, value: Any, track: int | None) -> None:
         control = self._controls[checks.choice("name", name, tuple(self._controls))]
         given, tracks, worlds = control.checked(value), self.worlds.tracks, self.worlds
@@ -594,6 +600,8 @@ class Session:
             "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
             "tasks": list(self._tasks), "presets": list(self._presets),
             "study": self._row is not None,
+            "measures": list(dict.fromkeys(name for track in worlds.tracks for name in track.measures)),
+            "charted": list(worlds.charted),
         }  # fmt: skip
         self._post("state", **self._state)
         self._post("events", tracks=[event_rows(track.world) for track in worlds.tracks])

@@ -5,12 +5,14 @@ from __future__ import annotations
 import threading
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate, islice
 from typing import Any
+
+import numpy as np
 
 from teamsight.agents.awareness.registry import AWARENESS, awareness_named
 from teamsight.agents.cmommt import CMOMMT
@@ -26,7 +28,8 @@ from teamsight.core.references import failure
 from teamsight.live import interventions
 from teamsight.live.controls import model_name, seed_name
 from teamsight.live.interventions import Entry, Journal
-from teamsight.view.packing import raw
+from teamsight.live.measures import Measures
+from teamsight.view.packing import from_raw, raw
 from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene
 
 #: The newest frames that are kept of each world for a recording: their number, and bytes of memory.
@@ -59,6 +62,10 @@ class Observer(FrameRecorder):
         The same.
     is_stale : bool
         Whether the scene may have changed: after other bodies, ranges or rules; set it after what needs no binding.
+    measures : Measures
+        What can be charted beside what frames hold.
+    charted : tuple of str
+        What is: the further series of its frames.
     """
 
     # Ranges that controls allow make millions of links, of four bytes each, which no page could draw.
@@ -67,6 +74,7 @@ class Observer(FrameRecorder):
     def __init__(self, world: World, every: int) -> None:
         super().__init__(world._data, world._engine, type(world).__name__, every=_NEVER)
         self.shown_every, self.is_stale = every, True
+        self.measures, self.charted = Measures(world), tuple[str, ...]()
         self._present: Scene | None = None
         self.begin()
 
@@ -92,14 +100,18 @@ class Observer(FrameRecorder):
         chunk.state[:2] = 0
         RECORD_FRAME(self.record)
         chunk.state[2] += 1
-        return chunk.frames(self.links, self._space)[-1]
+        frame = chunk.frames(self.links, self._space)[-1]
+        if not self.charted:
+            return frame
+        values = [self.measures.read(name) for name in self.charted]
+        return replace(frame, series=np.concatenate([frame.series, np.asarray(values, np.float32)]))
 
     @property
     def present(self) -> Scene:
         """The scene of the newest frame; the same object as long as nothing in it has changed."""
         if self._present is None or self.is_stale:
             self.is_stale = False
-            scene = replace(self.scene, every=self.shown_every)
+            scene = replace(self.scene, every=self.shown_every, series=(*self.scene.series, *self.charted))
             self._present = self._present if scene == self._present else scene
         return self._present
 
@@ -180,6 +192,17 @@ class LiveTrack:
         with self._lock:
             self._observer.shown_every, self._observer.title, self._observer.is_stale = every, title, True
 
+    def chart(self, names: Iterable[str]) -> None:
+        """Chart these measures from now on, after those of `Observer.charted`; frames of before have none."""
+        wanted = tuple(dict.fromkeys([*self._observer.charted, *names]))
+        if wanted != self._observer.charted:
+            self._observer.charted, self._observer.is_stale = wanted, True
+
+    @property
+    def measures(self) -> dict[str, Callable[[], Any]]:
+        """What reads each measure that can be charted, by name."""
+        return self._observer.measures.all()
+
     def value(self, name: str) -> Any:
         """Return the value of a parameter."""
         base, _, option = name.partition(".")
@@ -225,9 +248,17 @@ class LiveTrack:
         before, kept = self.scene, self.kept
         with self._lock:
             frame = self._observer.frame()
-            if (before.links, before.series) != (self.scene.links, self.scene.series):
+            added = len(self.scene.series) - len(before.series)
+            if before.links != self.scene.links or self.scene.series[: len(before.series)] != before.series:
                 kept.clear()
                 self._bytes = 0
+            elif added:
+                # The frames of before have no value of what is charted now.
+                nothing = np.full(added, np.nan, np.float32)
+                for k, block in enumerate(kept):
+                    old = from_raw(block, before)
+                    kept[k] = raw(replace(old, series=np.concatenate([old.series, nothing])), self.scene)
+                self._bytes = sum(map(len, kept))
             if again and kept:
                 self._bytes -= len(kept.pop())
             kept.append(raw(frame, self.scene))
@@ -314,6 +345,8 @@ class Worlds:
         The model.
     made : int
         The number of steps that all have made, or are to make before the next.
+    charted : dict of str to None
+        The names of the measures that are charted, in order.
     """
 
     def __init__(
@@ -322,6 +355,7 @@ class Worlds:
         self.model, self._first, self.seed, self.every = model, settings, seed, every
         self.made = 0
         self.tracks: list[LiveTrack] = []
+        self.charted: dict[str, None] = {}
 
     @property
     def settings(self) -> list[dict[str, Any]]:
@@ -339,6 +373,7 @@ class Worlds:
                 )
             tracks.append(track)
         for track in tracks:
+            track.chart(self.charted)
             track.compile()
         return tracks
 
@@ -370,6 +405,29 @@ class Worlds:
                 what, why = ("failed", f": {failure(cause)}") if cause else ("stopped", "")
                 raise StoppedError(f"The model {what} at tick {track.world.tick}{why}") from cause
         self.made = target
+
+    def chart(self, name: str, on: bool) -> None:
+        """Chart a measure of all worlds, or no longer.
+
+        Raises
+        ------
+        ValueError
+            If no world has it.
+        """
+        known = dict.fromkeys(one for track in self.tracks for one in track.measures)
+        checks.choice("chart", name, tuple(known) or ("nothing",))
+        if not on:
+            self.charted.pop(name, None)
+            return
+        try:
+            for track in self.tracks:
+                if name in track.measures:
+                    float(track.measures[name]())
+        except Exception as error:  # whatever the code of a user raises
+            raise ValueError(f"{name}: cannot be charted, {failure(error)}") from error
+        self.charted[name] = None
+        for track in self.tracks:
+            track.chart(self.charted)
 
     def change(self, tracks: list[LiveTrack], name: str, value: Any) -> None:
         """Change a parameter of some running worlds; if one refuses it, of none."""

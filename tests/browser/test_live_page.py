@@ -657,3 +657,67 @@ def test_reduced_motion_rests_when_another_page_runs_the_model(new_page: browsin
     settled(page, server)
     page.get_by_role("button", name="Step", exact=True).click()
     settled(page, server)
+
+
+class _Weighed(CMOMMT):
+    """A world with a measure of its own."""
+
+    @property
+    def load(self) -> float:
+        return 10.0 * self.tick
+
+    @property
+    def broken(self) -> float:
+        raise RuntimeError("no scale is there")
+
+
+def test_any_measure_is_a_chart_with_a_running_mean_and_a_csv(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(_Weighed, {"robots": 6, "targets": 5})
+    shown(page, server)
+
+    def step(count: int) -> None:
+        for _ in range(count):
+            tick = world_of(server).tick
+            page.evaluate("() => teamsight.live.step()")
+            until(lambda tick=tick: world_of(server).tick == tick + 1)
+            settled(page, server)
+
+    step(3)
+    page.get_by_text("Charts", exact=True).click()
+    page.get_by_label("Load", exact=True).check()
+    page.get_by_label("Robots active").check()
+    page.wait_for_function("() => teamsight.view.charts.some(({ name }) => name === 'load')")
+    # Frames of before are kept, without it.
+    assert page.evaluate("() => teamsight.view.tracks[0].frames.length") == 4
+    step(2)
+    page.get_by_label("Running mean of Load").click()
+    values = "() => teamsight.view.charts.find(({ name }) => name === 'load').lines.map((line) => [3, 4, 5].map((k) => line.at(k)))"
+    assert page.evaluate(values) == [[30, 35, 40]]
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Save CSV").click()
+    rows = [line.split(",") for line in saved.value.path().read_text().splitlines()]
+    assert rows[0] == ["time", "observed", "mean_neighbours", "max_neighbours", "load", "robots active"]
+    assert [row[0] for row in rows[1:]] == list("012345")
+    assert [row[4] for row in rows[1:]] == ["", "", "", "30", "40", "50"]
+    assert float(rows[-1][1]) == pytest.approx(world_of(server).observed, abs=1e-7)
+    # One that is no longer wanted has no chart; a new start keeps what is wanted.
+    page.get_by_label("Robots active").uncheck()
+    page.wait_for_function("() => !teamsight.view.charts.some(({ name }) => name === 'robots active')")
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: world_of(server).tick == 0)
+    settled(page, server)
+    assert page.evaluate("() => teamsight.view.tracks[0].scene.series")[3:] == ["load"]
+    page.get_by_label("Broken").click()
+    page.get_by_text("broken: cannot be charted, RuntimeError: no scale is there").wait_for()
+    assert not page.get_by_label("Broken").is_checked()
+
+
+def test_many_robots_have_a_neighbour_graph_in_space(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 61, "targets": 5, "radius": 5.0})
+    shown(page, server)
+    page.get_by_text("61 robots at their places").wait_for()
+    # Dots lie as the robots do: the mirror image of y, at one scale.
+    nodes = page.evaluate("() => teamsight.live.graph.nodes.map(({ x, y }) => [x, y])")
+    places, dots = world_of(server).robots.position, np.array(nodes)
+    scale = (dots[:, 0] - dots[:, 0].mean()) @ (places[:, 0] - places[:, 0].mean()) / np.var(places[:, 0]) / 61
+    np.testing.assert_allclose(dots - dots.mean(axis=0), (places - places.mean(axis=0)) * [scale, -scale], atol=0.1)

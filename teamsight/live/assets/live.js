@@ -132,14 +132,18 @@ const KEPT_FOR = 500;
 
 class Controls {
   constructor(page, element) {
-    Object.assign(this, { page, element, inputs: new Map(), shown: "", side: null, values: [], waiting: new Map(), touched: new Map(), state: null });
+    Object.assign(this, { page, element, inputs: new Map(), shown: "", side: null, values: [], hidden: new Set(), chosen: new Set(), waiting: new Map(), touched: new Map(), state: null });
     element.setAttribute("aria-label", "Controls");
     this.start = make("div", { class: "tl-start" });
     element.append(this.buildAlert(), this.start, this.buildRun(), this.buildRate(), this.buildCompare());
     this.fields = make("div", { class: "tl-fields" });
     this.saveButton = this.button("Save recording", "Save what was seen as a page that plays anywhere", () => this.save());
+    this.charts = make("div", { class: "tl-measures" });
+    this.chartsKey = "";
+    const csv = this.button("Save CSV", "Save the numbers of the charts", () => page.saveCharts());
+    this.chartBox = make("details", {}, make("summary", {}, "Charts"), this.charts, make("div", { class: "tl-row" }, csv));
     this.lab = make("div");
-    element.append(this.lab, this.fields, make("div", { class: "tl-row" }, this.saveButton));
+    element.append(this.lab, this.fields, this.chartBox, make("div", { class: "tl-row" }, this.saveButton));
   }
 
   button(text, title, act) {
@@ -333,8 +337,34 @@ class Controls {
     }
   }
 
+  // A box for each measure: those of every frame are there from the start, others from the moment at which they are chosen.
+  showCharts({ measures, charted }) {
+    const { view } = this.page, series = [...new Set(view.tracks.flatMap(({ scene }) => scene.series))];
+    const always = series.filter((name) => !measures.includes(name) && !this.chosen.has(name));
+    for (const name of [...measures, ...charted]) this.chosen.add(name);
+    const names = [...always, ...measures], on = (name) => (always.includes(name) ? !this.hidden.has(name) : charted.includes(name));
+    const key = JSON.stringify([names, names.map(on)]);
+    const hidden = series.filter((name) => !on(name));
+    view.hideSeries(hidden);
+    if (key === this.chartsKey) return;
+    this.chartsKey = key;
+    const focused = this.charts.contains(document.activeElement) ? document.activeElement.dataset.name : null;
+    this.charts.replaceChildren(...names.map((name) => {
+      const box = make("input", { type: "checkbox", checked: on(name), "data-name": name });
+      box.addEventListener("change", () => {
+        if (always.includes(name)) {
+          this.hidden[box.checked ? "delete" : "add"](name);
+          this.showCharts(this.state);
+        } else this.page.link.send("chart", { name, on: box.checked });
+      });
+      return make("label", {}, box, view.nameOf(name));
+    }));
+    if (focused !== null) [...this.charts.querySelectorAll("input")].find((box) => box.dataset.name === focused)?.focus();
+  }
+
   showState(state) {
     this.state = state;
+    this.showCharts(state);
     setText(this.runButton, state.running ? "Pause" : "Run");
     setText(this.note, state.busy || state.note);
     const [one] = state.tracks, speed = state.running ? `, ${state.measured < 10 ? state.measured.toFixed(1) : Math.round(state.measured).toLocaleString("en")} steps/s` : "";
@@ -399,7 +429,8 @@ class Log {
 
 // Part: graph.
 
-const MOST_CHORDS = 3000, LABELLED = 24, GRAPH_PAUSE = 100, GRAPH_SIZE = 240, BARS = 64;
+// More robots than MOST_ROUND are drawn at their places.
+const MOST_ROUND = 60, MOST_CHORDS = 3000, LABELLED = 24, GRAPH_PAUSE = 100, GRAPH_SIZE = 240, BARS = 64;
 
 class Graph {
   constructor(page, element) {
@@ -463,9 +494,15 @@ class Graph {
     if (omitted) return this.tooMany(track, frame, team.length, omitted, t);
     const degrees = new Uint32Array(team.length);
     for (let k = 0; k < source.length; k++) if (place.has(source[k])) degrees[place.get(source[k])] += 1;
-    const radius = size / 2 - 16, x = (k) => left + size / 2 + radius * Math.sin((2 * Math.PI * k) / team.length), y = (k) => size / 2 - radius * Math.cos((2 * Math.PI * k) / team.length);
+    const inSpace = team.length > MOST_ROUND, { width: wide, height: high } = track.layout, scale = (size - 8) / Math.max(wide, high);
+    const spaceX = (k) => left + size / 2 + scale * wide * (frame.x[team[k]] / 65535 - 0.5);
+    const spaceY = (k) => size / 2 - scale * high * (frame.y[team[k]] / 65535 - 0.5);
+    const radius = size / 2 - 16, roundX = (k) => left + size / 2 + radius * Math.sin((2 * Math.PI * k) / team.length), roundY = (k) => size / 2 - radius * Math.cos((2 * Math.PI * k) / team.length);
+    const [x, y] = inSpace ? [spaceX, spaceY] : [roundX, roundY];
+    // Of two neighbours across a seam the line would cross all.
+    this.seam = inSpace && track.layout.period.some((length) => length) ? size / 2 : Infinity;
     this.chords(to, source, target, place, x, y, soft, accent, selected.track === t ? selected.slot : null);
-    const most = degrees.reduce((a, b) => Math.max(a, b), 0), dot = Math.max(Math.min(5, (3 * radius) / Math.max(team.length, 1)), 1);
+    const most = degrees.reduce((a, b) => Math.max(a, b), 0), dot = Math.max(Math.min(5, inSpace ? 40 / Math.sqrt(team.length) : (3 * radius) / Math.max(team.length, 1)), 1);
     team.forEach((s, k) => {
       const isSelected = selected.track === t && selected.slot === s;
       to.beginPath();
@@ -480,7 +517,7 @@ class Graph {
     });
     this.histogram(to, degrees, left, size, accent, text, soft);
     const mean = team.length ? source.length / team.length : 0;
-    return `${team.length} robots, ${source.length} links; ${this.neighbours(mean, most, t)}`;
+    return `${team.length} robots${inSpace ? " at their places" : ""}, ${source.length} links; ${this.neighbours(mean, most, t)}`;
   }
 
   // What remains to be said where a frame does not hold the links.
@@ -506,8 +543,10 @@ class Graph {
           const a = source[k], b = target[k], mutual = both.has(b * 65536 + a);
           if (mutual !== isMutual || (mutual && a > b) || !place.has(a) || !place.has(b)) continue;
           if (isChosen !== (a === chosen || b === chosen)) continue;
-          to.moveTo(x(place.get(a)), y(place.get(a)));
-          to.lineTo(x(place.get(b)), y(place.get(b)));
+          const [ax, ay, bx, by] = [x(place.get(a)), y(place.get(a)), x(place.get(b)), y(place.get(b))];
+          if (Math.abs(ax - bx) > this.seam || Math.abs(ay - by) > this.seam) continue;
+          to.moveTo(ax, ay);
+          to.lineTo(bx, by);
         }
         to.setLineDash(dash);
         to.strokeStyle = isChosen ? accent : soft;
@@ -943,6 +982,13 @@ class Page {
   showRest() {
     if (this.isResting && this.view.following) this.isResting = false;
     this.controls.rest.hidden = !this.isResting;
+  }
+
+  saveCharts() {
+    const { view } = this;
+    if (!view.times.length) return this.fail("Nothing is there yet to save; let the worlds run first.");
+    const name = view.title.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "");
+    return view.download(new Blob([view.csv()], { type: "text/csv" }), `${name || "charts"}.csv`);
   }
 
   pause() { return this.link.send("pause"); }

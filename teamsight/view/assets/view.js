@@ -1141,10 +1141,12 @@ function oneWay(source, target, n) {
 const NAMES = {
   observed: "Observed fraction", mean_neighbours: "Neighbours, mean", max_neighbours: "Neighbours, largest",
 };
-const isShare = (name) => name === "observed";
+const isShare = (name) => name === "observed" || name === "observed so far";
 const nameOf = (name) => NAMES[name] || capital(name.replaceAll("_", " "));
 const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
 const DASHES = [[], [5, 3]];
+// Ticks of a running mean.
+const WINDOW = 100;
 
 function shownValue(name, value) {
   if (!Number.isFinite(value)) return "–";
@@ -1163,16 +1165,21 @@ function roundUp(value, steps = [1, 2, 5, 10]) {
 class Chart {
   // `read(frame)` is the value; `lines` says which tracks; `difference` whether it is the one on the right minus the other.
   constructor(parent, name, view, difference = false) {
-    Object.assign(this, { name, view, difference, drawnTo: [], domain: [0, 1], top: isShare(name) ? 1 : 0 });
+    Object.assign(this, { name, view, difference, isSmooth: false, means: [], drawnTo: [], domain: [0, 1], top: isShare(name) ? 1 : 0 });
     this.canvas = make("canvas", { class: "ts-chart-lines" });
     this.cursor = make("div", { class: "ts-cursor" });
     this.values = make("span", { class: "ts-values" });
+    this.smoothButton = make("button", {
+      type: "button", class: "ts-smooth", title: `Running mean of the last ${WINDOW} ticks`, "aria-pressed": "false",
+      "aria-label": `Running mean of ${difference ? "the difference of " : ""}${nameOf(name)}`,
+      onclick: () => this.setSmooth(!this.isSmooth),
+    }, "mean");
     const title = difference ? "Right − left" : nameOf(name);
     // A narrow page has one run below the other.
     const stacked = difference ? make("span", { class: "ts-stacked" }, "Lower − upper") : null;
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
     this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` },
-      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.values), this.plot);
+      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.smoothButton, this.values), this.plot);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${difference ? nameOf(name) : ""} ${title} against time`.trim());
     if (difference) this.element.title = `${nameOf(name)} of the run on the right, minus that of the run on the left`;
@@ -1233,10 +1240,34 @@ class Chart {
         colour: palette.tracks[t % 2], dash: DASHES[t % 2],
       };
     };
-    if (!this.difference) return tracks.map((_, t) => line(t));
+    if (!this.difference) return tracks.map((_, t) => this.smoothed(line(t), t));
     const [left, right] = [line(0), line(1)], { view } = this, { shared } = view;
     const at = (k) => right.at(view.indexAt(1, shared[k])) - left.at(view.indexAt(0, shared[k]));
-    return [{ at, time: (k) => shared[k], length: shared.length, colour: palette.difference, dash: [] }];
+    return [this.smoothed({ at, time: (k) => shared[k], length: shared.length, colour: palette.difference, dash: [] }, 0)];
+  }
+
+  setSmooth(on) {
+    this.isSmooth = on;
+    this.smoothButton.setAttribute("aria-pressed", String(on));
+    this.redraw();
+  }
+
+  // The line, or its mean over the last ticks: from the sums up to each point, which are kept while the line grows.
+  smoothed(line, l) {
+    if (!this.isSmooth) return line;
+    const sums = this.means[l] ||= { total: [0], count: [0], from: [] };
+    return { ...line, at: (k) => {
+      for (let j = sums.from.length; j <= k; j++) {
+        const value = line.at(j), isThere = Number.isFinite(value);
+        sums.total.push(sums.total[j] + (isThere ? value : 0));
+        sums.count.push(sums.count[j] + isThere);
+        let first = j ? sums.from[j - 1] : 0;
+        while (line.time(first) <= line.time(j) - WINDOW) first += 1;
+        sums.from.push(first);
+      }
+      const first = sums.from[k];
+      return (sums.total[k + 1] - sums.total[first]) / (sums.count[k + 1] - sums.count[first]);
+    } };
   }
 
   // Draws what has been added. All is drawn anew only where the axes must change.
@@ -1256,6 +1287,7 @@ class Chart {
   redraw() {
     const { to, canvas, ratio, view } = this, lines = this.lines;
     if (!ratio) return;
+    this.means = [];
     let high = this.difference ? 0.05 : 0;
     for (const line of lines) {
       for (let k = 0; k < line.length; k++) high = Math.max(high, Math.abs(line.at(k)) || 0);
@@ -1731,7 +1763,7 @@ class View {
       selected: { track: 0, slot: null }, hovered: { track: 0, slot: null }, onselect: null, transport: null,
       camera: { zoom: 1, x: 0.5, y: 0.5 }, speed: 1, every: 1, loop: false, palette: dark() ? DARK : LIGHT,
       toggles: {}, charts: [], drawings: 0, scheduled: 0, isDirty: true, lastInspected: 0, lastSaid: 0,
-      isSeen: true, domain: [0, 1], times: [], shared: [],
+      isSeen: true, domain: [0, 1], times: [], shared: [], unseen: new Set(),
     });
     this.build();
     this.listen();
@@ -1752,7 +1784,9 @@ class View {
     else {
       // Frames are read by these.
       const read = ({ name, measured }) => [name, measured];
-      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series, lists.map(read)]);
+      // A series that is added leaves frames as they are: those of before have no value of it.
+      const kept = before.scene.series.length;
+      const key = ({ bounds, series, links: lists }) => JSON.stringify([bounds, series.slice(0, kept), lists.map(read)]);
       const isMoved = key(before.scene) !== key(scene);
       Object.assign(before, { scene, layout });
       before.arena.setLayout(layout);
@@ -2033,9 +2067,37 @@ class View {
     if (this.charts.map((chart) => chart.name).join() !== this.chartNames.join()) this.buildCharts();
   }
 
+  nameOf(name) { return nameOf(name); }
+
+  // Which series have no chart.
+  hideSeries(names) {
+    if ([...this.unseen].join() === names.join()) return;
+    this.unseen = new Set(names);
+    this.buildCharts();
+    this.redrawCharts();
+    this.invalidate();
+  }
+
+  // The numbers of the charts, for a spreadsheet: a row for each time, a column for each chart and track. A number of a
+  // frame has 32 bits, which nine digits hold.
+  csv() {
+    const { tracks } = this, side = (t) => (tracks.length > 1 ? ["left ", "right "][t] : "");
+    const columns = this.chartNames.filter((name, k, all) => all.indexOf(name) === k).flatMap((name) => (
+      tracks.map(({ scene }, t) => ({ t, s: scene.series.indexOf(name), title: side(t) + name }))
+    )).filter(({ s }) => s >= 0);
+    const cell = ({ t, s }, time) => {
+      const frame = tracks[t].frames[lastAt(tracks[t].frames, time)];
+      const value = frame && frame.time === time ? frame.value(s) : NaN;
+      return Number.isFinite(value) ? String(Number(value.toPrecision(9))) : "";
+    };
+    const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+    const rows = this.times.map((time) => [time, ...columns.map((one) => cell(one, time))].join());
+    return [["time", ...columns.map(({ title }) => quoted(title))].join(), ...rows, ""].join("\r\n");
+  }
+
   get bodyCount() { return Math.max(...this.tracks.map(({ scene }) => scene.slots.length), 0); }
   get chartNames() {
-    const names = [...new Set(this.tracks.flatMap(({ scene }) => scene.series))];
+    const names = [...new Set(this.tracks.flatMap(({ scene }) => scene.series))].filter((name) => !this.unseen.has(name));
     // The second of a name is the difference of two tracks.
     return this.tracks.length > 1 ? names.flatMap((name) => (isShare(name) ? [name, name] : [name])) : names;
   }
@@ -2043,7 +2105,10 @@ class View {
   buildCharts() {
     this.chartRow.replaceChildren();
     const names = this.chartNames;
+    const smooth = new Map(this.charts.map((chart) => [`${chart.name} ${chart.difference}`, chart.isSmooth]));
     this.charts = names.map((name, k) => new Chart(this.chartRow, name, this, names.indexOf(name) !== k));
+    for (const chart of this.charts) chart.setSmooth(smooth.get(`${chart.name} ${chart.difference}`) || false);
+    this.chartRow.classList.toggle("ts-wrapped", this.charts.length > 4);
     for (const chart of this.charts) chart.resize();
   }
 
