@@ -69,6 +69,9 @@ class Measures:
         found |= {f"events {kind}": partial(int, count) for kind, count in self._count().items()}
         reporters = getattr(getattr(world, "datacollector", None), "model_reporters", {})
         for name, reporter in reporters.items() if isinstance(reporters, Mapping) else ():
+            # Those of any world are there already.
+            if hasattr(World, str(name)):
+                continue
             if callable(reporter):
                 found[str(name)] = partial(reporter, world)
             elif isinstance(reporter, str):

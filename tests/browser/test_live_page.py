@@ -685,7 +685,7 @@ def test_any_measure_is_a_chart_with_a_running_mean_and_a_csv(page: Page, live: 
     step(3)
     page.get_by_text("Charts", exact=True).click()
     page.get_by_label("Load", exact=True).check()
-    page.get_by_label("Robots active").check()
+    page.get_by_role("checkbox", name="Robots active").check()
     page.wait_for_function("() => teamsight.view.charts.some(({ name }) => name === 'load')")
     # Frames of before are kept, without it.
     assert page.evaluate("() => teamsight.view.tracks[0].frames.length") == 4
@@ -701,15 +701,15 @@ def test_any_measure_is_a_chart_with_a_running_mean_and_a_csv(page: Page, live: 
     assert [row[4] for row in rows[1:]] == ["", "", "", "30", "40", "50"]
     assert float(rows[-1][1]) == pytest.approx(world_of(server).observed, abs=1e-7)
     # One that is no longer wanted has no chart; a new start keeps what is wanted.
-    page.get_by_label("Robots active").uncheck()
+    page.get_by_role("checkbox", name="Robots active").uncheck()
     page.wait_for_function("() => !teamsight.view.charts.some(({ name }) => name === 'robots active')")
     page.get_by_role("button", name="Reset").click()
     until(lambda: world_of(server).tick == 0)
     settled(page, server)
     assert page.evaluate("() => teamsight.view.tracks[0].scene.series")[3:] == ["load"]
-    page.get_by_label("Broken").click()
+    page.get_by_role("checkbox", name="Broken").click()
     page.get_by_text("broken: cannot be charted, RuntimeError: no scale is there").wait_for()
-    assert not page.get_by_label("Broken").is_checked()
+    assert not page.get_by_role("checkbox", name="Broken").is_checked()
 
 
 def test_many_robots_have_a_neighbour_graph_in_space(page: Page, live: Callable[..., LivePage]) -> None:

@@ -1077,6 +1077,8 @@ class Page {
     this.controls.saved();
     // What was refused gives way to what holds.
     this.controls.touched.clear();
+    this.controls.chartsKey = "";
+    if (this.state) this.controls.showCharts(this.state);
     this.controls.showValues();
     this.fail(message);
   }

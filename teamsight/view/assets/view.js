@@ -2086,7 +2086,7 @@ class View {
       tracks.map(({ scene }, t) => ({ t, s: scene.series.indexOf(name), title: side(t) + name }))
     )).filter(({ s }) => s >= 0);
     const cell = ({ t, s }, time) => {
-      const frame = tracks[t].frames[lastAt(tracks[t].frames, time)];
+      const frame = tracks[t].frames[lastAt(tracks[t].frames, time, (one) => one.time)];
       const value = frame && frame.time === time ? frame.value(s) : NaN;
       return Number.isFinite(value) ? String(Number(value.toPrecision(9))) : "";
     };
