@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -68,7 +68,7 @@ class Measures:
                     found[f"{group.name} {name}, mean"] = partial(_mean, column)
         found |= {f"events {kind}": partial(int, count) for kind, count in self._count().items()}
         reporters = getattr(getattr(world, "datacollector", None), "model_reporters", {})
-        for name, reporter in reporters.items() if isinstance(reporters, Mapping) else ():
+        for name, reporter in reporters.items():
             # Those of any world are there already.
             if hasattr(World, str(name)):
                 continue

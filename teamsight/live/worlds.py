@@ -164,6 +164,8 @@ class LiveTrack:
         self._set: tuple[str, Any] | None = None
         self.kept: deque[bytes] = deque()
         self._observer = Observer(world, every)
+        # By which the frames that are kept are read.
+        self._packed = self._observer.present
         # Held while the scene and the frames change together.
         self._lock = threading.Lock()
 
@@ -181,7 +183,9 @@ class LiveTrack:
     def newest(self, most: int | None = None) -> tuple[Scene, list[bytes]]:
         """Return the scene and the frames that are kept, or the newest of so many bytes; other threads may call it."""
         with self._lock:
-            scene, blocks = self.scene, list(self.kept)
+            scene, blocks = self._packed, list(self.kept)
+            if (scene.links, scene.series) == (self.scene.links, self.scene.series):
+                scene = self.scene
         if most is not None:
             sizes = accumulate(map(len, reversed(blocks)))
             blocks = blocks[len(blocks) - sum(size <= most for size in sizes) :]
@@ -245,9 +249,11 @@ class LiveTrack:
         again : bool
             Whether it takes the place of the newest frame, which shows the same moment.
         """
-        before, kept = self.scene, self.kept
+        kept = self.kept
         with self._lock:
+            before = self._packed
             frame = self._observer.frame()
+            self._packed = self.scene
             added = len(self.scene.series) - len(before.series)
             if before.links != self.scene.links or self.scene.series[: len(before.series)] != before.series:
                 kept.clear()

@@ -700,6 +700,11 @@ def test_any_measure_is_a_chart_with_a_running_mean_and_a_csv(page: Page, live: 
     assert [row[0] for row in rows[1:]] == list("012345")
     assert [row[4] for row in rows[1:]] == ["", "", "", "30", "40", "50"]
     assert float(rows[-1][1]) == pytest.approx(world_of(server).observed, abs=1e-7)
+    # A page that is opened later has it too, from where it was chosen.
+    other = page.context.new_page()
+    shown(other, server)
+    assert other.evaluate(values.replace("[3, 4, 5]", "[0, 3, 4, 5]").replace("line.at(k)", "line.at(k) || 0")) == [[0, 30, 40, 50]]
+    other.close()
     # One that is no longer wanted has no chart; a new start keeps what is wanted.
     page.get_by_role("checkbox", name="Robots active").uncheck()
     page.wait_for_function("() => !teamsight.view.charts.some(({ name }) => name === 'robots active')")

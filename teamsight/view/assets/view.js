@@ -1173,7 +1173,7 @@ class Chart {
       type: "button", class: "ts-smooth", title: `Running mean of the last ${WINDOW} ticks`, "aria-pressed": "false",
       "aria-label": `Running mean of ${difference ? "the difference of " : ""}${nameOf(name)}`,
       onclick: () => this.setSmooth(!this.isSmooth),
-    }, "mean");
+    }, "~");
     const title = difference ? "Right − left" : nameOf(name);
     // A narrow page has one run below the other.
     const stacked = difference ? make("span", { class: "ts-stacked" }, "Lower − upper") : null;
