@@ -16,20 +16,15 @@ from teamsight.agents.group import Group
 from teamsight.agents.mesa import compat as mesa_compat
 from teamsight.agents.recording.recording import HistoryCollector, Recording, Rows
 from teamsight.agents.world_data import CONDITION, OWN_STEP, WorldData
-from teamsight.core import checks
+from teamsight.core import checks, status_line
 from teamsight.core.interrupts import deferred
 from teamsight.core.status_line import StatusLine, has_reader, seconds
 from teamsight.policies.interface import Policy
 from teamsight.policies.registry import label
 from teamsight.world.noise import PERIOD
 
-#: A run that takes longer shows its progress [s].
-PATIENCE = 2.0
 # How often the line changes [s].
 _EVERY = 0.25
-
-#: Runs within runs, as of a recorder that runs a world of its own, and of a batch leave the line to the outermost.
-shown_lines: list[object] = []
 
 
 class RunProgress:
@@ -53,9 +48,9 @@ class RunProgress:
     def __init__(self, steps: int, is_wanted: bool) -> None:
         self.steps, self._began, self.due = steps, 0.0, math.inf
         self._line: StatusLine | None = None
-        if is_wanted and not shown_lines:
+        if is_wanted and not status_line.shown_lines:
             self._began = monotonic()
-            self.due = self._began + PATIENCE
+            self.due = self._began + status_line.PATIENCE
 
     def show(self, done: int) -> None:
         """Show that `done` steps are made, if anybody can read it."""
@@ -64,7 +59,7 @@ class RunProgress:
                 self.due = math.inf
                 return
             self._line = StatusLine()
-            shown_lines.append(self)
+            status_line.shown_lines.append(self)
         now = monotonic()
         self.due = now + _EVERY
         taken = now - self._began
@@ -74,7 +69,7 @@ class RunProgress:
     def close(self) -> None:
         """Remove what is shown."""
         if self._line is not None:
-            shown_lines.remove(self)
+            status_line.shown_lines.remove(self)
             self._line.close()
 
 

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 from time import monotonic
 from typing import Any
 
-from teamsight.agents import stepping
-from teamsight.core import checks
+from teamsight.core import checks, status_line
 from teamsight.core.status_line import StatusLine, has_reader, seconds
 
 _EVERY = 0.25
@@ -55,16 +54,16 @@ class _Line:
 
     def __init__(self) -> None:
         self._began = monotonic()
-        self._due = self._began + stepping.PATIENCE
+        self._due = self._began + status_line.PATIENCE
         self._line: StatusLine | None = None
 
     def __call__(self, done: float, total: float, left: float | None = None) -> None:
         now = monotonic()
-        if now < self._due or not total or (self._line is None and (stepping.shown_lines or not has_reader())):
+        if now < self._due or not total or (self._line is None and (status_line.shown_lines or not has_reader())):
             return
         if self._line is None:
             self._line = StatusLine()
-            stepping.shown_lines.append(self)
+            status_line.shown_lines.append(self)
         self._due, taken = now + _EVERY, now - self._began
         if left is None and done:
             left = taken * (total - done) / done
@@ -74,5 +73,5 @@ class _Line:
     def close(self) -> None:
         """Remove the line."""
         if self._line is not None:
-            stepping.shown_lines.remove(self)
+            status_line.shown_lines.remove(self)
             self._line.close()

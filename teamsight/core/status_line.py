@@ -11,6 +11,10 @@ import sys
 import threading
 from typing import Any
 
+#: Work that takes longer shows its progress [s].
+PATIENCE = 2.0
+#: Runs within runs, as of a recorder that runs a world of its own, and of a batch leave the line to the outermost.
+shown_lines: list[object] = []
 _CLEAR = "\r\x1b[K"
 
 

@@ -29,7 +29,7 @@ from teamsight import CMOMMT
 from teamsight.agents import stepping as progress
 import teamsight.core.kernel.entry
 teamsight.core.kernel.entry.announce = lambda name: None
-progress.PATIENCE = 0.0
+progress.status_line.PATIENCE = 0.0
 model = CMOMMT(robots=3, targets=3, radius=2.0, rng=1)
 {before}
 try:
@@ -118,11 +118,11 @@ def notebook(monkeypatch: pytest.MonkeyPatch) -> Iterator[Screen]:
     shell = SimpleNamespace(kernel=object())
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=screen.display))
-    monkeypatch.setattr(progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress.status_line, "PATIENCE", 0.0)
     monkeypatch.setattr(progress, "_EVERY", 0.0)
     monkeypatch.setattr(status_line.multiprocessing, "parent_process", lambda: None)
     yield screen
-    assert not progress.shown_lines
+    assert not progress.status_line.shown_lines
 
 
 def slow(percept: Any, rng: Any) -> tuple[float, float]:
@@ -166,7 +166,7 @@ def test_a_worker_shows_nothing(notebook: Screen, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_short_run_shows_nothing(notebook: Screen, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(progress, "PATIENCE", 600.0)
+    monkeypatch.setattr(progress.status_line, "PATIENCE", 600.0)
     CMOMMT(robots=1, targets=1, radius=1.0, rng=1).run(600)
     assert notebook.texts == []
 

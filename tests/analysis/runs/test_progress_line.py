@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from teamsight import Study, run_many
-from teamsight.agents import stepping
 from teamsight.analysis.runs import progress_line
 from teamsight.core import status_line
 
@@ -31,11 +30,11 @@ def texts(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     shell = SimpleNamespace(kernel=object())
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: shell))
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=display))
-    monkeypatch.setattr(stepping, "PATIENCE", 0.0)
+    monkeypatch.setattr(status_line, "PATIENCE", 0.0)
     monkeypatch.setattr(progress_line, "_EVERY", 0.0)
     monkeypatch.setattr(status_line.multiprocessing, "parent_process", lambda: None)
     yield shown
-    assert not stepping.shown_lines
+    assert not status_line.shown_lines
 
 
 def run_batch(**how: Any) -> None:
