@@ -36,18 +36,22 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     assert done.returncode == 0, done.stdout + done.stderr
     assert CHECK["main"](site) == 0, capsys.readouterr().out
     page = (site / "sensors.html").read_text(encoding="utf-8")
-    assert 'href="reference/policies.html#teamsight.agents.sensing.View"' in page
-    worlds = (site / "reference" / "worlds.html").read_text(encoding="utf-8")
+    assert 'href="reference/teamsight.agents.sensing.View.html#teamsight.agents.sensing.View"' in page
+    # Each class has a page; the page of its topic lists it.
+    worlds = (site / "reference" / "teamsight.World.html").read_text(encoding="utf-8")
+    listed = (site / "reference" / "worlds.html").read_text(encoding="utf-8")
+    assert '<a href="teamsight.World.html"><code>World</code></a>: ' in listed
+    assert 'id="teamsight.World"' not in listed
     for method in ("add", "run", "step", "record", "senses", "attach"):
         assert f'id="teamsight.World.{method}"' in worlds
     # The values of defaults, not the names of private constants.
     for reference in (site / "reference").glob("*.html"):
         text = re.sub(r"<[^>]+>", "", reference.read_text(encoding="utf-8"))
-        assert not re.search(r"(?:default:\s*|=\s?)_[A-Za-z]\w*", text), reference.name
-    assert re.search(r"<b><code>radius</code></b>[^–]*default:\s*<code>.*5\.0.*</code>", worlds)
+        assert not re.search(r"(?:default:\s*|(?<!check)(?<!parse)=\s?)_[A-Za-z]\w*", text), reference.name
+    settings = (site / "reference" / "teamsight.agents.settings.Settings.html").read_text(encoding="utf-8")
+    assert re.search(r"<b><code>radius</code></b>[^–]*default:\s*<code>.*5\.0.*</code>", settings)
     # Parameters that share an entry have the default of each.
-    environments = (site / "reference" / "tasks.html").read_text(encoding="utf-8")
-    assert re.search(r"<b><code>targets</code></b>[^–]*default:\s*<code>15</code>", environments)
+    assert re.search(r"<b><code>targets</code></b>[^–]*default:\s*<code>15</code>", settings)
     assert (site / "source" / "examples" / "predators.py.html").is_file()
     shown = (site / "gallery.html").read_text(encoding="utf-8")
     for name in re.findall(r'<iframe[^>]* src="(gallery/[^"]+)"', shown):
@@ -63,6 +67,9 @@ def test_the_site_is_built_strictly_and_is_whole(tmp_path: Path, capsys: pytest.
     index = (site / "search" / "search_index.json").read_text(encoding="utf-8")
     assert '"location":"source/' not in index.replace(" ", "")
     assert '"location":"tutorial.html' in index.replace(" ", "")
+    # A class is found once, by the names of its parts too.
+    assert '"location":"reference/teamsight.World.html#' not in index.replace(" ", "")
+    assert "count_observations" in index
     # Recordings share their script.
     assert (site / "gallery" / "failures.html").stat().st_size < 90_000
 
