@@ -21,6 +21,8 @@ MOST_BYTES = 4096
 LEAST_RATE, MOST_RATE = 0.1, 10_000.0
 #: Of how many steps one is drawn, at most.
 MOST_EVERY = 10_000
+#: Runs of each world in a band, and ticks of each run.
+LEAST_RUNS, MOST_RUNS, MOST_TICKS = 8, 64, 100_000
 #: Characters of a link, at most.
 MOST_LINK = 2000
 #: Coordinates of what a page draws, at most [length].
@@ -78,7 +80,13 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     "every": {"value": partial(checks.count, most=MOST_EVERY)},
     "compare": {"on": checks.flag},
     "chart": {"name": partial(_name, what="a measure"), "on": checks.flag},
+    "band": {
+        "runs": partial(checks.count, least=LEAST_RUNS, most=MOST_RUNS),
+        "ticks": _or_none(checks.count, most=MOST_TICKS),
+    },
+    "drop": {},
     "save": {},
+    "film": {},
     "move": {**_WHERE, "body": _BODY, "x": _coordinate, "y": _coordinate},
     "switch": {**_WHERE, "body": _BODY, "on": checks.flag},
     "remove": {**_WHERE, "body": _BODY},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import contextlib
 import errno
 import logging
@@ -32,7 +33,7 @@ MOST_CLIENTS = 32
 #: Frames that a page has been sent and has not acknowledged.
 MOST_UNDER_WAY = 2
 # Kinds of messages on the board, in the order in which pages need them.
-_SHOWN = ("scene", "state", "events", "controls", "error", "frame")
+_SHOWN = ("scene", "state", "events", "controls", "band", "error", "frame")
 # Browsers send data that is no HTTP, close while they are answered, and so on; a user can do nothing about it.
 _LOGGER = logging.getLogger("teamsight.live")
 _LOGGER.addHandler(logging.NullHandler())
@@ -155,6 +156,7 @@ class Server:
         self.port = port
         self.clients: set[Client] = set()
         self._saving: asyncio.Task[None] | None = None
+        self._filming: asyncio.Task[None] | None = None
         self._failure: Exception | None = None
         self._ready = threading.Event()
         self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="teamsight page", daemon=True)
@@ -300,6 +302,8 @@ class Server:
                     client.acknowledge(message.fields["frame"])
                 elif message.type == "save":
                     self._begin_save(connection, session)
+                elif message.type == "film":
+                    self._begin_film(connection, session)
                 elif message.type == "copy":
                     form = message.fields["form"]
                     await connection.send(protocol.text("copied", form=form, text=session.copied(form)))
@@ -320,6 +324,34 @@ class Server:
             raise ValueError("save: a recording is being made; wait for it")
         # Beside the messages of the page, which would otherwise get no frames meanwhile, and could not pause.
         self._saving = asyncio.create_task(self._save(connection, session))
+
+    def _begin_film(self, connection: ServerConnection, session: Session) -> None:
+        """Let a film be made; one at a time.
+
+        Raises
+        ------
+        ValueError
+            If one is being made.
+        """
+        if self._filming is not None and not self._filming.done():
+            raise ValueError("film: one is being made; wait for it")
+        self._filming = asyncio.create_task(self._film(connection, session))
+
+    async def _film(self, connection: ServerConnection, session: Session) -> None:
+        """Send the film, and before how far it is; or why there is none."""
+
+        def tell(done: int, frames: int) -> None:
+            # Raises when the page is closed: nobody wants the film then.
+            message = protocol.text("filming", done=done, frames=frames)
+            asyncio.run_coroutine_threadsafe(connection.send(message), self._loop).result()
+
+        try:
+            name, content = await asyncio.to_thread(session.film, tell)
+            answer = protocol.text("film", name=name, content=base64.b64encode(content).decode())
+        except Exception as error:  # whatever the texts of a model contain
+            answer = protocol.text("error", message=f"film: {failure(error)}")
+        with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
+            await connection.send(answer)
 
     async def _save(self, connection: ServerConnection, session: Session) -> None:
         """Send the recording, or why there is none."""

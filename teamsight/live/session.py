@@ -5,6 +5,7 @@ The worlds stand still while no page shows them, and while kernels are compiled 
 
 from __future__ import annotations
 
+import importlib.util
 import secrets
 import threading
 import time
@@ -20,10 +21,12 @@ from teamsight.core import checks
 from teamsight.core.kernel.report import listening
 from teamsight.core.references import failure
 from teamsight.live import links, protocol
+from teamsight.live.band import Band
 from teamsight.live.controls import Control, model_name
 from teamsight.live.copying import command_of, script_of
 from teamsight.live.protocol import Message
-from teamsight.live.worlds import StoppedError, Worlds, event_rows
+from teamsight.live.worlds import MOST_FRAMES, StoppedError, Worlds, event_rows
+from teamsight.view.animation import MOST_IN_GIF, rendered
 from teamsight.view.packing import from_raw, raw
 from teamsight.view.page import page
 from teamsight.view.replay import RecordedTrack
@@ -184,6 +187,7 @@ class Session:
         self._engines: list[Engine] = []
         # The settings on the left when two worlds began, and those of the one before.
         self._before: tuple[dict[str, Any], dict[str, Any]] = {}, {}
+        self._band: Band | None = None
         self._thread = threading.Thread(target=self._work, name="teamsight worlds", daemon=True)
         self._thread.start()
 
@@ -193,6 +197,8 @@ class Session:
             self._is_closing = True
             self._news.notify()
         self._thread.join(timeout=1)
+        if self._band is not None:
+            self._band.cancel()
 
     def ask(self, message: Message) -> None:
         """Let the thread carry a message out soon, in place of one that waits to set the same.
@@ -220,6 +226,8 @@ class Session:
         """Say how many pages are open; without one the worlds stand still."""
         with self._news:
             self._viewers = pages
+            if not pages:
+                self._waiting["drop"] = Message("drop", {})
             self._news.notify()
 
     def busy(self) -> bool:
@@ -239,13 +247,31 @@ class Session:
 
     def recording(self) -> tuple[str, str]:
         """Return what is kept as a page that plays anywhere, after the name of its file; for other threads."""
+        tracks, name = self._kept()
+        return f"{name}.html", page(tracks, title=tracks[0].scene.title)
+
+    def film(self, progress: Callable[[int, int], object]) -> tuple[str, bytes]:
+        """Return the newest frames as a film, after the name of its file; for other threads.
+
+        It is an MP4 if imageio-ffmpeg is installed, else a GIF.
+
+        Parameters
+        ----------
+        progress : callable
+            Called with the number of drawn frames and that of all; what it raises ends the film.
+        """
+        tracks, name = self._kept(MOST_IN_GIF)
+        ending = ".gif" if importlib.util.find_spec("imageio_ffmpeg") is None else ".mp4"
+        return f"{name}{ending}", rendered(tracks, ending, title=tracks[0].scene.title, progress=progress)
+
+    def _kept(self, most: int = MOST_FRAMES) -> tuple[list[RecordedTrack], str]:
+        """Return the newest frames that are kept, of each world, and a name for a file of them."""
         newest = [track.newest() for track in self.worlds.tracks]
-        tracks = [RecordedTrack(scene, [from_raw(one, scene) for one in blocks]) for scene, blocks in newest]
+        tracks = [RecordedTrack(scene, [from_raw(one, scene) for one in blocks[-most:]]) for scene, blocks in newest]
         if not tracks:
             raise ValueError("nothing is there yet; wait until the worlds are compiled")
-        title = tracks[0].scene.title
-        name = "-".join("".join(c if c.isalnum() else " " for c in title.lower()).split())
-        return f"teamsight-{name[:80]}.html", page(tracks, title=title)
+        name = "-".join("".join(c if c.isalnum() else " " for c in tracks[0].scene.title.lower()).split())
+        return tracks, f"teamsight-{name[:80]}"
 
     def _work(self) -> None:
         PREPARING.set(self._prepare)
@@ -415,6 +441,20 @@ class Session:
         self.worlds.chart(name, on)
         self._show_frames(again=True)
 
+    def _on_band(self, runs: int, ticks: int | None) -> None:
+        """Run worlds of other seeds, by default to the present tick, in place of those that do."""
+        band = Band(self.worlds, runs, self.worlds.made if ticks is None else ticks, self._post)
+        self._on_drop()
+        self._band = band
+        band.start()
+
+    def _on_drop(self) -> None:
+        """Show no band, and stop its runs."""
+        if self._band is not None:
+            self._band.cancel()
+            self._band = None
+            self._post("band", runs=0)
+
     def _on_set(self, name: str, value: Any, track: int | None) -> None:
         control = self._controls[checks.choice("name", name, tuple(self._controls))]
         given, tracks, worlds = control.checked(value), self.worlds.tracks, self.worlds
@@ -438,6 +478,7 @@ class Session:
             for one in worlds.build(settings, worlds.seed):
                 one.world.close()
         worlds.change(chosen, name, given)
+        self._on_drop()
         self._note = ""
         self._show_frames(again=True)
         self._show_controls()
@@ -526,6 +567,7 @@ class Session:
         """
         seed = self.worlds.seed if seed is None else seed
         self._report(settings)
+        self._on_drop()
         if onto is None:
             self.worlds.replace(self.worlds.build(settings, seed), seed)
         else:

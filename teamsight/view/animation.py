@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib.util
 import io
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -24,14 +24,15 @@ if TYPE_CHECKING:
     from teamsight.view.drawing import Drawing
 
 Picture = npt.NDArray[np.uint8]
+Progress: TypeAlias = Callable[[int, int], object] | None
 
 _MARK = f"{SOFTWARE} {__version__}"
 _WIDTHS = {".gif": 480, ".mp4": 800, ".png": 800}
 _MOST_WIDTH, _LEAST_WIDTH = 4_000, 160
 # More frames would take hours to draw.
 MOST_FRAMES = 20_000
-# Of more frames a GIF shows every second, or third, and so on: it would take tens of megabytes.
-_MOST_IN_GIF = 300
+#: Of more frames a GIF shows every second, or third, and so on: it would take tens of megabytes.
+MOST_IN_GIF = 300
 _COLOURS = 32
 _PATIENCE, _EVERY = 2.0, 0.25
 
@@ -57,6 +58,7 @@ def rendered(
     width: int | None = None,
     scale: int = 1,
     title: str = "",
+    progress: Progress = None,
 ) -> bytes:
     """Return a replay as the content of a film or a picture.
 
@@ -76,6 +78,9 @@ def rendered(
         How many times finer, 1 to 4: 2 is sharp on a screen with two pixels for each one of a page.
     title : str
         The title of a film, in its metadata.
+    progress : callable, optional
+        Called before each frame of a film with the number of those that are drawn, and that of all; a terminal then
+        shows nothing.
 
     Raises
     ------
@@ -99,12 +104,12 @@ def rendered(
     if longest > MOST_FRAMES:
         raise ValueError(f"frames: {longest:,} are too many for a film, at most {MOST_FRAMES:,}; record with every=10")
     if ending == ".gif":
-        return _gif(Drawing(tracks, pixels, scale), checks.number("fps", fps, above=0, most=50))
+        return _gif(Drawing(tracks, pixels, scale), checks.number("fps", fps, above=0, most=50), progress)
     check_video()
-    return _mp4(Drawing(tracks, pixels, scale), checks.number("fps", fps, above=0, most=120), title)
+    return _mp4(Drawing(tracks, pixels, scale), checks.number("fps", fps, above=0, most=120), title, progress)
 
 
-def _gif(drawing: Drawing, fps: float) -> bytes:
+def _gif(drawing: Drawing, fps: float, progress: Progress) -> bytes:
     from PIL import Image
 
     count = drawing.frames
@@ -114,7 +119,7 @@ def _gif(drawing: Drawing, fps: float) -> bytes:
     palette = Image.fromarray(np.concatenate(samples)).quantize(_COLOURS, method=Image.Quantize.MEDIANCUT)
 
     def reduced() -> Iterator[Image.Image]:
-        for picture in _pictures(drawing, -(-count // _MOST_IN_GIF)):
+        for picture in _pictures(drawing, -(-count // MOST_IN_GIF), progress):
             yield Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE)
 
     pictures = reduced()
@@ -128,7 +133,7 @@ def _gif(drawing: Drawing, fps: float) -> bytes:
     return content.getvalue()
 
 
-def _mp4(drawing: Drawing, fps: float, title: str) -> bytes:
+def _mp4(drawing: Drawing, fps: float, title: str, progress: Progress) -> bytes:
     import imageio_ffmpeg
 
     height, width = drawing.show(0).shape[:2]
@@ -139,19 +144,21 @@ def _mp4(drawing: Drawing, fps: float, title: str) -> bytes:
             str(place), (width, height), fps=fps, macro_block_size=2, output_params=marks, ffmpeg_log_level="error"
         )
         writer.send(None)
-        for picture in _pictures(drawing):
+        for picture in _pictures(drawing, 1, progress):
             writer.send(np.ascontiguousarray(picture))
         writer.close()
         return place.read_bytes()
 
 
-def _pictures(drawing: Drawing, every: int = 1) -> Iterator[Picture]:
-    """Yield every k-th picture of a film; after two seconds a terminal or a notebook shows how far it is."""
+def _pictures(drawing: Drawing, every: int, progress: Progress) -> Iterator[Picture]:
+    """Yield every k-th picture; `progress`, or after two seconds a terminal or a notebook, shows how far it is."""
     began = monotonic()
     due, line = began + _PATIENCE, None
     try:
         for number in range(0, drawing.frames, every):
-            if monotonic() > due:
+            if progress is not None:
+                progress(number, drawing.frames)
+            elif monotonic() > due:
                 line = line or (StatusLine() if has_reader() else None)
                 due = monotonic() + (_EVERY if line else 1e9)
                 if line:

@@ -141,9 +141,10 @@ class Controls {
     this.charts = make("div", { class: "tl-measures" });
     this.chartsKey = "";
     const csv = this.button("Save CSV", "Save the numbers of the charts", () => page.saveCharts());
-    this.chartBox = make("details", {}, make("summary", {}, "Charts"), this.charts, make("div", { class: "tl-row" }, csv));
+    this.filmButton = this.button("Save film", "Save the newest 300 frames as a film, 20 a second", () => this.film());
+    this.chartBox = make("details", {}, make("summary", {}, "Charts"), this.charts, make("div", { class: "tl-row" }, csv), this.buildBand());
     this.lab = make("div");
-    element.append(this.lab, this.fields, this.chartBox, make("div", { class: "tl-row" }, this.saveButton));
+    element.append(this.lab, this.fields, this.chartBox, make("div", { class: "tl-row" }, this.saveButton, this.filmButton));
   }
 
   button(text, title, act) {
@@ -362,6 +363,45 @@ class Controls {
     if (focused !== null) [...this.charts.querySelectorAll("input")].find((box) => box.dataset.name === focused)?.focus();
   }
 
+  // Runs of other seeds, whose band is drawn behind the observed fraction.
+  buildBand() {
+    this.bandRuns = make("input", { type: "number", id: "tl-band-runs", min: 8, max: 64, step: 1, value: 16 });
+    this.bandTicks = make("input", { type: "number", id: "tl-band-ticks", min: 1, max: 100000, step: 1, placeholder: "present" });
+    this.bandButton = this.button("Run for a band", "Runs worlds of other seeds with these settings, beside these", () => this.askBand());
+    this.bandStop = this.button("Cancel", "Stop the runs of the band", () => this.page.link.send("drop"));
+    this.bandStop.hidden = true;
+    this.bandNote = make("p", { class: "tl-note", role: "status", "aria-live": "polite" });
+    return make("fieldset", {}, make("legend", {}, "Band of other seeds"),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-band-runs", title: "8 to 64 runs of each world" }, "runs"), this.bandRuns),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-band-ticks", title: "Empty: up to the present tick" }, "ticks"), this.bandTicks),
+      make("div", { class: "tl-row" }, this.bandButton, this.bandStop), this.bandNote);
+  }
+
+  askBand() {
+    const wrong = [[this.bandRuns, "runs"], [this.bandTicks, "ticks"]].find(([field]) => !field.checkValidity());
+    if (wrong) return this.alert(`${wrong[1]}: must be a whole number from ${wrong[0].min} to ${Number(wrong[0].max).toLocaleString("en")}`);
+    this.alert("");
+    const { value } = this.bandTicks;
+    return this.page.link.send("band", { runs: Number(this.bandRuns.value) || 16, ticks: value === "" ? null : Number(value) });
+  }
+
+  // How far the runs are, or their band.
+  showBand({ runs, done, ticks, interval, first, last, bands }) {
+    const isThere = runs > 0 && bands.length > 0, isBusy = runs > 0 && !isThere;
+    this.bandButton.disabled = isBusy;
+    this.bandStop.hidden = !runs;
+    setText(this.bandStop, isThere ? "Remove" : "Cancel");
+    setText(this.bandNote, isBusy ? `${done} of ${runs} runs` : isThere ? `${runs} runs of ${ticks.toLocaleString("en")} ticks, seeds ${first} to ${last}` : "");
+    const text = isThere ? `band: ${interval} % of ${runs} runs of other seeds (percentiles ${50 - interval / 2} to ${50 + interval / 2}); dots: their mean` : "";
+    if (isThere || this.page.view.band) this.page.view.setBand(isThere ? { text, bands } : null);
+  }
+
+  film() {
+    if (!this.page.link.send("film")) return;
+    this.filmButton.disabled = true;
+    setText(this.filmButton, "Drawing …");
+  }
+
   showState(state) {
     this.state = state;
     this.showCharts(state);
@@ -391,8 +431,10 @@ class Controls {
   }
 
   saved() {
-    this.saveButton.disabled = false;
-    setText(this.saveButton, "Save recording");
+    for (const [button, text] of [[this.saveButton, "Save recording"], [this.filmButton, "Save film"]]) {
+      button.disabled = false;
+      setText(button, text);
+    }
   }
 }
 
@@ -1028,6 +1070,7 @@ class Page {
     const { view } = this;
     if (run !== this.run) {
       this.run = run;
+      this.controls.showBand({ runs: 0 });
       for (let i = view.tracks.length - 1; i >= 0; i--) {
         if (i >= tracks) view.removeTrack(i);
         else view.clear(i);
@@ -1084,6 +1127,19 @@ class Page {
   }
 
   on_copied(message) { this.laboratory.showCopy(message); }
+
+  on_band(message) { this.controls.showBand(message); }
+
+  on_filming({ done, frames }) {
+    this.controls.filmButton.disabled = true;
+    setText(this.controls.filmButton, `Frame ${done} of ${frames}`);
+  }
+
+  on_film({ name, content }) {
+    this.controls.saved();
+    const bytes = Uint8Array.from(atob(content), (one) => one.charCodeAt(0));
+    this.view.download(new Blob([bytes], { type: name.endsWith(".mp4") ? "video/mp4" : "image/gif" }), name);
+  }
 
   on_recording({ name, html }) {
     this.controls.saved();

@@ -1178,8 +1178,9 @@ class Chart {
     // A narrow page has one run below the other.
     const stacked = difference ? make("span", { class: "ts-stacked" }, "Lower − upper") : null;
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
+    this.bandText = make("p", { class: "ts-band-text", hidden: true });
     this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` },
-      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.smoothButton, this.values), this.plot);
+      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.smoothButton, this.values), this.plot, this.bandText);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${difference ? nameOf(name) : ""} ${title} against time`.trim());
     if (difference) this.element.title = `${nameOf(name)} of the run on the right, minus that of the run on the left`;
@@ -1298,6 +1299,7 @@ class Chart {
     to.setTransform(1, 0, 0, 1, 0, 0);
     to.clearRect(0, 0, canvas.width, canvas.height);
     this.drawAxes();
+    this.drawBand();
     this.drawnTo = [];
     this.drawnLength = [];
     this.drawLines(lines);
@@ -1329,6 +1331,40 @@ class Chart {
     }
     to.textAlign = "center";
     to.fillText(this.view.timeWord, (left + right) / 2, bottom);
+  }
+
+  // Where most runs of other seeds lie, and their mean, behind the lines: one colour for each track.
+  drawBand() {
+    const { to, ratio, view } = this, { band, palette } = view;
+    this.bandText.hidden = !band || this.name !== "observed" || this.difference;
+    if (this.bandText.hidden) return;
+    setText(this.bandText, band.text);
+    band.bands.forEach(({ ticks, mean, low, high }, t) => {
+      const colour = palette.tracks[t % 2], there = ticks.map((_, k) => k).filter((k) => mean[k] !== null);
+      // The first point of a path begins it, also by lineTo.
+      const trace = (values, keys) => keys.forEach((k) => to.lineTo(this.px(ticks[k]), this.py(values[k])));
+      // Stretches without a gap: nobody may have been there to be observed.
+      const stretches = there.reduce((all, k) => {
+        if (all.length && all.at(-1).at(-1) === k - 1) all.at(-1).push(k);
+        else all.push([k]);
+        return all;
+      }, []);
+      for (const keys of stretches) {
+        to.beginPath();
+        trace(high, keys);
+        trace(low, [...keys].reverse());
+        to.closePath();
+        to.fillStyle = faded(colour, 0.22);
+        to.fill();
+        to.beginPath();
+        trace(mean, keys);
+        to.strokeStyle = colour;
+        to.lineWidth = 2.4 * ratio;
+        to.setLineDash([1.5 * ratio, 3 * ratio]);
+        to.stroke();
+        to.setLineDash([]);
+      }
+    });
   }
 
   axisText(value) {
@@ -1763,7 +1799,7 @@ class View {
       selected: { track: 0, slot: null }, hovered: { track: 0, slot: null }, onselect: null, transport: null,
       camera: { zoom: 1, x: 0.5, y: 0.5 }, speed: 1, every: 1, loop: false, palette: dark() ? DARK : LIGHT,
       toggles: {}, charts: [], drawings: 0, scheduled: 0, isDirty: true, lastInspected: 0, lastSaid: 0,
-      isSeen: true, domain: [0, 1], times: [], shared: [], unseen: new Set(),
+      isSeen: true, domain: [0, 1], times: [], shared: [], unseen: new Set(), band: null,
     });
     this.build();
     this.listen();
@@ -1932,6 +1968,7 @@ class View {
   // The times that charts show. Those of a run that still grows have room to the right, so that axes change rarely.
   fitDomain() {
     const ends = this.tracks.flatMap(({ frames }) => (frames.length ? [frames[0].time, frames.at(-1).time] : []));
+    if (this.band) ends.push(this.band.bands[0].ticks.at(-1));
     const first = ends.length ? Math.min(...ends) : 0, last = ends.length ? Math.max(...ends) : 1;
     const [from, until] = this.domain, quarter = from + (until - from) / 4;
     if (this.live && first >= from && first <= quarter && last >= quarter && last <= until) return;
@@ -2068,6 +2105,13 @@ class View {
   }
 
   nameOf(name) { return nameOf(name); }
+
+  // A band behind the observed fraction, {text, bands: [{ticks, mean, low, high}]}, or null.
+  setBand(band) {
+    this.band = band;
+    this.redrawCharts();
+    this.invalidate();
+  }
 
   // Which series have no chart.
   hideSeries(names) {
