@@ -77,7 +77,7 @@ class Band:
 
     def start(self) -> None:
         """Begin the runs."""
-        self._tell(0)
+        self._report(0)
         self._thread.start()
 
     def cancel(self) -> None:
@@ -85,7 +85,7 @@ class Band:
         with self._lock:
             self._is_wanted = False
 
-    def _tell(self, done: int, bands: list[dict[str, Any]] | None = None) -> None:
+    def _report(self, done: int, bands: list[dict[str, Any]] | None = None) -> None:
         with self._lock:
             if self._is_wanted:
                 self._post(
@@ -105,8 +105,8 @@ class Band:
                         return
                     shown = self._ticks[self._ticks < len(observed)]
                     found[world, number, : len(shown)] = observed[shown]
-                self._tell(number + 1)
-            self._tell(self._runs, [_summary(self._ticks, one) for one in found])
+                self._report(number + 1)
+            self._report(self._runs, [_summary(self._ticks, one) for one in found])
         except (Exception, SystemExit) as error:  # of a model, for whatever reason
             with self._lock:
                 if self._is_wanted:

@@ -340,13 +340,13 @@ class Server:
     async def _film(self, connection: ServerConnection, session: Session) -> None:
         """Send the film, and before how far it is; or why there is none."""
 
-        def tell(done: int, frames: int) -> None:
+        def report(done: int, frames: int) -> None:
             # Raises when the page is closed: nobody wants the film then.
             message = protocol.text("filming", done=done, frames=frames)
             asyncio.run_coroutine_threadsafe(connection.send(message), self._loop).result()
 
         try:
-            name, content = await asyncio.to_thread(session.film, tell)
+            name, content = await asyncio.to_thread(session.film, report)
             answer = protocol.text("film", name=name, content=base64.b64encode(content).decode())
         except Exception as error:  # whatever the texts of a model contain
             answer = protocol.text("error", message=f"film: {failure(error)}")

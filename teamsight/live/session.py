@@ -5,7 +5,6 @@ The worlds stand still while no page shows them, and while kernels are compiled 
 
 from __future__ import annotations
 
-import importlib.util
 import secrets
 import threading
 import time
@@ -26,7 +25,7 @@ from teamsight.live.controls import Control, model_name
 from teamsight.live.copying import command_of, script_of
 from teamsight.live.protocol import Message
 from teamsight.live.worlds import MOST_FRAMES, StoppedError, Worlds, event_rows
-from teamsight.view.animation import MOST_IN_GIF, rendered
+from teamsight.view.animation import MOST_IN_GIF, check_video, rendered
 from teamsight.view.packing import from_raw, raw
 from teamsight.view.page import page
 from teamsight.view.replay import RecordedTrack
@@ -253,7 +252,8 @@ class Session:
     def film(self, progress: Callable[[int, int], object]) -> tuple[str, bytes]:
         """Return the newest frames as a film, after the name of its file; for other threads.
 
-        It is an MP4 if imageio-ffmpeg is installed, else a GIF.
+        It is an MP4, sharp on a screen with two pixels for each one of a page, if imageio-ffmpeg is installed, else a
+        GIF.
 
         Parameters
         ----------
@@ -261,8 +261,12 @@ class Session:
             Called with the number of drawn frames and that of all; what it raises ends the film.
         """
         tracks, name = self._kept(MOST_IN_GIF)
-        ending = ".gif" if importlib.util.find_spec("imageio_ffmpeg") is None else ".mp4"
-        return f"{name}{ending}", rendered(tracks, ending, title=tracks[0].scene.title, progress=progress)
+        try:
+            check_video()
+            ending, scale = ".mp4", 2
+        except ImportError:
+            ending, scale = ".gif", 1
+        return f"{name}{ending}", rendered(tracks, ending, scale=scale, title=tracks[0].scene.title, progress=progress)
 
     def _kept(self, most: int = MOST_FRAMES) -> tuple[list[RecordedTrack], str]:
         """Return the newest frames that are kept, of each world, and a name for a file of them."""

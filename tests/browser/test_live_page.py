@@ -726,3 +726,86 @@ def test_many_robots_have_a_neighbour_graph_in_space(page: Page, live: Callable[
     places, dots = world_of(server).robots.position, np.array(nodes)
     scale = (dots[:, 0] - dots[:, 0].mean()) @ (places[:, 0] - places[:, 0].mean()) / np.var(places[:, 0]) / 61
     np.testing.assert_allclose(dots - dots.mean(axis=0), (places - places.mean(axis=0)) * [scale, -scale], atol=0.1)
+
+
+def test_a_band_of_other_seeds_lies_behind_what_is_observed(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 6, "targets": 5}, beside={"awareness": "none"})
+    shown(page, server)
+    page.get_by_text("Charts", exact=True).click()
+    page.get_by_role("button", name="Run for a band").click()
+    page.get_by_text("ticks=0: nothing has been run yet").wait_for()
+    page.get_by_label("runs", exact=True).fill("9")
+    page.get_by_label("ticks", exact=True).fill("60")
+    page.get_by_role("button", name="Run for a band").click()
+    page.get_by_text("9 runs of 60 ticks, seeds 6 to 14").wait_for()
+    page.get_by_text("band: 90 % of 9 other seeds (percentiles 5 to 95); dots: mean").wait_for()
+    bands = page.evaluate("() => teamsight.view.band.bands")
+    for one, awareness in zip(bands, ("pairwise", "none"), strict=True):
+        worlds = [CMOMMT(6, 5, seed=seed, awareness=awareness) for seed in range(6, 15)]
+        for world in worlds:
+            world.run(60, progress=False)
+        assert one["mean"][-1] == pytest.approx(np.mean([world.observed for world in worlds]), rel=1e-12)
+    # Both have their colour inside: the chart is drawn to the end of the band, whatever the tick.
+    # Not on a line of the axes.
+    middles = [
+        next([k, middle] for k in range(50, 0, -1) if 0.1 < (middle := (one["low"][k] + one["high"][k]) / 2) < 0.4)
+        for one in bands
+    ]
+    opacity = """([tick, value]) => { const chart = teamsight.view.charts[0];
+      return chart.to.getImageData(Math.round(chart.px(tick)), Math.round(chart.py(value)), 1, 1).data[3]; }"""
+    page.wait_for_function("() => !teamsight.view.isDirty")
+    assert all(page.evaluate(opacity, middle) > 0 for middle in middles)
+    # It is gone with the button, and with another setting.
+    page.get_by_role("button", name="Remove band").click()
+    page.wait_for_function("() => teamsight.view.band === null")
+    assert page.evaluate("() => teamsight.view.charts[0].bandText.hidden")
+    page.wait_for_function("() => !teamsight.view.isDirty")
+    assert not any(page.evaluate(opacity, middle) for middle in middles)
+    page.get_by_role("button", name="Run for a band").click()
+    page.wait_for_function("() => teamsight.view.band")
+    page.get_by_role("button", name="Reset").click()
+    page.wait_for_function("() => teamsight.view.band === null")
+
+
+def test_a_band_can_be_cancelled_from_the_page(page: Page, live: Callable[..., LivePage]) -> None:
+    go_on = threading.Event()
+
+    def slow(robots: int = 4, seed: int = 0) -> CMOMMT:
+        if seed == 8:
+            assert go_on.wait(_PATIENCE)
+        return CMOMMT(robots, 5, seed=seed)
+
+    server = live(slow)
+    shown(page, server)
+    page.get_by_text("Charts", exact=True).click()
+    page.get_by_label("ticks", exact=True).fill("60")
+    page.get_by_role("button", name="Run for a band").click()
+    page.get_by_text("2 of 16 runs").wait_for()
+    # Meanwhile the worlds of the page go on.
+    page.evaluate("() => teamsight.live.step()")
+    until(lambda: world_of(server).tick == 1)
+    page.get_by_role("button", name="Cancel").click()
+    page.wait_for_function("() => teamsight.live.controls.bandStop.hidden && !teamsight.live.controls.bandButton.disabled")
+    go_on.set()
+    assert page.evaluate("() => teamsight.view.band") is None
+
+
+def no_video() -> None:
+    raise ImportError
+
+
+def test_a_film_is_saved(page: Page, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    image = pytest.importorskip("PIL.Image")
+    monkeypatch.setattr(session, "check_video", no_video)
+    server = live(parameters={"robots": 6, "targets": 5})
+    shown(page, server)
+    for tick in (1, 2, 3):
+        page.evaluate("() => teamsight.live.step()")
+        until(lambda tick=tick: world_of(server).tick == tick)
+        settled(page, server)
+    with page.expect_download() as saved:
+        page.get_by_role("button", name="Save film").click()
+    assert saved.value.suggested_filename == "teamsight-cmommt-a-cmommt-seed-5.gif"
+    with image.open(saved.value.path()) as film:
+        assert film.n_frames == 4
+    assert page.get_by_role("button", name="Save film").is_enabled()

@@ -21,7 +21,7 @@ from teamsight.live.session import Session
 from teamsight.live.worlds import Worlds
 
 _PATIENCE = 300.0  # seconds, against a hang
-_SMALL = {"robots": 4, "targets": 5}
+_SMALL: dict[str, Any] = {"robots": 4, "targets": 5}
 
 
 class Posts:
@@ -65,7 +65,7 @@ def begun(worlds: Worlds, runs: int, ticks: int, posts: Posts) -> Band:
     return band
 
 
-def by_hand(settings: dict[str, Any], seeds: range, ticks: int) -> np.ndarray:
+def by_hand(settings: dict[str, Any], seeds: range, ticks: int) -> Any:
     """Return the observed fractions, shape (runs, 1 + ticks), step by step."""
     rows = []
     for seed in seeds:

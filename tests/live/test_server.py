@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import http.client
+import io
 import json
 import random
 import socket
@@ -179,6 +181,72 @@ def test_sets_steps_and_saves(live: Callable[..., LivePage]) -> None:
         assert state["made"] == 0
     assert len(page.session.worlds.tracks[0].world.robots) == 7
     assert type(page.session.worlds.tracks[0].world.robots.policy).__name__ == "Centroid"
+
+
+def no_video() -> None:
+    raise ImportError
+
+
+def test_a_film_is_of_the_newest_frames(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    image = pytest.importorskip("PIL.Image")
+    monkeypatch.setattr(session, "check_video", no_video)
+    monkeypatch.setattr(session, "MOST_IN_GIF", 3)
+    page = live(parameters={"robots": 4, "targets": 3, "seed": 9})
+    with opened(page) as socket:
+        for made in range(1, 6):
+            ask(socket, "step")
+            until(socket, "state", lambda one, made=made: one["made"] == made)
+        ask(socket, "film")
+        assert [until(socket, "filming")["done"] for _ in range(3)] == [0, 1, 2]
+        film = until(socket, "film")
+    assert film["name"].endswith("-seed-9.gif")
+    with image.open(io.BytesIO(base64.b64decode(film["content"]))) as one:
+        assert one.n_frames == 3
+    assert [frame.time for frame in page.session._kept(3)[0][0].frames] == [3, 4, 5]
+
+
+def test_a_film_that_nobody_waits_for_ends(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    page = live(parameters={"robots": 4, "targets": 3})
+    ended, closed, failures = threading.Event(), threading.Event(), list[BaseException]()
+
+    def film(progress: Callable[[int, int], object]) -> tuple[str, bytes]:
+        try:
+            progress(0, 9)
+            assert closed.wait(_PATIENCE)
+            for done in range(1, 9):
+                progress(done, 9)
+        except ConnectionClosed as error:
+            failures.append(error)
+            raise
+        finally:
+            ended.set()
+        return "film.gif", b""
+
+    monkeypatch.setattr(page.session, "film", film)
+    with opened(page) as socket:
+        ask(socket, "film")
+        assert until(socket, "filming")["frames"] == 9
+        ask(socket, "film")
+        assert until(socket, "error")["message"] == "film: one is being made; wait for it"
+    end = time.monotonic() + _PATIENCE
+    while page.session._viewers:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    closed.set()
+    assert ended.wait(_PATIENCE)
+    assert failures
+
+
+def test_a_film_that_cannot_be_made_says_why(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    page = live(parameters={"robots": 4, "targets": 3})
+
+    def film(progress: Callable[[int, int], object]) -> tuple[str, bytes]:
+        raise RuntimeError("no reel")
+
+    monkeypatch.setattr(page.session, "film", film)
+    with opened(page) as socket:
+        ask(socket, "film")
+        assert until(socket, "error")["message"].startswith("film: RuntimeError: no reel")
 
 
 @pytest.fixture

@@ -368,7 +368,7 @@ class Controls {
     this.bandRuns = make("input", { type: "number", id: "tl-band-runs", min: 8, max: 64, step: 1, value: 16 });
     this.bandTicks = make("input", { type: "number", id: "tl-band-ticks", min: 1, max: 100000, step: 1, placeholder: "present" });
     this.bandButton = this.button("Run for a band", "Runs worlds of other seeds with these settings, beside these", () => this.askBand());
-    this.bandStop = this.button("Cancel", "Stop the runs of the band", () => this.page.link.send("drop"));
+    this.bandStop = this.button("Cancel", "Stop the runs, and show no band", () => this.page.link.send("drop"));
     this.bandStop.hidden = true;
     this.bandNote = make("p", { class: "tl-note", role: "status", "aria-live": "polite" });
     return make("fieldset", {}, make("legend", {}, "Band of other seeds"),
@@ -390,9 +390,9 @@ class Controls {
     const isThere = runs > 0 && bands.length > 0, isBusy = runs > 0 && !isThere;
     this.bandButton.disabled = isBusy;
     this.bandStop.hidden = !runs;
-    setText(this.bandStop, isThere ? "Remove" : "Cancel");
+    setText(this.bandStop, isThere ? "Remove band" : "Cancel");
     setText(this.bandNote, isBusy ? `${done} of ${runs} runs` : isThere ? `${runs} runs of ${ticks.toLocaleString("en")} ticks, seeds ${first} to ${last}` : "");
-    const text = isThere ? `band: ${interval} % of ${runs} runs of other seeds (percentiles ${50 - interval / 2} to ${50 + interval / 2}); dots: their mean` : "";
+    const text = isThere ? `band: ${interval} % of ${runs} other seeds (percentiles ${50 - interval / 2} to ${50 + interval / 2}); dots: mean` : "";
     if (isThere || this.page.view.band) this.page.view.setBand(isThere ? { text, bands } : null);
   }
 

@@ -1185,6 +1185,7 @@ class Chart {
     this.plot.setAttribute("aria-label", `${difference ? nameOf(name) : ""} ${title} against time`.trim());
     if (difference) this.element.title = `${nameOf(name)} of the run on the right, minus that of the run on the left`;
     parent.append(this.element);
+    this.describeBand();
     this.to = this.canvas.getContext("2d");
     let isHeld = false;
     const scrub = (event) => view.look(view.nearestIndex(this.timeAt(event.clientX)));
@@ -1333,12 +1334,18 @@ class Chart {
     to.fillText(this.view.timeWord, (left + right) / 2, bottom);
   }
 
+  // Says what the band is, and makes room for it.
+  describeBand() {
+    const { band } = this.view, isThere = Boolean(band) && this.name === "observed" && !this.difference;
+    this.bandText.hidden = !isThere;
+    this.element.classList.toggle("ts-banded", isThere);
+    setText(this.bandText, isThere ? band.text : "");
+  }
+
   // Where most runs of other seeds lie, and their mean, behind the lines: one colour for each track.
   drawBand() {
     const { to, ratio, view } = this, { band, palette } = view;
-    this.bandText.hidden = !band || this.name !== "observed" || this.difference;
     if (this.bandText.hidden) return;
-    setText(this.bandText, band.text);
     band.bands.forEach(({ ticks, mean, low, high }, t) => {
       const colour = palette.tracks[t % 2], there = ticks.map((_, k) => k).filter((k) => mean[k] !== null);
       // The first point of a path begins it, also by lineTo.
@@ -1359,8 +1366,8 @@ class Chart {
         to.beginPath();
         trace(mean, keys);
         to.strokeStyle = colour;
-        to.lineWidth = 2.4 * ratio;
-        to.setLineDash([1.5 * ratio, 3 * ratio]);
+        to.lineWidth = 1.8 * ratio;
+        to.setLineDash([1.5 * ratio, 2.5 * ratio]);
         to.stroke();
         to.setLineDash([]);
       }
@@ -2109,7 +2116,9 @@ class View {
   // A band behind the observed fraction, {text, bands: [{ticks, mean, low, high}]}, or null.
   setBand(band) {
     this.band = band;
-    this.redrawCharts();
+    this.fitDomain();
+    for (const chart of this.charts) chart.describeBand();
+    for (const chart of this.charts) chart.resize();
     this.invalidate();
   }
 
