@@ -571,7 +571,6 @@ class Session:
         """
         seed = self.worlds.seed if seed is None else seed
         self._report(settings)
-        self._on_drop()
         if onto is None:
             self.worlds.replace(self.worlds.build(settings, seed), seed)
         else:
@@ -581,6 +580,7 @@ class Session:
             self.worlds, self._controls = worlds, dict(controls)
             for track in before.tracks:
                 track.world.close()
+        self._on_drop()
         self._left, self._note, self._reported_steps, self._is_failed = 0, note, 0, False
         self._goal = 0
         self._pacer.forget()

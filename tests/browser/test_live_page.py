@@ -785,7 +785,9 @@ def test_a_band_can_be_cancelled_from_the_page(page: Page, live: Callable[..., L
     page.evaluate("() => teamsight.live.step()")
     until(lambda: world_of(server).tick == 1)
     page.get_by_role("button", name="Cancel").click()
-    page.wait_for_function("() => teamsight.live.controls.bandStop.hidden && !teamsight.live.controls.bandButton.disabled")
+    page.wait_for_function("() => teamsight.live.controls.bandStop.hidden")
+    # Whoever works by keyboard is not left nowhere.
+    assert page.evaluate("() => document.activeElement === teamsight.live.controls.bandButton")
     go_on.set()
     assert page.evaluate("() => teamsight.view.band") is None
 

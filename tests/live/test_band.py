@@ -208,8 +208,9 @@ def test_a_band_is_dropped_when_it_is_of_something_else(session: Session, why: s
     assert band is not None
     band._thread.join(_PATIENCE)
     assert '"runs":8,"done":8,"ticks":1' in session.board["band"]
-    # A step leaves it.
+    # A step leaves it, and so does a setting that is refused.
     session.ask(Message("step", {}))
+    session.ask(Message("set", {"name": "robots", "value": -1, "track": None}))
     done(session)
     assert session._band is band
     acts[why]()

@@ -388,8 +388,10 @@ class Controls {
   // How far the runs are, or their band.
   showBand({ runs, done, ticks, interval, first, last, bands }) {
     const isThere = runs > 0 && bands.length > 0, isBusy = runs > 0 && !isThere;
-    this.bandButton.disabled = isBusy;
+    if (!runs && this.bandStop === document.activeElement) this.bandButton.focus();
     this.bandStop.hidden = !runs;
+    // A screen reader need not say each run.
+    this.bandNote.setAttribute("aria-busy", String(isBusy));
     setText(this.bandStop, isThere ? "Remove band" : "Cancel");
     setText(this.bandNote, isBusy ? `${done} of ${runs} runs` : isThere ? `${runs} runs of ${ticks.toLocaleString("en")} ticks, seeds ${first} to ${last}` : "");
     const text = isThere ? `band: ${interval} % of ${runs} other seeds (percentiles ${50 - interval / 2} to ${50 + interval / 2}); dots: mean` : "";
