@@ -1,4 +1,4 @@
-"""A page for each class and function of the reference; the pages in docs/reference/ then list them, a sentence for each.
+"""A page for each class and function of the reference; the pages in docs/reference/ list them, a sentence for each.
 
 Those pages say by lines `::: name` what is public and in which order, so that they also read well in the repository.
 """
