@@ -95,7 +95,7 @@ def test_plays_and_shows_what_the_model_holds(page: Page, live: Callable[..., Li
     server = live(parameters={"robots": 12, "targets": 9}, running=True)
     page.goto(server.url)
     page.wait_for_function("() => teamsight.view?.tracks[0]?.frames.length > 10")
-    page.get_by_role("button", name="Pause", exact=True).first.click()
+    page.get_by_role("button", name="Pause the run").click()
     until(lambda: not server.session.is_running)
     settled(page, server)
     world = world_of(server)
@@ -107,6 +107,24 @@ def test_plays_and_shows_what_the_model_holds(page: Page, live: Callable[..., Li
     # The graph says what the neighbour lists hold.
     links = len(world.neighbours.identity)
     page.get_by_text(f"12 robots, {links} links").wait_for()
+
+
+def test_no_two_buttons_have_one_name(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(beside={"awareness": "none"})
+    shown(page, server)
+    page.evaluate("() => { for (const one of document.querySelectorAll('details')) one.open = true; }")
+    called = (
+        "() => [...document.querySelectorAll('button, summary')].filter((one) => one.checkVisibility())"
+        ".map((one) => one.ariaLabel || one.textContent.trim())"
+    )
+    standing = page.evaluate(called)
+    assert "Run" in standing
+    assert len(set(standing)) == len(standing), sorted(standing)
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.get_by_role("button", name="Pause", exact=True).wait_for()
+    running = page.evaluate(called)
+    assert "Pause the run" in running
+    assert len(set(running)) == len(running), sorted(running)
 
 
 def test_run_pause_step_reset(page: Page, live: Callable[..., LivePage]) -> None:
@@ -633,7 +651,7 @@ def test_reduced_motion_holds_only_its_own_page(new_page: browsing.Pages, live: 
     page.get_by_role("button", name="Follow the run").click()
     page.wait_for_function("time => teamsight.view.shownTime > time + 20", arg=still)
     assert not page.get_by_text("Your system asks for reduced motion").is_visible()
-    page.get_by_role("button", name="Pause", exact=True).first.click()
+    page.get_by_role("button", name="Pause the run").click()
     until(lambda: not server.session.is_running)
     settled(page, server)
     page.get_by_role("button", name="Run", exact=True).click()

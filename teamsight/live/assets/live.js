@@ -408,6 +408,9 @@ class Controls {
     this.state = state;
     this.showCharts(state);
     setText(this.runButton, state.running ? "Pause" : "Run");
+    // The button below the arena, which also plays the past, is called Pause.
+    this.runButton.setAttribute("aria-label", state.running ? "Pause the run" : "Run");
+    this.runButton.title = state.running ? "Pause the run (space)" : "Run (space)";
     setText(this.note, state.busy || state.note);
     const [one] = state.tracks, speed = state.running ? `, ${state.measured < 10 ? state.measured.toFixed(1) : Math.round(state.measured).toLocaleString("en")} steps/s` : "";
     setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${speed}`);
