@@ -136,6 +136,8 @@ def add(world: World, number: int, x: float, y: float) -> list[str]:
 def obstruct(world: World, shape: str, points: Sequence[tuple[float, float]]) -> list[str]:
     """Put an obstacle into the arena: a circle around the first point through the second, or a polygon."""
     if shape == "circle":
+        if len(points) != 2:
+            raise ValueError(f"points: {len(points)} for a circle; give its centre and a point on it")
         (x, y), (on_x, on_y) = points
         radius = float(np.hypot(on_x - x, on_y - y))
         obstacle: Any = Circle((x, y), radius)

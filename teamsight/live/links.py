@@ -74,7 +74,7 @@ def settings_of(
     fields = dict(link.fields)
     seed = int(controls["seed"].checked(fields.pop("seed"))) if "seed" in controls and "seed" in fields else None
     tick = checks.count("tick", number_in(fields.pop("tick", "0")), least=0, most=MOST_TICK)
-    is_pair = fields.pop("two", "no") == "yes"
+    is_pair = checks.choice("two", fields.pop("two", "no"), ("no", "yes")) == "yes"
     left = {name: one for name, one in given.items() if name not in controls or not _has_default(controls[name])}
     right: dict[str, Any] = {}
     for key, text in fields.items():

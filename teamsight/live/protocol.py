@@ -65,8 +65,10 @@ def _short(name: str, value: Any) -> str:
 
 _coordinate = partial(checks.number, least=-MOST_PLACE, most=MOST_PLACE)
 _BODY = partial(checks.count, least=0, most=2**53)
-# Where it was done, and whether to both worlds.
-_WHERE: dict[str, Callable[[str, Any], Any]] = {"track": partial(checks.count, least=0, most=1), "both": checks.flag}
+# Where it was done, in worlds that were built when, and whether to both.
+_WHERE: dict[str, Callable[[str, Any], Any]] = {
+    "track": partial(checks.count, least=0, most=1), "both": checks.flag, "run": partial(_name, what="a run"),
+}  # fmt: skip
 
 #: The messages of pages, and for each field its check; a control checks its value itself.
 KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {

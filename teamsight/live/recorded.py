@@ -36,7 +36,6 @@ from teamsight.view.scene import (
     ACTIVE,
     MOST_LINKS,
     MOST_PART,
-    MOST_SLOTS,
     PRESENT,
     TURN,
     Clock,
@@ -64,6 +63,8 @@ MOST_FILE = 32 * 2**20
 #: Files that the server keeps for pages; the oldest makes room.
 MOST_KEPT = 8
 # What a page can play: frames, robots times frames, and links in all.
+# Robots, who may all be neighbours of all: links of one frame are in memory at once.
+_MOST_ROBOTS = 2_000
 _MOST_FRAMES, _MOST_BODIES, _MOST_ALL_LINKS = 3000, 1_500_000, 3_000_000
 # Without one that is given, the awareness range is this share of the longer side of the area, rounded.
 _GUESSED = 0.2
@@ -155,9 +156,9 @@ class RecordedTeam:
 
         self.name, self.table = name, trajectories
         self.grid = make_grid(trajectories)
-        if self.grid.robots > MOST_SLOTS:
+        if self.grid.robots > _MOST_ROBOTS:
             raise ValueError(
-                f"{name}: {self.grid.robots:,} robots, and a page draws at most {MOST_SLOTS:,}; give it to "
+                f"{name}: {self.grid.robots:,} robots, and a page draws at most {_MOST_ROBOTS:,}; give it to "
                 "teamsight delta --trajectories"
             )
         self._starts = trajectory_starts(trajectories)

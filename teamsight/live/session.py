@@ -549,7 +549,10 @@ class Session:
             self._show_frames()
             self._report()
 
-    def _intervene(self, kind: str, track: int, both: bool, **fields: Any) -> None:
+    def _intervene(self, kind: str, track: int, both: bool, run: str, **fields: Any) -> None:
+        if run != self._run:
+            # Bodies of other worlds have the same numbers.
+            raise ValueError(f"{kind}: the worlds were built anew meanwhile, so nothing was done; do it again")
         self.worlds.intervene(kind, track, fields, both=both)
         self._note = ""
         self._show_frames(again=not self._left)

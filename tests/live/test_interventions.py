@@ -56,8 +56,8 @@ def body(world: World, group: int, row: int) -> int:
 
 def do(worlds: Worlds, kind: str, track: int = 0, both: bool = True, **fields: Any) -> None:
     """Do what a message of a page asks for."""
-    message = parsed(json.dumps({"type": kind, "track": track, "both": both, **fields}))
-    given = {name: value for name, value in message.fields.items() if name not in ("track", "both")}
+    message = parsed(json.dumps({"type": kind, "track": track, "both": both, "run": "", **fields}))
+    given = {name: value for name, value in message.fields.items() if name not in ("track", "both", "run")}
     worlds.intervene(message.type, track, given, both=both)
 
 
@@ -164,6 +164,7 @@ def test_what_one_of_two_worlds_refuses_is_done_to_none(closing: list[Worlds]) -
         ("add", {"group": 7, "x": 0, "y": 0}, "there are 2 groups"),
         ("obstruct", {"shape": "polygon", "points": [[0, 0], [1, 1], [1, 0], [0, 1]]}, "."),
         ("obstruct", {"shape": "circle", "points": [[0, 0], [5, 0]]}, "."),
+        ("obstruct", {"shape": "circle", "points": [[0, 0], [1, 0], [0, 1]]}, "3 for a circle"),
         ("obstruct", {"shape": "circle", "points": [[0, 0], [4, 0]]}, "would be in an obstacle; move it"),
     ],
 )  # fmt: skip
@@ -192,7 +193,7 @@ def test_what_is_refused_changes_nothing(closing: list[Worlds], kind: str, field
 )  # fmt: skip
 def test_wrong_messages_are_refused(message: dict[str, Any], said: str) -> None:
     with pytest.raises((TypeError, ValueError)) as error:
-        parsed(json.dumps(message))
+        parsed(json.dumps(message if message["type"] == "copy" else {**message, "run": ""}))
     assert said in str(error.value)
 
 

@@ -42,7 +42,7 @@ def test_a_link_of_two_worlds() -> None:
         ("v=1&task=CMOMMT&tick=99999999", "tick=99999999: must be at most 1000000"), ("v=1&task=CMOMMT&tick=-1", "tick=-1"),
         ("v=1&task=CMOMMT&policy=os:system", "policy='os:system'"), ("v=1&task=CMOMMT&awareness=/etc/passwd", "awareness="),
         ("v=1&task=CMOMMT&events=1", "'events': unknown"), ("v=1&task=CMOMMT&__class__=1", "unknown"),
-        ("v=1&task=CMOMMT&right.robots=3", "cannot be set by a link"), ("v=1&task=CMOMMT&seed=-4", "seed="),
+        ("v=1&task=CMOMMT&two=maybe", "two='maybe'"), ("v=1&task=CMOMMT&right.robots=3", "cannot be set by a link"), ("v=1&task=CMOMMT&seed=-4", "seed="),
         ("v=1&task=CMOMMT&" + "&".join(f"a{k}=1" for k in range(300)), "damaged"),
     ],
 )  # fmt: skip

@@ -142,3 +142,10 @@ def test_frames_are_not_sent_before_their_scene() -> None:
         assert await client.messages() == [b"2"]
 
     asyncio.run(talk())
+
+
+def test_what_was_meant_for_other_worlds_is_not_done() -> None:
+    session = Idle()
+    session._run = "now"
+    with pytest.raises(ValueError, match="move: the worlds were built anew meanwhile, so nothing was done"):
+        session._intervene("move", run="before", track=0, both=True, body=1, x=0.0, y=0.0)

@@ -403,3 +403,9 @@ def test_a_file_in_memory_is_read_as_one_on_disk(tmp_path: Any) -> None:
     place = tmp_path / "team.csv"
     table_of().to_csv(place, index=False)
     pd.testing.assert_frame_equal(read_trajectories(place), read_trajectories("x.csv", content=place.read_bytes()))
+
+
+def test_more_robots_than_can_all_be_neighbours_are_refused() -> None:
+    rows = "".join(f"{time},{robot},0,0\n" for time in (0, 1) for robot in range(2_001))
+    with pytest.raises(ValueError, match="2,001 robots, and a page draws at most 2,000; give it to teamsight delta"):
+        recorded.read_recorded("many.csv", content=f"time,robot,x,y\n{rows}".encode())

@@ -739,7 +739,7 @@ class Laboratory {
     this.page.controls.alert("");
     // At the newest frame only: there the bodies are where they are drawn.
     if (!this.page.view.following) this.page.view.show(this.page.view.frameCount - 1);
-    return this.page.link.send(type, { track: side ?? track, both: side === null, ...fields });
+    return this.page.link.send(type, { track: side ?? track, both: side === null, run: this.page.run, ...fields });
   }
 
   typed() { return { x: Number(this.x.value), y: Number(this.y.value) }; }
