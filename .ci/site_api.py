@@ -5,14 +5,13 @@ Those pages say by lines `::: name` what is public and in which order, so that t
 
 from __future__ import annotations
 
-import importlib
-import inspect
 import json
 import re
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import griffe
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
@@ -40,19 +39,28 @@ def entries() -> dict[str, Entry]:
     return {name: Entry(stem, options) for stem, text in pages.items() for name, options in BLOCK.findall(text)}
 
 
+@cache
+def _package() -> Any:
+    """Return the package as griffe reads it: importing its parts would need all extras."""
+    constants = griffe.load_extensions(str(Path(__file__).with_name("site_constants.py")))
+    loader = griffe.GriffeLoader(search_paths=[REFERENCE.parents[1]], extensions=constants)
+    package = loader.load("teamsight")
+    loader.resolve_aliases(implicit=True, external=False)
+    return package
+
+
 def _sentence(name: str) -> str:
     """Return the first sentence of the docstring of a name."""
-    home, _, last = name.rpartition(".")
-    found = getattr(importlib.import_module(home), last, None)
-    if found is None:
-        found = importlib.import_module(name)
-    text = " ".join((inspect.getdoc(found) or "").split("\n\n")[0].split())
-    sentence = re.split(r"(?<=[.;:])\s", text + " ")[0].rstrip(".;: ")
+    found = _package()[name.removeprefix("teamsight.")]
+    found = found.final_target if found.is_alias else found
+    text = " ".join((found.docstring.value if found.docstring else "").split("\n\n")[0].split())
+    sentence = re.split(r"(?<=[.;:])(?<!Fig\.)(?<!Eq\.)\s", text + " ")[0].rstrip(".;: ")
     return sentence.replace("<", "&lt;")
 
 
 def _listed(name: str) -> str:
-    return f"- [`{name.rpartition('.')[2]}`]({name}.md): {_sentence(name)}."
+    sentence = _sentence(name)
+    return f"- [`{name.rpartition('.')[2]}`]({name}.md)" + (f": {sentence}." if sentence else "")
 
 
 def _page(name: str, entry: Entry) -> str:
