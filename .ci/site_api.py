@@ -96,22 +96,21 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """Let the search find a name of the reference once, by what it is and by the names of its parts.
+    """Let the search find a name of the reference once, by it and by the names of its parts.
 
-    Otherwise common words are found in the parameters of a hundred classes, before what explains them.
+    Otherwise common words are found in the parameters of a hundred classes, beside what explains them. The sentence on
+    each is found on the page that lists it.
     """
     place = Path(config.site_dir) / "search" / "search_index.json"
     index = json.loads(place.read_text(encoding="utf-8"))
     found: dict[str, dict[str, str]] = {}
     for entry in index["docs"]:
-        page, _, anchor = entry["location"].partition("#")
+        page = entry["location"].partition("#")[0]
         if not page.startswith("reference/teamsight."):
             found[entry["location"]] = entry
             continue
         text = re.sub(r"<[^>]+>", " ", entry["text"])
         first = found.setdefault(page, {**entry, "location": page, "text": ""})
-        if anchor and anchor == page.removeprefix("reference/").removesuffix(".html"):
-            first["text"] += text[:200]
         first["text"] += " ".join(["", entry["title"], *dict.fromkeys(NAME.findall(text))])
     index["docs"] = list(found.values())
     content = json.dumps(index, ensure_ascii=False, separators=(",", ":"))
