@@ -12,6 +12,8 @@ import errno
 import io
 import os
 import sys
+import sysconfig
+import traceback
 from collections.abc import Sequence
 from typing import NoReturn, TextIO
 
@@ -90,7 +92,8 @@ def _leave(messages: Sequence[str], status: int) -> NoReturn:
 def lines(error: Exception) -> list[str]:
     """Return the messages of `error`, each on one line.
 
-    An error that does not come from the input is a bug in teamsight; its line asks to report it.
+    An error that comes neither from the input nor from the user's code is a bug in teamsight; its line asks to report
+    it.
     """
     from teamsight.analysis.runs.executor import JobError
 
@@ -106,11 +109,24 @@ def lines(error: Exception) -> list[str]:
         isinstance(error, ValueError | TypeError | JobError)
         or (isinstance(error, ModuleNotFoundError) and error.name is None)
     ):
-        text = (
-            f"{type(error).__name__}: {error} (a bug in teamsight: please report it, with the output under "
-            "TEAMSIGHT_TRACEBACK=1)"
+        place = _place_outside(error)
+        whose = f"in {place}; TEAMSIGHT_TRACEBACK=1 shows how it came there" if place else (
+            "a bug in teamsight: please report it, with the output under TEAMSIGHT_TRACEBACK=1"
         )
+        text = f"{type(error).__name__}: {error} ({whose})"
     return [one_line(text)]
+
+
+def _place_outside(error: Exception) -> str:
+    """Return the file and line in the code of the user, a model for example, that raised an error; "" if none did."""
+    libraries = tuple({sysconfig.get_paths()[name] for name in ("stdlib", "purelib", "platlib")})
+    for frame, line in reversed([*traceback.walk_tb(error.__traceback__)]):
+        file = frame.f_code.co_filename
+        if frame.f_globals.get("__name__", "").partition(".")[0] == "teamsight":
+            return ""
+        if not file.startswith((*libraries, "<")):
+            return f"{file}:{line}"
+    return ""
 
 
 def printable(text: str) -> str:

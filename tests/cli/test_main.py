@@ -121,6 +121,17 @@ def test_errors_with_line_breaks_are_reported_on_one_line() -> None:
     assert "please report it" in lines(KeyError("robots"))[0]
 
 
+def test_an_error_in_code_of_the_user_says_where(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("import json\n\ndef model():\n    return json.loads([])\n")
+    names = {"__name__": "mine"}
+    exec(compile((tmp_path / "mine.py").read_text(), tmp_path / "mine.py", "exec"), names)
+    with pytest.raises(TypeError) as raised:
+        names["model"]()
+    error = RuntimeError("no").with_traceback(raised.value.__traceback__)
+    # The library that it calls is not the place, and neither is what called it.
+    assert "mine.py:4; TEAMSIGHT_TRACEBACK=1 shows how it came there" in lines(error)[0]
+
+
 def write_trajectories(folder: Path) -> Path:
     noise = np.random.default_rng(1)
     time, robot = (grid.ravel() for grid in np.meshgrid(np.arange(200.0), np.arange(6), indexing="ij"))
