@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
 
@@ -78,12 +78,15 @@ class Measures:
                 found[str(name)] = partial(getattr, world, reporter)
         return found
 
-    def read(self, name: str) -> float:
-        """Return the present value of a measure; NaN if it is not there, or is no number."""
-        try:
-            return float(self.all()[name]())
-        except Exception:  # whatever the code of a user raises: a chart has a gap there, and the run goes on
-            return math.nan
+    def read(self, names: Iterable[str]) -> list[float]:
+        """Return the present values of measures; NaN of one that is not there, or is no number."""
+        known, found = self.all(), list[float]()
+        for name in names:
+            try:
+                found.append(float(known[name]()))
+            except Exception:  # whatever the code of a user raises: a chart has a gap there, and the run goes on
+                found.append(math.nan)
+        return found
 
     def _count(self) -> Counter[str]:
         rows = self._world._data.sources.events.rows

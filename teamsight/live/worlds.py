@@ -103,8 +103,8 @@ class Observer(FrameRecorder):
         frame = chunk.frames(self.links, self._space)[-1]
         if not self.charted:
             return frame
-        values = [self.measures.read(name) for name in self.charted]
-        return replace(frame, series=np.concatenate([frame.series, np.asarray(values, np.float32)]))
+        values = np.array(self.measures.read(self.charted), np.float32)
+        return replace(frame, series=np.concatenate([frame.series, values]))
 
     @property
     def present(self) -> Scene:

@@ -11,13 +11,15 @@ import contextlib
 import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import browsing
 import pytest
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
+
+    from teamsight.live import LivePage
 
 _FAILED = pytest.StashKey[bool]()
 
@@ -111,3 +113,23 @@ def _take_pictures(pages: list[Page], folder: Path) -> None:
         with contextlib.suppress(Exception):
             page.screenshot(path=folder / f"failed-{number}.png", full_page=True)
             print(f"picture of the page: {folder / f'failed-{number}.png'}")
+
+
+@pytest.fixture
+def live(problems: browsing.Problems) -> Iterator[Callable[..., LivePage]]:
+    """Serves live pages on free ports, and closes them."""
+    from teamsight import CMOMMT
+    from teamsight.live import watch
+
+    made: list[LivePage] = []
+
+    def serve(model: Any = None, parameters: Any = None, **how: Any) -> LivePage:
+        how = {"port": 0, "running": False} | how
+        made.append(watch(model or CMOMMT, {"seed": 5} | (parameters or {}), browser=False, wait=False, **how))
+        return made[-1]
+
+    yield serve
+    # Pages that outlive their server try to connect again.
+    problems.expect("ERR_CONNECTION_REFUSED")
+    for one in made:
+        one.close()

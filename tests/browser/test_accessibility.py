@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ import pytest
 from replaying import opened, recorded, written
 
 from teamsight import CMOMMT
-from teamsight.live import LivePage, watch
+from teamsight.live import LivePage
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -56,23 +56,6 @@ def violations(page: Page, axe: str) -> list[str]:
         for rule in json.loads(answer["result"]["value"])
         for node in rule["nodes"]
     ]
-
-
-@pytest.fixture
-def live(problems: browsing.Problems) -> Iterator[Callable[..., LivePage]]:
-    """Serves live pages on free ports, and closes them."""
-    made: list[LivePage] = []
-
-    def serve(parameters: Any = None, **how: Any) -> LivePage:
-        how = {"port": 0, "running": False} | how
-        made.append(watch(CMOMMT, {"seed": 5} | (parameters or {}), browser=False, wait=False, **how))
-        return made[-1]
-
-    yield serve
-    # Pages that outlive their server try to connect again.
-    problems.expect("ERR_CONNECTION_REFUSED")
-    for one in made:
-        one.close()
 
 
 def shown(page: Page, server: LivePage) -> Page:

@@ -2,75 +2,20 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import browsing
 import numpy as np
 import pytest
+from live_pages import press, settled, shown, until, world_of
 
 from teamsight import CMOMMT
-from teamsight.live import LivePage, watch
+from teamsight.live import LivePage
 from teamsight.tasks.registry import TASKS
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
-
-_PATIENCE = 30.0  # seconds, against a hang
-
-
-@pytest.fixture
-def live(problems: browsing.Problems) -> Iterator[Callable[..., LivePage]]:
-    """Serves live pages on free ports, and closes them."""
-    made: list[LivePage] = []
-
-    def serve(model: Any = CMOMMT, parameters: Any = None, **how: Any) -> LivePage:
-        how = {"port": 0, "running": False} | how
-        made.append(watch(model, {"seed": 5} | (parameters or {}), browser=False, wait=False, **how))
-        return made[-1]
-
-    yield serve
-    # Pages that outlive their server try to connect again.
-    problems.expect("ERR_CONNECTION_REFUSED")
-    for one in made:
-        one.close()
-
-
-def shown(page: Page, server: LivePage, address: str = "") -> None:
-    """Open the page and wait until it shows the present tick."""
-    page.goto(server.url + address)
-    settled(page, server)
-
-
-def settled(page: Page, server: LivePage) -> None:
-    """Wait until the page has drawn the newest frame."""
-    until(lambda: not server.session.busy())
-    page.wait_for_function(
-        "tick => teamsight.view && teamsight.view.tracks.length && teamsight.view.drawings > 0 && !teamsight.view.isDirty"
-        " && teamsight.view.tracks.every(({ frames }) => frames.length) && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
-        arg=world_of(server).tick,
-    )
-
-
-def press(page: Page, key: str) -> None:
-    """Press a key while no button or field has the focus."""
-    page.evaluate("() => document.activeElement.blur()")
-    page.keyboard.press(key)
-
-
-def until(test: Callable[[], Any]) -> None:
-    """Wait for something on the server."""
-    end = time.monotonic() + _PATIENCE
-    while not test():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
-
-
-def world_of(server: LivePage, track: int = 0) -> Any:
-    """Return the world of a track."""
-    return server.session.worlds.tracks[track].world
-
 
 _PLACE = """([x, y]) => {
   const { arena, canvas } = teamsight.view.tracks[0], { layout } = arena, at = arena.transform(), box = canvas.getBoundingClientRect();

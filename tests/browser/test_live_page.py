@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,10 +12,11 @@ import browsing
 import live_models
 import numpy as np
 import pytest
+from live_pages import PATIENCE, press, settled, shown, until, world_of
 
 from teamsight import CMOMMT
 from teamsight.core.kernel.report import REPORT
-from teamsight.live import LivePage, session, watch
+from teamsight.live import LivePage, session
 from teamsight.live.protocol import Message
 from teamsight.live.worlds import LiveTrack
 from teamsight.world.contact import Slide
@@ -25,60 +25,6 @@ if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 _DRAWN = "() => teamsight.view.drawn({}).map(({{ slot, x, y }}) => [teamsight.view.tracks[{}].scene.slots[slot].id, x, y])"
-_PATIENCE = 300.0  # seconds, against a hang
-
-
-@pytest.fixture
-def live(problems: browsing.Problems) -> Iterator[Callable[..., LivePage]]:
-    """Serves live pages on free ports, and closes them."""
-    made: list[LivePage] = []
-
-    def serve(model: Any = CMOMMT, parameters: Any = None, **how: Any) -> LivePage:
-        how = {"port": 0, "running": False} | how
-        made.append(watch(model, {"seed": 5} | (parameters or {}), browser=False, wait=False, **how))
-        return made[-1]
-
-    yield serve
-    # Pages that outlive their server try to connect again.
-    problems.expect("ERR_CONNECTION_REFUSED")
-    for one in made:
-        one.close()
-
-
-def shown(page: Page, server: LivePage) -> None:
-    """Open the page and wait until it shows the present tick."""
-    page.goto(server.url)
-    settled(page, server)
-
-
-def settled(page: Page, server: LivePage) -> None:
-    """Wait until the page has drawn the newest frame."""
-    until(lambda: not server.session.busy())
-    tick = world_of(server).tick
-    page.wait_for_function(
-        "tick => teamsight.view && teamsight.view.tracks.length && teamsight.view.drawings > 0 && !teamsight.view.isDirty"
-        " && teamsight.view.tracks.every(({ frames }) => frames.length) && teamsight.view.following && teamsight.view.shownTime === tick && teamsight.live.state?.tracks[0].tick === tick",
-        arg=tick,
-    )
-
-
-def press(page: Page, key: str) -> None:
-    """Press a key while no button or field has the focus."""
-    page.evaluate("() => document.activeElement.blur()")
-    page.keyboard.press(key)
-
-
-def until(test: Callable[[], Any]) -> None:
-    """Wait for something on the server."""
-    end = time.monotonic() + _PATIENCE
-    while not test():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
-
-
-def world_of(server: LivePage, track: int = 0) -> Any:
-    """Return the world of a track."""
-    return server.session.worlds.tracks[track].world
 
 
 def assert_same_places(page: Page, world: Any, track: int = 0) -> None:
@@ -386,7 +332,7 @@ def held_compilation(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
 
     def slowly(track: LiveTrack) -> None:
         REPORT.begin("rule")
-        assert go.wait(_PATIENCE)
+        assert go.wait(PATIENCE)
         REPORT.end(is_done=True)
         compiled(track)
 
@@ -790,7 +736,7 @@ def test_a_band_can_be_cancelled_from_the_page(page: Page, live: Callable[..., L
 
     def slow(robots: int = 4, seed: int = 0) -> CMOMMT:
         if seed == 8:
-            assert go_on.wait(_PATIENCE)
+            assert go_on.wait(PATIENCE)
         return CMOMMT(robots, 5, seed=seed)
 
     server = live(slow)
