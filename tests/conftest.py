@@ -8,6 +8,7 @@ from the name of its test. ``pytest --explore`` draws both anew, to look for wha
 from __future__ import annotations
 
 import random
+import secrets
 import signal
 import sys
 from pathlib import Path
@@ -46,8 +47,9 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture(autouse=True)
 def _seeds_of_worlds_without_one(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if not request.config.getoption("--explore"):
-        # Where NumPy takes the entropy of a generator without a seed.
+        # Where worlds and NumPy's generators take the entropy of a seed that is not given.
         entropy = random.Random(request.node.nodeid).getrandbits
+        monkeypatch.setattr(secrets, "randbits", entropy)
         monkeypatch.setattr(numpy.random.bit_generator, "randbits", entropy)
         monkeypatch.setattr(chance, "draw", random.Random(f"chance {request.node.nodeid}").getrandbits)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import random
 from collections.abc import Callable
 from typing import Any
 
@@ -97,3 +98,10 @@ def test_what_stores_or_shows_the_seed_has_the_whole_number() -> None:
 def test_many_runs_derive_their_seeds_from_a_whole_number() -> None:
     with pytest.raises(TypeError, match="rng=.*: must be a whole number"):
         run_many({}, steps=1, rng=np.random.default_rng(1))
+
+
+def test_here_a_world_without_a_seed_gets_one_from_the_name_of_its_test(request: pytest.FixtureRequest) -> None:
+    """Without this, one commit passes and fails: each run of the tests is another trial."""
+    if request.config.getoption("--explore"):
+        pytest.skip("--explore draws other seeds on purpose")
+    assert World(Disc(3.0)).seed_used == random.Random(request.node.nodeid).getrandbits(53)

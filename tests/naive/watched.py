@@ -16,8 +16,9 @@ from teamsight.policies.percept_of_one import percept_of_one
 class Watched(Policy):
     """A NumPy policy that decides as the compiled one and, robot by robot, as its slow twin; and compares."""
 
-    def __init__(self, policy: CompiledPolicy, twin: Callable[[Any], Any], accuracy: float) -> None:
-        self.policy, self.twin, self.accuracy, self.draws = policy, twin, accuracy, policy.draws
+    def __init__(self, policy: CompiledPolicy, twin: Callable[[Any], Any], accuracy: float = 1e-6) -> None:
+        self.policy, self.twin, self.accuracy = policy, twin, accuracy
+        self.draws, self.needs = policy.draws, policy.needs
         self.lost = self.met = 0
 
     def start(self, size: int) -> Any:
@@ -30,8 +31,10 @@ class Watched(Policy):
             one = percept_of_one(percept, i)
             heading, distance = robot.decide(one, noise[:, i].tolist())
             assert action.distance[i] == pytest.approx(distance, abs=1e-8)
-            assert action.heading[i] == pytest.approx(heading, abs=self.accuracy)
-            self.lost += sum(track[2] < robot.tick for track in robot.target_tracks)
+            # Where forces cancel, the heading is that of what rounding leaves.
+            if distance > 1e-7 or not self.draws:
+                assert action.heading[i] == pytest.approx(heading, abs=self.accuracy)
+            self.lost += sum(track[2] < robot.tick for track in getattr(robot, "target_tracks", ()))
             self.met += len(one.teammates.distance)
         return action, (own, robots)
 

@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from naive import relatives as naive
+from naive.watched import Watched
 
 from teamsight import CMOMMT, Box, Robot, Target, World, check_policy, run_many
 from teamsight.analysis.runs.run_many import evenness
-from teamsight.policies import ACmommt, BCmommt, PCmommt, Policy
+from teamsight.policies import ACmommt, BCmommt, PCmommt
 from teamsight.policies.check import sample_percept
 from teamsight.policies.handmade.b_cmommt import EXPLORES, FOLLOWS, HELPS, modes, most_requests
 from teamsight.policies.percept_of_one import percept_of_one
@@ -27,26 +28,6 @@ P_VARIANTS = [
     (PCmommt(observation_counts=3, target_tracks=2), "shared"), (PCmommt(target_tracks=0, weights="none"), "shared"),
     (PCmommt(evenness=2.0, weights="per-teammate", idle="wander", gain=0.5), "shared"),
 ]  # fmt: skip
-
-
-class Compared(Policy):
-    """A NumPy policy that decides as a compiled one and, robot by robot, as its slow twin; and compares."""
-
-    def __init__(self, policy: Any, twin: Any) -> None:
-        self.policy, self.twin, self.draws, self.needs = policy, twin, policy.draws, policy.needs
-
-    def start(self, size: int) -> Any:
-        return self.policy.start(size), [self.twin(self.policy) for _ in range(size)]
-
-    def decide(self, percept: Any, memory: Any, noise: Any) -> Any:
-        own, robots = memory
-        action, own = self.policy.decide(percept, own, noise)
-        for i, robot in enumerate(robots):
-            heading, distance = robot.decide(percept_of_one(percept, i), noise[:, i].tolist())
-            assert action.distance[i] == pytest.approx(distance, abs=1e-8)
-            if distance > 1e-7 or not self.policy.draws:
-                assert action.heading[i] == pytest.approx(heading, abs=1e-6)
-        return action, (own, robots)
 
 
 class BRobot:
@@ -68,7 +49,7 @@ def small(policy: Any, awareness: str, seed: int) -> CMOMMT:
 
 def run_both(policy: Any, twin: Any, awareness: str) -> None:
     for seed in range(3):
-        watched, compiled = small(Compared(policy, twin), awareness, seed), small(policy, awareness, seed)
+        watched, compiled = small(Watched(policy, twin), awareness, seed), small(policy, awareness, seed)
         with pytest.warns(UserWarning, match="Python"):
             watched.run(25)
         compiled.run(25)
