@@ -259,7 +259,8 @@ def test_all_tasks_can_be_chosen_without_a_restart(page: Page, live: Callable[..
         tick = world_of(server).tick
         page.get_by_role("button", name="Step", exact=True).click()
         until(lambda tick=tick: world_of(server).tick == tick + 1)
-    page.wait_for_function("name => location.hash.includes(`task=${name}`)", arg=name)
+    # The address follows the world with a delay.
+    page.wait_for_function("name => location.hash.includes(`task=${name}`) && location.hash.includes('tick=1')", arg=name)
     shot(page, "live-task")
     address = page.evaluate("() => location.href")
     page.locator("#tl-task").select_option("CMOMMT")
