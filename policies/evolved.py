@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +16,7 @@ import numpy.typing as npt
 from teamsight.core.angles import direction
 from teamsight.core.elementary import exp
 from teamsight.core.kernel import inlined, lowest_bit, ones
-from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.constants import ConstantsPolicy, ends
 from teamsight.policies.handmade.target_tracks import (
     AGE,
     STEP_X,
@@ -57,16 +54,7 @@ BLOCKS = {
 }
 TURN, GAIN, LEAD, OWN_SLOPE, OWN_OFFSET, DECAY = range(6)
 # Where the other parts begin.
-TARGET_LAW, TEAMMATE_LAW, DRIVE, TARGET_HIDDEN, TARGET_OUT, TEAMMATE_HIDDEN, TEAMMATE_OUT, SIZE = accumulate(
-    math.prod(shape) for shape in BLOCKS.values()
-)
-
-
-def parts(constants: npt.ArrayLike) -> dict[str, npt.NDArray[np.float64]]:
-    """Return the parts of a vector by name."""
-    ends = list(accumulate(math.prod(shape) for shape in BLOCKS.values()))
-    pieces = np.split(np.asarray(constants, float), ends[:-1])
-    return {name: piece.reshape(shape) for piece, (name, shape) in zip(pieces, BLOCKS.items(), strict=True)}
+TARGET_LAW, TEAMMATE_LAW, DRIVE, TARGET_HIDDEN, TARGET_OUT, TEAMMATE_HIDDEN, TEAMMATE_OUT, SIZE = ends(BLOCKS)
 
 
 _HIDDEN_SPREAD = 0.7
@@ -447,13 +435,11 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 
 SCHEMA = 1
 
-_SHIPPED = Path(__file__).parent / "data" / "evolved.json"
-_CURE = "make it again with `teamsight evolve train`"
 _MADE = {"command": str, "trials": int, "robot_steps": int, "version": str}
 
 
 @dataclass(frozen=True, repr=False)
-class Evolved(CompiledPolicy):
+class Evolved(ConstantsPolicy):
     """Observe targets by evolved forces, with memories of targets, teammates, the own trail and the ground.
 
     Each target and each teammate exerts a force. A piecewise linear law and a small network compute its strength from
@@ -479,54 +465,24 @@ class Evolved(CompiledPolicy):
     and a compass, the heading in the world's frame.
     """
 
-    constants: tuple[float, ...] = ()
-
     kernel = decide
     draws = 2
     needs = ("teammates",)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        given = np.array(self.constants if len(self.constants) else shipped(), float)
-        if given.shape != (SIZE,):
-            raise ValueError(f"constants: has the shape {given.shape}; it must be ({SIZE},)")
-        if not np.isfinite(given).all():
-            raise ValueError(f"constants: number {int(np.argmin(np.isfinite(given)))} is not finite")
-        object.__setattr__(self, "constants", tuple(given.tolist()))
-
-    def __repr__(self) -> str:
-        if self.constants == shipped():
-            return "Evolved()"
-        return f"Evolved(<{hashlib.blake2b(np.array(self.constants).tobytes(), digest_size=4).hexdigest()}>)"
-
-    @property
-    def parameters(self) -> tuple[float, ...]:
-        return self.constants
+    blocks = BLOCKS
+    file = Path(__file__).parent / "data" / "evolved.json"
+    cure = "make it again with `teamsight evolve train`"
 
     def start(self, size: int) -> PolicyState:
         return no_target_tracks(size, TRACKS)._replace(floats=np.zeros((size, ROWS, FIELDS)))
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Evolved:
-        """Return the policy with the constants in a file.
-
-        Raises
-        ------
-        FileNotFoundError
-            If the file does not exist.
-        ValueError
-            If it holds no constants.
-        """
-        return cls(_read(Path(path)))
+    def _content(cls, content: Any) -> Mapping[str, Any]:
+        if content["schema"] != SCHEMA:
+            raise ValueError(f"has the schema {content['schema']}, but this version reads {SCHEMA}")
+        return super()._content(content)
 
 
-@cache
-def shipped() -> tuple[float, ...]:
-    """Return the constants that ship with the package."""
-    return _read(_SHIPPED)
-
-
-def made(path: str | os.PathLike[str] = _SHIPPED) -> dict[str, Any]:
+def made(path: str | os.PathLike[str] = Evolved.file) -> dict[str, Any]:
     """Return how the constants in a file were made: command, trials, robot_steps and version.
 
     Raises
@@ -536,30 +492,11 @@ def made(path: str | os.PathLike[str] = _SHIPPED) -> dict[str, Any]:
     """
     found = json.loads(Path(path).read_text(encoding="utf-8")).get("made")
     if not isinstance(found, dict) or any(type(found.get(name)) is not kind for name, kind in _MADE.items()):
-        raise ValueError(f"{path}: does not say how the constants were made; {_CURE}")
+        raise ValueError(f"{path}: does not say how the constants were made; {Evolved.cure}")
     return found
 
 
 def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of a file of constants; `made` describes how they were made."""
-    blocks = {name: part.tolist() for name, part in parts(constants).items()}
-    return {"schema": SCHEMA, "made": dict(made), "constants": blocks}
-
-
-def _read(path: Path) -> tuple[float, ...]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        schema, blocks = content["schema"], [content["constants"][name] for name in BLOCKS]
-    except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise ValueError(f"{path}: holds no constants of the evolved policy ({error}); {_CURE}") from error
-    if schema != SCHEMA:
-        raise ValueError(f"{path}: has the schema {schema}, but this version reads {SCHEMA}; {_CURE}")
-    found = []
-    for values, (name, shape) in zip(blocks, BLOCKS.items(), strict=True):
-        try:
-            found.append(np.array(values, float))
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"{path}: {name}: {error}; {_CURE}") from None
-        if found[-1].shape != shape:
-            raise ValueError(f"{path}: {name} has the shape {found[-1].shape}, not {shape}; {_CURE}")
-    return tuple(np.concatenate([part.ravel() for part in found]).tolist())
+    parts = {name: part.tolist() for name, part in Evolved.parts(constants).items()}
+    return {"schema": SCHEMA, "made": dict(made), "constants": parts}

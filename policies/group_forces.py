@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-import os
 from dataclasses import dataclass
-from functools import cache
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +11,7 @@ import numpy as np
 
 from teamsight.core.elementary import exp
 from teamsight.core.kernel import inlined, lowest_bit
-from teamsight.policies.compiled import CompiledPolicy
+from teamsight.policies.constants import ConstantsPolicy, ends
 from teamsight.policies.evolved import company, few, find_rivals
 from teamsight.policies.handmade.target_tracks import (
     AGE,
@@ -30,7 +25,7 @@ from teamsight.policies.handmade.target_tracks import (
 )
 from teamsight.policies.interface import PolicyState
 
-#: The constants, by name with their number, in their order. Distances are in sensing ranges, those of teammates in
+#: The constants, by name with their shape, in their order. Distances are in sensing ranges, those of teammates in
 #: awareness ranges.
 #:
 #: - law: force of a target of the robot's own at the distances 0, 0.4, 0.6, 0.8, 0.9 and 1
@@ -44,10 +39,11 @@ from teamsight.policies.interface import PolicyState
 #: - idle_teammate, busy_teammate: force of teammates, on idle robots at the distances 0, 1/2 and 1
 #: - idle_forward, busy_forward: force along the heading
 BLOCKS = {
-    "law": 6, "margin": 1, "bias": 1, "held": 1, "company": 1, "rivals": 1, "away": 1, "lead": 1, "decay": 1,
-    "idle_taken": 3, "busy_taken": 2, "idle_teammate": 3, "busy_teammate": 1, "idle_forward": 1, "busy_forward": 1,
+    "law": (6,), "margin": (1,), "bias": (1,), "held": (1,), "company": (1,), "rivals": (1,), "away": (1,),
+    "lead": (1,), "decay": (1,), "idle_taken": (3,), "busy_taken": (2,), "idle_teammate": (3,), "busy_teammate": (1,),
+    "idle_forward": (1,), "busy_forward": (1,),
 }  # fmt: skip
-*_ENDS, SIZE = accumulate(BLOCKS.values())
+*_ENDS, SIZE = ends(BLOCKS)
 _LAW = 0
 (
     _MARGIN, _BIAS, _HELD, _COMPANY, _RIVALS, _AWAY, _LEAD, _DECAY, _IDLE_TAKEN, _BUSY_TAKEN, _IDLE_TEAMMATE,
@@ -208,12 +204,8 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         action.distance[i] = percept.speed[i]
 
 
-_SHIPPED = Path(__file__).parent / "data" / "group_forces.json"
-_CURE = "make it again with `teamsight learn imagine`"
-
-
 @dataclass(frozen=True, repr=False)
-class GroupForces(CompiledPolicy):
+class GroupForces(ConstantsPolicy):
     """Make full steps along the forces of own targets, of those that teammates hold, and of teammates.
 
     A target is the robot's own if no perceived teammate is nearer to it, by a soft edge. How strong each force is, and
@@ -236,67 +228,11 @@ class GroupForces(CompiledPolicy):
     (``percept.moved``) and the identities of the targets that a robot senses itself, of which it remembers at most 24.
     """
 
-    constants: tuple[float, ...] = ()
-
     kernel = decide
     needs = ("teammates",)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        given = np.array(self.constants if len(self.constants) else shipped(), float)
-        if given.shape != (SIZE,):
-            raise ValueError(f"constants: has the shape {given.shape}; it must be ({SIZE},)")
-        if not np.isfinite(given).all():
-            raise ValueError(f"constants: number {int(np.argmin(np.isfinite(given)))} is not finite")
-        object.__setattr__(self, "constants", tuple(given.tolist()))
-
-    def __repr__(self) -> str:
-        digest = hashlib.blake2b(np.array(self.constants).tobytes(), digest_size=4).hexdigest()
-        return f"GroupForces(<{digest}>)"
-
-    @property
-    def parameters(self) -> tuple[float, ...]:
-        return self.constants
+    blocks = BLOCKS
+    file = Path(__file__).parent / "data" / "group_forces.json"
+    cure = "make it again with `teamsight learn imagine`"
 
     def start(self, size: int) -> PolicyState:
         return PolicyState(np.zeros((size, TRACKS, _FIELDS)), np.zeros((size, TRACKS, _HELD_OF + 1), np.int64))
-
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> GroupForces:
-        """Return the policy with the constants in a file that `teamsight learn imagine` wrote.
-
-        Raises
-        ------
-        FileNotFoundError
-            If the file does not exist.
-        ValueError
-            If it holds no constants.
-        """
-        return cls(_read(Path(path)))
-
-
-def by_name(constants: tuple[float, ...]) -> dict[str, list[float]]:
-    """Return constants as lists, by the names of `BLOCKS`."""
-    pieces = np.split(np.array(constants), _ENDS)
-    return {name: piece.tolist() for name, piece in zip(BLOCKS, pieces, strict=True)}
-
-
-def in_order(blocks: dict[str, list[float]]) -> tuple[float, ...]:
-    """Return constants in their order, from lists by the names of `BLOCKS`."""
-    for name, size in BLOCKS.items():
-        if len(blocks[name]) != size:
-            raise ValueError(f"{name}: has {len(blocks[name])} numbers; it must have {size}")
-    return tuple(float(value) for name in BLOCKS for value in blocks[name])
-
-
-@cache
-def shipped() -> tuple[float, ...]:
-    """Return the constants that ship with the package."""
-    return _read(_SHIPPED)
-
-
-def _read(path: Path) -> tuple[float, ...]:
-    try:
-        return in_order(json.loads(path.read_text(encoding="utf-8"))["constants"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path}: holds no constants of the policy group-forces ({error}); {_CURE}") from error

@@ -21,7 +21,7 @@ from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.core.extras import extra
-from teamsight.policies.group_forces import BLOCKS, BY_HAND, GroupForces, in_order
+from teamsight.policies.group_forces import BLOCKS, BY_HAND, GroupForces
 from teamsight.policies.memory import LazyMemory
 
 Floats = npt.NDArray[np.float64]
@@ -261,7 +261,8 @@ def imagine(
         )
     cma = extra("cma", "evolution", "learn imagine")
     plan = plan or Imagining()
-    start, spread = np.array(in_order(BY_HAND)), np.array(in_order({n: [_SPREAD[n]] * k for n, k in BLOCKS.items()}))
+    start = np.array(GroupForces.vector(BY_HAND))
+    spread = np.array(GroupForces.vector({name: np.full(shape, _SPREAD[name]) for name, shape in BLOCKS.items()}))
     rng, degree = np.random.default_rng(plan.seed), RingAwareness()
     options = {
         "popsize": plan.population, "randn": lambda *shape: rng.standard_normal(shape), "seed": np.nan, "verbose": -9,

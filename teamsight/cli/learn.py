@@ -370,7 +370,6 @@ def imagine(settings: ImagineSettings) -> None:
     from teamsight.analysis.runs.files import as_json, check_replaceable, write_json
     from teamsight.cli.show import say, working
     from teamsight.core.extras import extra
-    from teamsight.policies.group_forces import by_name
     from teamsight.policies.memory import LazyMemory
 
     extra("cma", "evolution", "learn imagine")
@@ -383,7 +382,8 @@ def imagine(settings: ImagineSettings) -> None:
     with working(settings) as (watch, pool):
         policy = imagination.imagine(model, plan, explored, pool, partial(watch, "imagining"))
     content = {"software": "teamsight", "settings": about, "model": model._asdict()}
-    write_json(settings.out, content | {"constants": by_name(policy.constants)}, force=settings.force)
+    constants = {name: part.tolist() for name, part in policy.parts(policy.constants).items()}
+    write_json(settings.out, content | {"constants": constants}, force=settings.force)
     say(f"constants in {settings.out}")
 
 

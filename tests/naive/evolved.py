@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from naive import paper as naive
-from teamsight.policies.evolved import parts
+from teamsight.policies.evolved import Evolved
 
 TRACKING = SimpleNamespace(target_tracks=16, predictive=1.6, decay=6.0, relayed_decay=6.0)
 
@@ -35,7 +35,7 @@ class EvolvedRobot(naive.ACmommtRobot):
 
     def __init__(self, policy: Any) -> None:
         super().__init__(TRACKING)
-        self.blocks = parts(policy.constants)
+        self.blocks = Evolved.parts(policy.constants)
         self.fresh = self.old = self.met = 0j
         self.often_seen = self.often_teammates = 0.0
         self.idle = 0

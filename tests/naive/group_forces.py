@@ -10,7 +10,7 @@ import numpy as np
 
 from naive import paper as naive
 from naive.evolved import few, way
-from teamsight.policies.group_forces import TRACKS, by_name
+from teamsight.policies.group_forces import TRACKS, GroupForces
 
 TRACKING = SimpleNamespace(target_tracks=TRACKS, predictive=1.6, decay=6.0, relayed_decay=6.0)
 
@@ -20,7 +20,7 @@ class GroupForcesRobot(naive.ACmommtRobot):
 
     def __init__(self, policy: Any) -> None:
         super().__init__(TRACKING)
-        named = by_name(policy.constants)
+        named = GroupForces.parts(policy.constants)
         self.c = SimpleNamespace(**{name: value if len(value) > 1 else value[0] for name, value in named.items()})
         self.held: dict[int, float] = {}
 

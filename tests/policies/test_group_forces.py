@@ -15,13 +15,18 @@ from naive.watched import watch
 
 from teamsight import CMOMMT
 from teamsight.policies import GroupForces, check_policy
-from teamsight.policies.group_forces import BY_HAND, SIZE, by_name, in_order, shipped
+from teamsight.policies.group_forces import BY_HAND, SIZE
 
 
 def drawn(seed: int) -> GroupForces:
     """Constants without structure, whose soft edges are wide, so that rounding decides nothing."""
-    constants = by_name(tuple(np.random.default_rng(seed).normal(0, 0.5, SIZE)))
-    return GroupForces(in_order(constants | {"margin": [0.4], "decay": [0.3]}))
+    constants = GroupForces.parts(np.random.default_rng(seed).normal(0, 0.5, SIZE))
+    return GroupForces(GroupForces.vector(constants | {"margin": [0.4], "decay": [0.3]}))
+
+
+def in_lists(constants: Any) -> dict[str, Any]:
+    """As a file keeps them."""
+    return {name: part.tolist() for name, part in GroupForces.parts(constants).items()}
 
 
 @pytest.mark.parametrize("awareness", ["ring", "pairwise"])
@@ -47,14 +52,15 @@ def test_it_keeps_the_contract() -> None:
 def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> None:
     constants = tuple(generator().normal(size=SIZE).tolist())
     path = tmp_path / "constants.json"
-    path.write_text(json.dumps({"constants": by_name(constants)}), encoding="utf-8")
+    path.write_text(json.dumps({"constants": in_lists(constants)}), encoding="utf-8")
     assert GroupForces.load(path).constants == constants
     assert GroupForces.load(path) == GroupForces(constants) != GroupForces()
 
 
 def test_what_is_shipped_is_the_default_and_differs_from_the_start() -> None:
-    assert GroupForces().constants == shipped() != in_order(BY_HAND)
-    assert repr(GroupForces(in_order(BY_HAND))) != repr(GroupForces())
+    assert GroupForces().constants == GroupForces.shipped() != GroupForces.vector(BY_HAND)
+    assert repr(GroupForces()) == "GroupForces()"
+    assert repr(GroupForces(GroupForces.vector(BY_HAND))) != repr(GroupForces())
     assert pickle.loads(pickle.dumps(GroupForces())) == GroupForces()
 
 
@@ -63,13 +69,13 @@ def test_what_is_shipped_is_the_default_and_differs_from_the_start() -> None:
     [
         (lambda content: content.pop("constants"), "holds no constants"),
         (lambda content: content["constants"].pop("law"), "holds no constants.*law"),
-        (lambda content: content["constants"]["law"].pop(), "law: has 5 numbers; it must have 6"),
-        (lambda content: content["constants"]["bias"].__setitem__(0, "fast"), "could not convert"),
+        (lambda content: content["constants"]["law"].pop(), r"law has the shape \(5,\), not \(6,\)"),
+        (lambda content: content["constants"]["bias"].__setitem__(0, "fast"), "bias: could not convert"),
         (lambda content: content["constants"]["bias"].__setitem__(0, float("nan")), "is not finite"),
     ],
 )
 def test_a_bad_file_is_refused(change: Any, message: str, tmp_path: Path) -> None:
-    content = {"constants": by_name(shipped())}
+    content = {"constants": in_lists(GroupForces.shipped())}
     change(content)
     path = tmp_path / "constants.json"
     path.write_text(json.dumps(content), encoding="utf-8")

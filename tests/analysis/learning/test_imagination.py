@@ -12,7 +12,7 @@ import pytest
 from teamsight.analysis.learning.explore import Exploration, explore
 from teamsight.analysis.learning.imagination import WorldModel, imagine, learn_model, statistics
 from teamsight.analysis.learning.plans import Imagining
-from teamsight.policies.group_forces import BY_HAND, in_order
+from teamsight.policies.group_forces import BY_HAND, GroupForces
 from teamsight.policies.memory import LazyMemory
 
 MODEL = WorldModel(0.1, 0.075, 1.0, 0.05, 3.0)
@@ -104,7 +104,7 @@ def test_the_search_depends_on_its_seed_alone_and_leaves_the_start() -> None:
     found = [imagine(MODEL, SMALL, progress=lambda one, of: done.append(one / of)).constants]
     found += [imagine(MODEL, plan).constants for plan in (SMALL, replace(SMALL, seed=1))]
     assert found[0] == found[1] != found[2]
-    assert in_order(BY_HAND) not in found
+    assert GroupForces.vector(BY_HAND) not in found
     assert done == [1 / 3, 2 / 3, 1]
 
 

@@ -14,7 +14,7 @@ from naive.evolved import EvolvedRobot
 from naive.watched import watch
 
 from teamsight import CMOMMT
-from teamsight.policies.evolved import SIZE, Evolved, beginning, shipped, silenced, to_json
+from teamsight.policies.evolved import SIZE, Evolved, beginning, silenced, to_json
 
 RULES = [Evolved(), Evolved(tuple(beginning(3))), Evolved(tuple(np.random.default_rng(5).normal(0, 0.5, SIZE)))]
 
@@ -34,7 +34,7 @@ def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> N
 
 
 def test_what_is_shipped_is_the_default_and_says_what_made_it() -> None:
-    assert Evolved().constants == shipped()
+    assert Evolved().constants == Evolved.shipped()
     assert repr(Evolved()) == "Evolved()"
     assert repr(Evolved(tuple(beginning(1)))) != repr(Evolved(tuple(beginning(2))))
     assert pickle.loads(pickle.dumps(Evolved())) == Evolved()
@@ -63,7 +63,7 @@ def test_a_bad_file_is_refused(change: Any, message: str, tmp_path: Path) -> Non
 def test_half_a_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rule.json"
     path.write_text(json.dumps(to_json(beginning(1), {}))[:500], encoding="utf-8")
-    with pytest.raises(ValueError, match="holds no constants of the evolved policy"):
+    with pytest.raises(ValueError, match="holds no constants of Evolved"):
         Evolved.load(path)
 
 
@@ -79,6 +79,6 @@ def test_without_teammates_in_sight_it_is_refused() -> None:
 
 
 def test_silenced_networks_say_nothing() -> None:
-    rule = np.array(shipped())
+    rule = np.array(Evolved.shipped())
     assert np.count_nonzero(silenced(rule, "both networks") != rule) == 18 + 6
     assert np.count_nonzero(silenced(rule, "memory of area and trail") != rule) == 4 * 8
