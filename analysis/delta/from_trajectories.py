@@ -87,9 +87,10 @@ def delta_from_trajectories(
     TrajectoryWarning
         If the unit of the range is probably not that of the positions: robots move more than a range between samples,
         never meet, or always fit into a tenth of a range. Or if a column group has several values in one run: all count
-        as one team. Or if the record has a fault: fewer than 95 % of the robots are present at a time, their number
-        differs between runs, in most runs their first samples are more than two intervals apart, or a step is above ten
-        medians and half a range. The report begins with the same sentences, `cautions`, and states no confidence.
+        as one team. Or if the record has a fault: fewer than 95 % of the robots are present at a time, one never is,
+        their number differs between runs, two names differ only in capitals or in spaces around them, in most runs
+        their first samples are more than two intervals apart, or a step is above ten medians and half a range. The
+        report begins with the same sentences, `cautions`, and states no confidence.
 
     Notes
     -----

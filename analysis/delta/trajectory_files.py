@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import difflib
 import os
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,14 @@ RUN = "run"
 #: Column of trajectories that a world has recorded. All rows count as one team, whatever is in it.
 GROUP = "group"
 _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
+# What loggers call these columns; an x or y may be of any message, as in pose.position.x.
+_OTHER_NAMES = {
+    "time": ("t", "stamp", "timestamp", "secs", "seconds", "header.stamp"),
+    "robot": ("id", "name", "agent", "vehicle", "robot_id", "robot_name", "agent_id"),
+}
+_POSITION = r"(.*[^a-z])?pos(e|ition)?[\W_]*{0}|{0}[\W_]*(m|mm|cm)?[\W_]*|{0}[\W_]?pos(ition)?"
+# A column of the x of one robot, as in x3, robot3_x or /a/odom/x.
+_ONE_OF_MANY = r"(.*[^a-z])?x([^a-z].*)?"
 # Text columns with more distinct values are not read as categories.
 _NAMES = 100_000
 
@@ -54,7 +64,7 @@ def read_trajectories(
     DataFrame
         time (float64), robot (category), x, y (float64), robot by robot, in the order of time; with runs also run
         (category), run by run in the order in which they first appear. If a column group has several values in one run,
-        they are in ``attrs["groups"]``.
+        they are in ``attrs["groups"]``; the names of columns that are ignored are in ``attrs["ignored"]``.
 
     Raises
     ------
@@ -115,14 +125,26 @@ def _read(place: Path, kind: str, content: bytes | None) -> pd.DataFrame:
         # A picture, for example.
         if isinstance(error, UnicodeDecodeError) or not reason.isprintable() or "\ufffd" in reason:
             reason = "it is not text"
-        cure = "; separate them by commas, and write numbers with points, as in 0.5" * (kind == "CSV")
+            if size and _beginning(place, content).startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+                raise ValueError(f"{place}: is text in UTF-16; save it as UTF-8, separated by commas") from error
+        cure = ", a row for each robot and time; separate them by commas, and write numbers with points, as in 0.5"
         raise ValueError(
-            f"{place}: not a readable {kind} file ({reason}); write one with the columns {', '.join(COLUMNS)}{cure}"
+            f"{place}: not a readable {kind} file ({reason}); write one with the columns {', '.join(COLUMNS)}"
+            f"{cure * (kind == 'CSV')}"
         ) from error
     columns = {name: table.column(name) for name in table.column_names}
     if RUN in columns and pa.types.is_temporal(columns[RUN].type):
         columns[RUN] = columns[RUN].cast(pa.string())
-    return pd.DataFrame({name: column.to_pandas() for name, column in columns.items()}, copy=False)
+    read = pd.DataFrame({name: column.to_pandas() for name, column in columns.items()}, copy=False)
+    read.attrs["ignored"] = [column for column in found if column not in wanted]
+    return read
+
+
+def _beginning(place: Path, content: bytes | None) -> bytes:
+    if content is not None:
+        return content[:2]
+    with place.open("rb") as file:
+        return file.read(2)
 
 
 def _first_line(error: Exception) -> str:
@@ -137,14 +159,33 @@ def _check_columns(found: Sequence[Any], name: str) -> None:
     missing = [column for column in COLUMNS if column not in names]
     if not missing:
         return
-    spare = {column.lower().strip(): column for column in names if column not in COLUMNS}
-    near = {column: difflib.get_close_matches(column, spare, n=1, cutoff=0.6) for column in missing}
-    hints = [f"rename {spare[one[0]]!r} to {column!r}" for column, one in near.items() if one]
-    listed, needed = ", ".join(map(repr, missing)), f"needed are {', '.join(COLUMNS)}, separated by commas"
+    listed = ", ".join(map(repr, missing))
     raise ValueError(
         f"{name}: no column{'s' * (len(missing) > 1)} {listed}; found {', '.join(names) or 'none'}; "
-        f"{', '.join(hints) or needed}"
+        f"{_cure(names, missing)}"
     )
+
+
+def _cure(names: Sequence[str], missing: Sequence[str]) -> str:
+    """Say how the columns of a file become those that are needed."""
+    needed = f"needed are {', '.join(COLUMNS)}, separated by commas"
+    if re.fullmatch(r"\s*[-+]?\d+(\.\d*)?(e[-+]?\d+)?\s*", names[0] if names else "", re.IGNORECASE):
+        return f"the first row holds values, not names; begin with the row {','.join(COLUMNS)}"
+    spare = {column.lower().strip(): column for column in names if column not in COLUMNS}
+    near = {}
+    for column in missing:
+        known = [one for one in spare if one == column or one in _OTHER_NAMES.get(column, ())]
+        if not known and column in ("x", "y"):
+            known = [one for one in spare if re.fullmatch(_POSITION.format(column), one)]
+        near[column] = known[0] if len(known) == 1 else None
+    many = [one for one in names if re.fullmatch(_ONE_OF_MANY, one.lower().strip())]
+    if len(many) > 1 and {"robot", "x"} <= set(missing) and near["robot"] is near["x"] is None:
+        own = f"give each its own row: {','.join(COLUMNS)}"
+        return f"{many[0]!r} and {many[1]!r} look like two robots in one row; {own}"
+    for column in missing:
+        near[column] = near[column] or next(iter(difflib.get_close_matches(column, spare, n=1, cutoff=0.6)), None)
+    hints = [f"rename {spare[one]!r} to {column!r}" for column, one in near.items() if one]
+    return "; ".join([", ".join(hints)] * bool(hints) + [needed] * (len(hints) < len(missing)))
 
 
 def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: str = "trajectories") -> pd.DataFrame:
@@ -179,6 +220,8 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
         raise ValueError(f"{name}: only robot {_shown(robot.categories[0])}; a neighbour graph needs at least 2 robots")
     checked = {"time": columns["time"], "robot": robot, "x": columns["x"], "y": columns["y"]}
     found = pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
+    others = [str(column) for column in trajectories.columns if column not in (*COLUMNS, RUN, GROUP)]
+    found.attrs["ignored"] = trajectories.attrs.get("ignored") or others
     found.attrs["groups"] = trajectories.attrs.get("groups") or _mixed_groups(trajectories)
     return found
 
@@ -224,6 +267,8 @@ def _numbers(column: pd.Series[Any], name: str, away: NDArray[np.bool_]) -> NDAr
     if wrong.any():
         row = int(np.argmax(wrong))
         cure = " (of seconds, say); turn dates into the time since the first" * (column.name == "time")
+        if isinstance(value := column.iloc[row], str) and re.fullmatch(r"[-+\d.]+,[\d.,]*", value.strip()):
+            cure = ", without commas, as in 1234.5"
         raise ValueError(
             f"{name}: {column.name}={_shown(column.iloc[row])} in row {row + 1}: must be a number{cure}"
         )

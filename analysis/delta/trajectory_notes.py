@@ -212,7 +212,27 @@ def _of_faults(record: Record) -> list[str]:
             f"Check the robots: their number differs between {kind}s, from {size.min()} (in {few:,}) to {size.max()} "
             f"(in {most:,}). Fewer robots meet fewer: analyse records of one number."
         )
-    return [*said, _offsets(record), _jumps(record)]
+    return [*said, _never_there(record), _names_alike(record), _offsets(record), _jumps(record)]
+
+
+def _never_there(record: Record) -> str:
+    """Say which robots have no position in the whole record, of which nothing else is said."""
+    there = record.trajectories.groupby("robot", observed=False)["x"].count()
+    names = [str(name) for name in there.index[there == 0]]
+    listed = ", ".join(names[:6]) + ", …" * (len(names) > 6)
+    return f"Check the tracking: never a position of {listed}; δ is that of the other robots." * bool(names)
+
+
+def _names_alike(record: Record) -> str:
+    """Say which two robots may be one, whose name is written in two ways: it would be its own neighbour."""
+    seen: dict[str, str] = {}
+    for name in record.trajectories["robot"].cat.categories:
+        if isinstance(name, str) and (other := seen.setdefault(name.strip().casefold(), name)) != name:
+            return (
+                f"Check the names: {other!r} and {name!r} count as two robots. If they are one, it is its own "
+                "neighbour, and δ is too large: write its name in one way."
+            )
+    return ""
 
 
 def _offsets(record: Record) -> str:

@@ -179,8 +179,10 @@ class RecordedTeam:
         """An awareness range for a start: a fifth of the longer side of the area, rounded to 1, 2 or 5."""
         area = [np.subtract(*np.nanquantile(self.table[one], [0.95, 0.05])) for one in ("x", "y")]
         wanted = _GUESSED * float(max(area)) or 1.0
-        power = 10.0 ** math.floor(math.log10(wanted))
-        return min((factor * power for factor in (1, 2, 5, 10)), key=lambda one: abs(math.log(one / wanted)))
+        power = math.floor(math.log10(wanted))
+        # From decimals: 10 * 1e-6 is not 1e-5.
+        choices = (float(f"{factor}e{power}") for factor in (1, 2, 5, 10))
+        return min(choices, key=lambda one: abs(math.log(one / wanted)))
 
     def facts(self) -> list[tuple[str, str]]:
         """Return what was understood of the file, as names and texts."""
@@ -196,7 +198,8 @@ class RecordedTeam:
         of_runs = f"; in {len(self.runs):,} runs, at most {grid.robots:,} in one" * several
         yield "Robots", f"{len(names):,}: {listed}{of_runs}"
         away = int(table["x"].isna().sum())
-        yield "Positions", f"{len(table) - away:,}" + f"; {away:,} rows say that a robot is away" * bool(away)
+        yield "Positions", f"{len(table) - away:,}" + f"; rows that say that a robot is away: {away:,}" * bool(away)
+        yield "Not read", ", ".join(_name(one) for one in table.attrs.get("ignored", ()) if str(one).strip())
         yield "Rate", self._rate()
         spans = (grid.length - 1) * grid.step
         pieces = f" in {len(spans):,} {'runs or ' * several}pieces" * (len(spans) > 1)

@@ -155,6 +155,19 @@ def test_names_are_short_and_text_and_marks_of_other_programs_do_no_harm() -> No
     assert dict(old.facts())["Robots"].startswith("2: \ufffd, nnn")
 
 
+def test_columns_that_are_not_read_are_named() -> None:
+    assert "Not read" not in dict(team_of(table_of()).facts())
+    table = table_of().assign(z=3.0, type="rover").reset_index(names="")
+    assert dict(team_of(table).facts())["Not read"] == "z, type"
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e-5, 1e-3, 1.0, 1e5])
+def test_a_guessed_range_is_a_round_number(unit: float) -> None:
+    table = table_of()
+    guess = team_of(table.assign(x=unit * table["x"], y=unit * table["y"])).guess
+    assert len(f"{guess!r}".replace("0", "").replace(".", "").split("e")[0]) == 1
+
+
 def test_a_guessed_range_is_called_a_guess() -> None:
     team = team_of(table_of())
     assert team.guess in (0.5, 1.0, 2.0)

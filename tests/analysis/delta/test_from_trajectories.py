@@ -58,6 +58,13 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
         ("\x89PNG\r\n\x1a\n\0\1,\3\n", r"not a readable CSV file \(it is not text\)"),
         ("time,robot,x,y\n", "no rows"),
         ("time,robot_id,x,y\n0,1,0,0\n", "no column 'robot'; found time, robot_id, x, y; rename 'robot_id' to 'robot'"),
+        ("t,agent,x_m,pose.position.y\n0,1,0,0\n", "rename 't' to 'time', rename 'agent' to 'robot', rename 'x_m' to 'x', rename 'pose"),
+        ("stamp,id,X [m],q\n0,1,0,0\n", "rename 'stamp' .*, rename 'id' .*, rename 'X .m.' to 'x'; needed are time, robot, x, y"),
+        ("time,x0,y0,x1,y1\n0,1,0,0,1\n", "'x0' and 'x1' look like two robots in one row; give each its own row: time,robot,x,y"),
+        ("time,robot0_x,robot0_y,robot1_x\n0,1,0,0\n", "'robot0_x' and 'robot1_x' look like two robots in one row"),
+        ("header.stamp,pose.position.x,pose.orientation.x\n0,1,0\n", "rename 'pose.position.x' to 'x'; needed are"),
+        ("0.0,robot_1,0,0\n", "the first row holds values, not names; begin with the row time,robot,x,y"),
+        ('time,robot,x,y\n"0,1",1,0,0\n', "time='0,1' in row 1: must be a number, without commas, as in 1234.5"),
         ("Time,robot,X,y\n0,1,0,0\n", "no columns 'time', 'x'; .* rename 'Time' to 'time', rename 'X' to 'x'"),
         ("a,b\n0,1\n", "no columns 'time', 'robot', 'x', 'y'; found a, b; needed are time, robot, x, y"),
         ("time;robot;x;y\n0;1;0;0\n", "found time;robot;x;y; .*separated by commas"),
@@ -96,6 +103,15 @@ def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, message: s
         trajectory_files.read_trajectories(_write(tmp_path, text))
     assert "\n" not in str(error.value)
     assert "trajectories.csv" in str(error.value)
+
+
+def test_text_of_another_encoding_is_named(tmp_path: Path) -> None:
+    content = GOOD.encode("utf-16")
+    with pytest.raises(ValueError, match="is text in UTF-16; save it as UTF-8"):
+        trajectory_files.read_trajectories("team.csv", content=content)
+    (tmp_path / "team.csv").write_bytes(content)
+    with pytest.raises(ValueError, match="is text in UTF-16; save it as UTF-8"):
+        trajectory_files.read_trajectories(tmp_path / "team.csv")
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:

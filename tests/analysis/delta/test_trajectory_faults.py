@@ -59,11 +59,24 @@ def truth(sound: pd.DataFrame) -> DeltaReport:
     return recorded(sound)
 
 
+def renamed(record: pd.DataFrame) -> pd.DataFrame:
+    """Every second sample of a robot has its name in capitals: it is its own neighbour."""
+    name = "robot" + record["robot"].astype(str)
+    return record.assign(robot=name.mask((record["robot"] == 2) & (record["time"] // 1 % 2 == 0), "ROBOT2 "))
+
+
+def never_there(record: pd.DataFrame) -> pd.DataFrame:
+    gone = record["robot"] == 4
+    return record.assign(x=record["x"].mask(gone), y=record["y"].mask(gone))
+
+
 FAULTS: list[tuple[Callable[[pd.DataFrame], pd.DataFrame], str]] = [
     (clocks, r"Check the clocks: the first .* more than 2 apart in 30 of 30 .*robot 2 of run 0 starts [23]\.?\d* after"),
     (many_clocks, r"Check the clocks: .*robot [05] of run 0 starts \d\.?\d* (after|before)"),
     (absent, r"Check the tracking: 6\d(\.\d)? % of the robots are present at a time, fewer than 95 %"),
     (unequal, r"Check the robots: their number differs between runs, from 4 \(in 10\) to 6 \(in 20\)"),
+    (renamed, r"Check the names: '(ROBOT2 |robot2)' and '(ROBOT2 |robot2)' count as two robots"),
+    (never_there, r"Check the tracking: never a position of 4; δ is that of the other robots"),
     (jump, r"Check the tracking: 2 steps of more than 10 medians; .*robot 3 of run 7 before time 2[01]"),
 ]
 
