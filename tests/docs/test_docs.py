@@ -51,6 +51,35 @@ def test_the_readme_is_short() -> None:
     assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 700
 
 
+def test_results_on_learned_awareness_are_those_of_the_ledger() -> None:
+    pages = [ROOT / "README.md", *(ROOT / "docs" / name for name in ("results.md", "claims.md"))]
+    readme, results, ledger = (" ".join(page.read_text(encoding="utf-8").split()) for page in pages)
+    found = re.search(r"adds nothing to it \((−[\d.]+) points over all cells, (−[\d.]+) to (\+[\d.]+)\)", ledger)
+    assert found is not None
+    mean, low, high = found.groups()
+    assert f"gains nothing, {mean} points ({low} to {high})" in readme
+    assert f"gains nothing from awareness: {mean} percentage points ({low} to {high})" in results
+    row = re.search(r"\| slopes \| ([\d.| ]+) \|", ledger)
+    assert row is not None
+    *gains, last = row[1].split(" | ")
+    assert f"{', '.join(gains)} and {last} points for R = 1 to 9" in results
+
+
+@pytest.mark.parametrize(
+    "word",
+    ["ROS", "Gazebo", "real robots", "heterogeneous", "GPU", "3D", "drones", "license", "Windows", "macOS", "motion capture"],
+)
+def test_the_questions_have_the_words_that_people_search(word: str) -> None:
+    assert word in (ROOT / "docs" / "faq.md").read_text(encoding="utf-8")
+
+
+def test_every_extra_is_on_the_page_of_the_installation() -> None:
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        extras = tomllib.load(file)["project"]["optional-dependencies"]
+    page = (ROOT / "docs" / "install.md").read_text(encoding="utf-8")
+    assert [extra for extra in extras if f"`{extra}`" not in page] == []
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_links_lead_somewhere(page: Path) -> None:
     for link in re.findall(r"\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
