@@ -595,6 +595,19 @@ def test_a_frame_of_another_page_may_hold_it(page: Page, tmp_path: Path) -> None
     page.frame_locator("iframe").locator("#teamsight[data-state=ready]").wait_for()
 
 
+@pytest.mark.parametrize("width", [660, 748, 860])
+def test_the_charts_of_two_runs_in_a_frame_have_room_for_their_names(page: Page, tmp_path: Path, width: int) -> None:
+    inner = written(tmp_path, recorded(team(), STEPS), recorded(team("none"), STEPS)).read_text("utf-8")
+    page.set_content(f'<iframe width="{width}" height="560" sandbox="allow-scripts" title="A recording"></iframe>')
+    page.evaluate("text => { document.querySelector('iframe').srcdoc = text; }", inner)
+    page.frame_locator("iframe").locator("#teamsight[data-state=ready]").wait_for()
+    page.evaluate("frames[0].postMessage({ teamsight: { scheme: 'light' } }, '*')")
+    until(page.frames[1], "document.documentElement.classList.contains('ts-framed')")
+    names = "[...document.querySelectorAll('.ts-chart figcaption > :first-child')]"
+    assert page.frames[1].evaluate(f"{names}.length") == 4
+    assert page.frames[1].evaluate(f"{names}.filter(one => one.scrollWidth > one.clientWidth).map(one => one.textContent)") == []
+
+
 @pytest.mark.parametrize(("size", "width"), [(browsing.WIDE, "660px"), (browsing.WIDE, "1100px"), (browsing.PHONE, "100%")])
 def test_a_frame_of_the_site_has_its_height_and_its_colours(
     new_page: browsing.Pages, tmp_path: Path, shot: Callable[[Page, str], None], size: tuple[int, int], width: str
