@@ -70,6 +70,8 @@ _MOST_FRAMES, _MOST_BODIES, _MOST_ALL_LINKS = 3000, 1_500_000, 3_000_000
 _GUESSED = 0.2
 # Robots whose median intervals differ by more than this factor have other rates.
 _OTHER_RATE = 1.5
+# A robot that moves, and has one position for a larger share of the time, is named.
+_STOOD = 0.1
 # Times since 1970, by the number of units in a second; of this century until 2100.
 _EPOCHS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 _FROM, _UNTIL = 946_684_800.0, 4_102_444_800.0
@@ -209,6 +211,7 @@ class RecordedTeam:
         yield "Duration", f"{_short(spans.sum())}{when}{pieces}"
         yield "Gaps", self._gaps()
         yield "Clocks", self._clocks()
+        yield "Standing", self._standing()
         motion = motion_of(table, grid)
         speeds = (motion.length / motion.wait)[motion.length > 0]
         speed = float(np.median(speeds)) if len(speeds) else 0.0
@@ -253,6 +256,19 @@ class RecordedTeam:
         if single:
             text += f"{'; ' * bool(text)}{single:,} of single robots (longest {_short(longest)}, robot {who})"
         return text or f"none longer than {_short(grid.max_gap)}"
+
+    def _standing(self) -> str:
+        """Say who keeps exactly one position for longest, as of a robot that is lost; nothing if that is short."""
+        time, x, y = (self.table[one].to_numpy() for one in ("time", "x", "y"))
+        longest, who, least = 0.0, "", _STOOD * float(((self.grid.length - 1) * self.grid.step).sum())
+        for first, end in zip(self._starts[:-1], self._starts[1:], strict=True):
+            # Each place begins at a row, and the last of them ends with the last row.
+            new = np.flatnonzero((np.diff(x[first:end]) != 0) | (np.diff(y[first:end]) != 0)) + first + 1
+            begun = np.concatenate([[first], new])
+            held = time[np.concatenate([new, [end]]) - 1] - time[begun]
+            if len(new) and held.max() > max(longest, least):
+                longest, who = float(held.max()), _name(self.table["robot"].iat[first])
+        return f"robot {who} keeps exactly one position for {_short(longest)}: is it lost by the tracking?" * bool(who)
 
     def _clocks(self) -> str:
         """Say how far apart robots start in the run where that is most."""

@@ -155,6 +155,18 @@ def test_names_are_short_and_text_and_marks_of_other_programs_do_no_harm() -> No
     assert dict(old.facts())["Robots"].startswith("2: \ufffd, nnn")
 
 
+def test_a_robot_whose_last_position_is_held_is_named() -> None:
+    table = table_of()
+    assert "Standing" not in dict(team_of(table).facts())
+    lost = (table["robot"] == 2) & (table["time"] > 10)
+    last = table[(table["robot"] == 2) & ~lost].iloc[-1]
+    held = table.assign(x=table["x"].mask(lost, last["x"]), y=table["y"].mask(lost, last["y"]))
+    assert dict(team_of(held).facts())["Standing"] == "robot 2 keeps exactly one position for 9.9: is it lost by the tracking?"
+    # One that never moves is a charging place, or is switched off.
+    still = table.assign(x=table["x"].mask(table["robot"] == 2, 1.0), y=table["y"].mask(table["robot"] == 2, 1.0))
+    assert "Standing" not in dict(team_of(still).facts())
+
+
 def test_columns_that_are_not_read_are_named() -> None:
     assert "Not read" not in dict(team_of(table_of()).facts())
     table = table_of().assign(z=3.0, type="rover").reset_index(names="")
