@@ -67,7 +67,7 @@ def test_results_on_learned_awareness_are_those_of_the_ledger() -> None:
 
 @pytest.mark.parametrize(
     "word",
-    ["ROS", "Gazebo", "real robots", "heterogeneous", "GPU", "3D", "drones", "license", "Windows", "macOS", "motion capture"],
+    ["ROS", "Gazebo", "real robots", "heterogeneous", "GPU", "3D", "drones", "licence", "license", "rosbag", "Windows", "macOS", "motion capture"],
 )
 def test_the_questions_have_the_words_that_people_search(word: str) -> None:
     assert word in (ROOT / "docs" / "faq.md").read_text(encoding="utf-8")
