@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import tokenize
 import zipfile
 import zlib
 from dataclasses import dataclass
@@ -153,7 +154,7 @@ def _read(path: Path) -> tuple[str, tuple[Layer, ...]]:
             with np.load(file, allow_pickle=False) as found:
                 content = {name: found[name] for name in found.files}
                 degree = str(content["degree"])
-        except (*_UNREADABLE, zipfile.BadZipFile, zlib.error) as error:
+        except (*_UNREADABLE, zipfile.BadZipFile, zlib.error, tokenize.TokenError) as error:
             raise ValueError(f"{path}: holds no trained network ({error}); {_CURE}") from error
     layers: list[Layer] = []
     while f"weight_{len(layers)}" in content:

@@ -11,18 +11,25 @@ import contextlib
 import errno
 import io
 import os
+import re
 import sys
 import sysconfig
 import traceback
 from collections.abc import Sequence
-from typing import NoReturn, TextIO
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn, TextIO
 
 import click
 
 from teamsight.cli.options import InputError, usage
 from teamsight.core.interrupts import is_interrupt
 
+if TYPE_CHECKING:
+    from teamsight.analysis.runs.executor import JobError
+
 WRONG_INPUT, INTERRUPTED = 2, 130
+
+_PACKAGE = Path(__file__).resolve().parents[1]
 
 _COMPLETE = "every file written so far is complete"
 # A line that is too long keeps its end, which is the cure.
@@ -100,7 +107,9 @@ def lines(error: Exception) -> list[str]:
     if isinstance(error, InputError):
         return list(map(one_line, error.messages))
     text = str(error)
-    if isinstance(error, OSError):
+    if isinstance(error, JobError) and (place := _place_of_job(error)):
+        text = f"{text} (in {place}; TEAMSIGHT_TRACEBACK=1 shows how it came there)"
+    elif isinstance(error, OSError):
         text = f"{error.filename or 'a file'}: {error.strerror or error}"
     elif isinstance(error, MemoryError):
         text = f"not enough memory ({error or 'none left'}); give fewer robots, targets, steps or runs"
@@ -119,14 +128,27 @@ def lines(error: Exception) -> list[str]:
 
 def _place_outside(error: Exception) -> str:
     """Return the file and line in the code of the user, a model for example, that raised an error; "" if none did."""
-    libraries = tuple({sysconfig.get_paths()[name] for name in ("stdlib", "purelib", "platlib")})
     for frame, line in reversed([*traceback.walk_tb(error.__traceback__)]):
         file = frame.f_code.co_filename
         if frame.f_globals.get("__name__", "").partition(".")[0] == "teamsight":
             return ""
-        if not file.startswith((*libraries, "<")):
+        if not file.startswith(_libraries()):
             return f"{file}:{line}"
     return ""
+
+
+def _place_of_job(error: JobError) -> str:
+    """Return the same of a job that failed, perhaps in another process, from its traceback as a text."""
+    for file, line in reversed(re.findall(r'^  File "(.+)", line (\d+)', str(error.__cause__ or ""), re.MULTILINE)):
+        if Path(file).is_relative_to(_PACKAGE):
+            return ""
+        if not file.startswith(_libraries()):
+            return f"{file}:{line}"
+    return ""
+
+
+def _libraries() -> tuple[str, ...]:
+    return "<", *{sysconfig.get_paths()[name] for name in ("stdlib", "purelib", "platlib")}
 
 
 def printable(text: str) -> str:

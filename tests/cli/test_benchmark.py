@@ -186,3 +186,13 @@ def test_a_file_whose_name_is_none_of_a_module_is_refused(tmp_path: Path, capsys
     file.write_text("")
     assert call("--policy", f"{file}:Mine", "--quick") == 2
     assert "'2-my-policy' is no module name; rename it, for example to _2_my_policy.py" in capsys.readouterr().err
+
+
+def test_an_error_of_the_policy_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "raising_late.py"
+    file.write_text("def rule(percept, rng):\n    return {}[0]\n\ndef far(percept, rng):\n    return float('nan'), 0.0\n")
+    assert call("--policy", f"{file}:rule", "--awareness", "none", "--quick") == 2
+    assert f"{file.name}:2; TEAMSIGHT_TRACEBACK=1 shows how it came there)" in capsys.readouterr().err
+    # What the package refuses says why; the place is its own.
+    assert call("--policy", f"{file}:far", "--awareness", "none", "--quick") == 2
+    assert "TEAMSIGHT_TRACEBACK" not in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import pickle
+import zipfile
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -150,6 +151,15 @@ def test_half_a_file_and_none_are_refused(tmp_path: Path) -> None:
     np.save(tmp_path / "one.npy", np.zeros(3))
     with pytest.raises(ValueError, match="holds no trained network"):
         Trained(str(tmp_path / "one.npy"))
+
+
+def test_an_array_whose_header_never_ends_is_refused(tmp_path: Path) -> None:
+    path, damaged = written(tmp_path / "one.npz"), tmp_path / "damaged.npz"
+    with zipfile.ZipFile(path) as whole, zipfile.ZipFile(damaged, "w") as file:
+        for name in whole.namelist():
+            file.writestr(name, whole.read(name).replace(b"}", b" "))
+    with pytest.raises(ValueError, match="holds no trained network"):
+        Trained(str(damaged))
 
 
 def test_damaged_bytes_are_refused_or_harmless(tmp_path: Path) -> None:
