@@ -557,7 +557,7 @@ class Results:
         Parameters
         ----------
         against : str, optional
-            The team with which all are compared.
+            The team with which all are compared, and whose place their differences decide.
         """
         found = [
             Standing(
@@ -567,6 +567,10 @@ class Results:
             for team in self.teams
         ]  # fmt: skip
         ranked = sorted((one for one in found if one.score), key=lambda one: -one.score.mean if one.score else 0.0)
+        if own := next((one for one in ranked if one.team == against), None):
+            # Its place is that of the differences: a team with fewer runs has met other worlds than the means are of.
+            ranked.remove(own)
+            ranked.insert(sum(one.less is not None and one.less.mean <= 0.0 for one in ranked), own)
         listed = [one._replace(rank=rank) for rank, one in enumerate(ranked, 1)]
         return listed + [one for one in found if one.score is None]
 
@@ -738,8 +742,8 @@ def page(results: Results) -> str:
         standing.append([
             str(one.rank or ""), f"`{one.team}`", team["about"], team["order"] or "",
             str(team["inputs"]["10"]) if team["inputs"] else "", _count(team["transitions"]), half(one.score),
-            minus(plus_minus(more.mean, more.high, "+.1f", ".1f")) if more else "", half(one.way)
-            and f"{one.way.mean:.0f}", "" if cpu is None else f"{cpu:.3g}",
+            minus(plus_minus(more.mean, more.high, "+.1f", ".1f")) if more else "", way_text(one.way),
+            "" if cpu is None else f"{cpu:.3g}",
         ])  # fmt: skip
     titles = (
         "", "team", "what it is", "awareness", "inputs", "transitions", "observed [%]", f"more than {COMPARED} [pp]",
@@ -752,16 +756,22 @@ def page(results: Results) -> str:
             means = [results.mean(one.team, [name]) for name in names]
             rows.append([f"`{one.team}`", *("" if mean is None else f"{mean.mean:.1f}" for mean in means)])
         tables[part] = markdown.table(("team", *names), rows, align="l" + "r" * len(names))
-    tables["varied_scenarios"] = "\n".join(
-        f"- `{name}`: {SCENARIOS[name].about}" + ("; no ceiling" if not SCENARIOS[name].is_planned else "")
-        for name in base_names(False)
-    )
+    tables["varied_scenarios"] = "\n".join(f"- `{name}`: {SCENARIOS[name].about}" for name in base_names(False))
     widest = max(
         mean.high - mean.mean
         for one in listed if one.rank for name in SCENARIOS if (mean := results.mean(one.team, [name])) is not None
     )  # fmt: skip
     values = {"common": _in_words(), "widest": f"{widest:.1f}", "example": _EXAMPLE, **tables}
     return filled(_TEMPLATE, **values, **_findings(results))
+
+
+def way_text(way: Interval) -> str:
+    """Return a share of the way in percent, with half of its interval; nothing if it is not known."""
+    if not math.isfinite(way.mean):
+        return ""
+    # The ends of the way are where they are in all runs.
+    is_spread = math.isfinite(way.high) and way.high > way.mean
+    return minus(plus_minus(way.mean, way.high, ".0f", ".0f") if is_spread else f"{way.mean:.0f}")
 
 
 def _findings(results: Results) -> dict[str, str]:
@@ -789,8 +799,8 @@ def _findings(results: Results) -> dict[str, str]:
         "search": more("group-forces", law),
         "ppo": more("ppo", "a-cmommt", base), "ppo_varied": more("ppo", "a-cmommt", base_names(False)),
         "billion": more("ppo-many-teams", "ppo"),
-        "evolved_way": f"{results.way('evolved').mean:.0f} %",
-        "law_way": f"{results.way(law).mean:.0f} %",
+        "evolved_way": f"{way_text(results.way('evolved'))} %", "law_way": f"{way_text(results.way(law))} %",
+        "weak": more("informed", CEILING, ["own-speeds"]),
         "unaware": more(law, "follow-free, unaware"),
         "narrow": observed("a-cmommt", "view-120"), "narrow_law": observed(law, "view-120"),
         "tried": markdown.table(("tried", "compared with", "difference [pp]"), tried, align="llr"),
@@ -835,14 +845,14 @@ planned, and cut for time).
 tuned on these worlds.
 - **Score.** Observed targets in %, mean of all scenarios with equal weights. A team is better than another if the 95 %
 interval of their paired difference excludes 0.
-- **Way.** The share of the way from the random walk to the [clairvoyant planner](ceilings.md), over the scenarios whose
-settings the planners know. Planners show what is possible at least; `teleport` is a proven bound.
+- **Way.** The share of the way from the random walk to the [clairvoyant planner](ceilings.md), over the scenarios and
+runs that planners have. They show what is possible at least; `teleport` is a proven bound, at every 20th tick.
 - **Inputs** are those that the degree of awareness gives a robot in a team of 10, whether the policy reads them or not.
 - **Learned teams** learn anew for each run, from an exploration of its own (root {minus(str(EXPLORED))}), so that
 intervals contain the spread of explorations.
 - **Hops.** In `hops` degrees that show each teammate hear reports over two hops; rings cannot.
-- **CPU time** of a robot's step in n10-r5, with perception, decision and motion, on the machine that made the file; it
-is not reproducible.
+- **CPU time** of a robot's step in n10-r5, with perception, decision and motion, on one machine; not reproducible.
+`clairvoyant` plans before.
 - A version, here `{BENCHMARK}`, never changes its scenarios, seeds and steps. Teams may be added, and planners improve.
 - `b-cmommt` and `p-cmommt` are our reading of papers that we do not have ([what is known of them](relatives.md)).
 
@@ -874,7 +884,8 @@ points more; over N × R alone `evolved` {{evolved_base}}.
 - **`ppo`** observes {{ppo}} points more than A-CMOMMT's defaults over N × R, {{ppo_varied}} elsewhere; 500
 times the steps add {{billion}}.
 - **Awareness is worth {{unaware}} points** to the law, over the best unaware one.
-- **There is room.** `follow-free` goes {{law_way}} of the way to the clairvoyant team, `evolved` {{evolved_way}}.
+- **There is room.** `follow-free` goes {{law_way}} of the way to the clairvoyant team, `evolved` {{evolved_way}}. In
+own-speeds `informed` observes {{weak}} points more than it: plans are not optimal.
 - **In a 120° view the order is another:** `a-cmommt`, which turns on the spot when idle, observes {{narrow}},
 `follow-free` {{narrow_law}}.
 

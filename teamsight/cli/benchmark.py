@@ -175,7 +175,7 @@ def _show(results: Results, name: str | None) -> None:
         rows.append((
             one.rank or "", one.team, team["order"] or "", inputs["10"] if inputs else "",
             f"{team['transitions']:.3g}", written(one.score), *((written(one.less, "+.1f"),) if name else ()),
-            f"{one.way.mean:.0f} %" if math.isfinite(one.way.mean) else "", "" if cpu is None else f"{cpu:.3g}",
+            (way := bench.way_text(one.way)) and f"{way} %", "" if cpu is None else f"{cpu:.3g}",
         ))  # fmt: skip
         if one.team == name:
             rank = f"rank {one.rank} of {sum(bool(other.rank) for other in standings)}: " if one.rank else ""
@@ -194,13 +194,13 @@ def _show(results: Results, name: str | None) -> None:
     for title in bench.SCENARIOS:
         means = {team: results.mean(team, [title]) for team in (name, *others)}
         best = max(others, key=lambda team: means[team].mean)  # type: ignore[union-attr]
-        way = results.way(name, [title]).mean
+        way = bench.way_text(results.way(name, [title]))
         rows.append((
             title, written(means[name]), best, written(means[best]),
-            written(results.difference(name, best, [title]), "+.1f"), f"{way:.0f} %" if math.isfinite(way) else "",
+            written(results.difference(name, best, [title]), "+.1f"), way and f"{way} %",
         ))  # fmt: skip
     titles = ("scenario", f"{name} [%]", "best other", "observes [%]", "difference", "of the way")
     show_table(rows, titles, left=(0, 2), spare=(5, 3))
     if results.percent(name) is not None and results.percent(name).shape[1] < bench.RUNS:  # type: ignore[union-attr]
-        say("differences are over the runs that both have, so that they are not those of the means")
+        say("differences are over the runs that both have, so they are not those of the means; they decide the rank")
     say(f"{bench.BENCHMARK}: means with 95 % intervals; 'of the way' is that from {bench.FLOOR} to {CEILING}")

@@ -151,6 +151,20 @@ def test_teams_are_ranked_by_the_mean_of_all_scenarios() -> None:
     assert listed[3].score is None
 
 
+def test_fewer_runs_are_ranked_by_the_differences_in_them(shipped: Results) -> None:
+    for name in ("group-forces", "a-cmommt", "straight"):
+        team = shipped.teams[name]
+        few = {**team, "observed": {title: part[:10] for title, part in team["observed"].items()}}
+        ranks = {one.team: one.rank for one in Results({**shipped.teams, "few": few}).standings("few")}
+        # Its mean over 10 runs is another than over all, so that by means it would not stand beside itself.
+        assert ranks["few"] == ranks[name] + 1
+
+
+def test_shares_of_the_way_have_their_interval(shipped: Results) -> None:
+    assert "| 79 ± 1 | " in benchmark.page(shipped)
+    assert [benchmark.way_text(shipped.way(name)) for name in (benchmark.FLOOR, benchmark.CEILING)] == ["0", "100"]
+
+
 def test_a_team_that_is_not_in_the_file_runs_on_its_worlds(shipped: Results) -> None:
     again = benchmark.run({"again": ENTRANTS["straight"]}, 2, timed=False)
     for title, part in again.teams["again"]["observed"].items():
