@@ -162,7 +162,10 @@ def report(runs: pd.DataFrame) -> str:
     rows = []
     for name, of_world in tables.items():
         designed = of_world[of_world["team"] == DESIGNED]["observed_fraction"].mean()
-        each = [written(_gains(of_world, *teams)) for teams in COMPARED]
+        each = [
+            written(_by_search(gains) if GUESSED in teams else gains)
+            for teams in COMPARED for gains in [_gains(of_world, *teams)]
+        ]  # fmt: skip
         rows.append([name, f"{100 * designed:.1f}", *each])
     rows.append([f"mean, {ELSEWHERE} explorations each", "", *map(written, gains.mean(axis=0))])
     heads = (f"{one} minus {other} [pp]" for one, other in COMPARED)
@@ -181,6 +184,11 @@ def _gains(runs: pd.DataFrame, team: str, other: str) -> npt.NDArray[np.float64]
         runs[runs["team"] == name].groupby("replicate")["observed_fraction"].mean() for name in (team, other)
     )
     return 100 * np.asarray(one - two, float)
+
+
+def _by_search(gains: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the means of the explorations beside which the same guessed search stands: only these are independent."""
+    return np.array([gains[number::GUESSES].mean() for number in range(min(GUESSES, len(gains)))])
 
 
 #: The parts of the constants in words.

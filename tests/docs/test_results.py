@@ -96,7 +96,12 @@ def of_ceilings(text: str) -> Iterator[str]:
     table = shipped("ceilings")
     yield from ceilings.tables(table)
     assert set(zip(table["robots"], table["radius"], strict=True)) == set(evolution.GRID.cells)
-    yield ", ".join(f"N = {robots}, R = {radius:g}" for robots, radius in ceilings.below(table)) or "in no cell"
+    for team in ("sharing", "clairvoyant"):
+        found: dict[int, list[str]] = {}
+        for robots, radius in ceilings.below(table, team):
+            found.setdefault(robots, []).append(f"{radius:g}")
+        cells = [f"N = {robots}, R = {', '.join(radii)}" for robots, radii in found.items()]
+        yield f"- `{team}` at {'; '.join(cells)}\n"
     # The page of the policy has the same.
     kept = shipped("evolved")
     made = evolution.by_ceiling(table[table["team"] != "a-cmommt"].replace(ceilings.STRONGEST, evolution.STRONGEST))
