@@ -2,9 +2,9 @@
 
 It needs teamsight[env,rl]: python benchmarks/ppo.py FILE [SEEDS]. Each row adds a line of JSON to FILE: what was
 changed, the share that the team observed while it was trained, by agent-steps, and what its most probable actions
-observe in 32 worlds of other seeds. The last row is what a newcomer would take: observations as they are, a normal
-distribution of standard deviation 1 and the settings that CleanRL has. The others change one or two things of a tuned
-training.
+observe in 32 worlds of other seeds. `NEWCOMER` is what a newcomer would take: observations as they are, a normal
+distribution of standard deviation 1 and the settings that CleanRL has; the last two are the same with the defaults that
+environments have now, as they are and as nearness. The others change one or two things of a tuned training.
 """
 
 import json
@@ -28,12 +28,15 @@ TUNED = NEWCOMER | {
     "action": "vector", "reward": "share", "worlds": 64, "rollout": 64, "total": 600_000, "discount": 0.95,
     "rate": 1e-3, "minibatches": 8, "nearness": True, "spread": -0.7,
 }  # fmt: skip
+#: What environments have by default now.
+DEFAULTS: dict[str, Any] = {"action": "vector", "reward": "alone"}
 ACTIONS, REWARDS = ("vector", "continuous", "grid"), ("share", "alone", "observed", "gain")
 ROWS: list[dict[str, Any]] = [
     *({"action": action, "reward": reward} for action in ACTIONS for reward in REWARDS),
     *({"layout": "nearest", "reward": reward} for reward in ("share", "alone", "observed")),
     {"nearness": False}, {"discount": 0.9}, {"discount": 0.99}, {"spread": 0.0}, {"max_cycles": 100}, {"rate": 3e-4},
-    NEWCOMER,
+    NEWCOMER, {"reward": "alone", "nearness": False},
+    *({**NEWCOMER, **DEFAULTS, "total": 1_200_000, "nearness": nearness} for nearness in (False, True)),
 ]  # fmt: skip
 
 
