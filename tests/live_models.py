@@ -44,3 +44,10 @@ def meeting(sensing_range: float = 1.0, seed: int = 0) -> World:
     world.log_contacts(robots, "targets")
     world.clock.at(3, lambda: world.log("painted", robots[0], colour="red"))
     return world
+
+
+def stopping(seed: int = 0) -> CMOMMT:
+    """Return a world that stops after as many steps as its seed says."""
+    world = CMOMMT(4, 5, seed=seed)
+    world.clock.at(seed, lambda: setattr(world, "running", False))
+    return world

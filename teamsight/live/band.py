@@ -14,7 +14,7 @@ from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.references import failure
 from teamsight.live.controls import model_name, seed_name
-from teamsight.live.protocol import MOST_TICKS
+from teamsight.live.protocol import LEAST_RUNS, MOST_TICKS
 from teamsight.live.worlds import Worlds
 
 #: Runs × ticks × agents of all worlds together.
@@ -132,12 +132,17 @@ class Band:
 
 
 def _summary(ticks: npt.NDArray[np.int64], found: Reals) -> dict[str, list[Any]]:
-    """Return the mean over runs and the limits of the band at each tick; None where no run has a value."""
-    shown = np.isfinite(found).any(axis=0)
+    """Return the mean over runs and the limits of the band at each tick, and of how many runs they are.
+
+    A run has no value after it has stopped, or while there is nothing to observe. Those that go on may be others than
+    those that stop, so a page says how many there are; where fewer are left than can be asked for, there is no band.
+    """
+    count = np.isfinite(found).sum(axis=0)
+    shown = count >= LEAST_RUNS
     values = np.full((3, len(ticks)), np.nan)
     if shown.any():
         some = found[:, shown]
         values[0, shown] = np.nanmean(some, axis=0)
         values[1:, shown] = np.nanpercentile(some, [_LOW, _HIGH], axis=0)
     mean, low, high = values.tolist()
-    return {"ticks": ticks.tolist(), "mean": mean, "low": low, "high": high}
+    return {"ticks": ticks.tolist(), "mean": mean, "low": low, "high": high, "count": count.tolist()}

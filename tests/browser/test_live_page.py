@@ -731,6 +731,38 @@ def test_a_band_of_other_seeds_lies_behind_what_is_observed(page: Page, live: Ca
     page.wait_for_function("() => teamsight.view.band === null")
 
 
+def test_a_band_says_of_how_many_runs_it_is_and_that_they_are_undisturbed(
+    page: Page, live: Callable[..., LivePage], shot: Any
+) -> None:
+    server = live(live_models.stopping)
+    shown(page, server)
+    for tick in range(1, 3):
+        page.evaluate("() => teamsight.live.step()")
+        until(lambda tick=tick: world_of(server).tick == tick)
+    settled(page, server)
+    page.get_by_text("Charts", exact=True).click()
+    page.get_by_label("runs", exact=True).fill("10")
+    page.get_by_label("ticks", exact=True).fill("12")
+    page.get_by_role("button", name="Run for a band").click()
+    # Those of the seeds 6 to 15 stop after as many ticks.
+    said = page.locator(".ts-banded .ts-band-text").last
+    said.get_by_text("paler from tick 7, where n < 10 runs have a value, none where n < 8").wait_for()
+    values = page.locator(".ts-banded .ts-band-values")
+    assert re.fullmatch(r"mean \d+ %, \d+ to \d+ %, n = 10", values.text_content())
+    assert "Undisturbed" not in said.text_content()
+    page.evaluate("() => teamsight.view.show(0)")
+    for tick, text in ((8, "n = 8 of 10"), (9, "no band, n = 7 of 10"), (12, "no band, n = 4 of 10"), (13, "no band after tick 12")):
+        found = page.evaluate(
+            """tick => { const { view } = teamsight, [chart] = view.charts;
+            return chart.bandValue.call({ view: { shownTime: tick, band: view.band } }, view.band.bands[0], 0); }""",
+            tick,
+        )
+        assert found.endswith(text), found
+    page.evaluate("() => teamsight.live.laboratory.add(0, { x: 0.5, y: 0.5 })")
+    said.get_by_text("Undisturbed: they have the present settings from tick 0").wait_for()
+    shot(page, "band-stopping")
+
+
 def test_a_band_can_be_cancelled_from_the_page(page: Page, live: Callable[..., LivePage]) -> None:
     go_on = threading.Event()
 

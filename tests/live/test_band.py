@@ -16,7 +16,7 @@ from teamsight import CMOMMT
 from teamsight.live import protocol
 from teamsight.live.band import MOST_WORK, Band
 from teamsight.live.controls import controls_of
-from teamsight.live.protocol import Message, parsed
+from teamsight.live.protocol import LEAST_RUNS, Message, parsed
 from teamsight.live.session import Session
 from teamsight.live.worlds import Worlds
 
@@ -101,6 +101,24 @@ def test_of_long_runs_a_thousand_ticks_are_shown(posts: Posts) -> None:
     for world in rows:
         world.run(2_500, progress=False)
     assert one["mean"][-1] == pytest.approx(np.mean([world.observed for world in rows]), rel=1e-14)
+
+
+def test_it_counts_the_runs_that_go_on_and_ends_where_they_are_too_few(posts: Posts) -> None:
+    begun(worlds_of(live_models.stopping, {}), 10, 30, posts)
+    one = posts.until("band", lambda fields: fields["bands"])["bands"][0]
+    # The run of seed s stops after s steps; those of the band have the seeds 4 to 13.
+    assert one["count"] == [sum(tick <= seed for seed in range(4, 14)) for tick in range(31)]
+    rows = {seed: live_models.stopping(seed=seed) for seed in range(4, 14)}
+    for world in rows.values():
+        world.run(30, progress=False)
+    observed = {seed: world.recording.history["observed"].to_numpy() for seed, world in rows.items()}
+    for tick in range(1, 31):
+        left = [values[tick - 1] for seed, values in observed.items() if tick <= seed]
+        if len(left) >= LEAST_RUNS:
+            assert one["mean"][tick] == pytest.approx(np.mean(left), rel=1e-14)
+        else:
+            assert [one[name][tick] for name in ("mean", "low", "high")] == pytest.approx([np.nan] * 3, nan_ok=True)
+    assert [one["count"][tick] for tick in (6, 7)] == [8, 7]
 
 
 def test_a_band_is_cancelled_in_the_middle_of_a_run(posts: Posts) -> None:

@@ -386,7 +386,9 @@ class Controls {
   }
 
   // How far the runs are, or their band.
-  showBand({ runs, done, ticks, interval, first, last, bands }) {
+  showBand(message) {
+    const { runs, done, ticks, interval, first, last, bands } = message;
+    this.band = message;
     const isThere = runs > 0 && bands.length > 0, isBusy = runs > 0 && !isThere;
     if (!runs && this.bandStop === document.activeElement) this.bandButton.focus();
     this.bandStop.hidden = !runs;
@@ -394,8 +396,16 @@ class Controls {
     this.bandNote.setAttribute("aria-busy", String(isBusy));
     setText(this.bandStop, isThere ? "Remove band" : "Cancel");
     setText(this.bandNote, isBusy ? `${done} of ${runs} runs` : isThere ? `${runs} runs of ${ticks.toLocaleString("en")} ticks, seeds ${first} to ${last}` : "");
-    const text = isThere ? `band: ${interval} % of ${runs} other seeds (percentiles ${50 - interval / 2} to ${50 + interval / 2}); dots: mean` : "";
-    if (isThere || this.page.view.band) this.page.view.setBand(isThere ? { text, bands } : null);
+    const text = isThere ? `band: ${interval} % of ${runs} other seeds (percentiles ${50 - interval / 2} to ${50 + interval / 2}); dots: mean${this.bandLimits(message)}` : "";
+    if (isThere || this.page.view.band) this.page.view.setBand(isThere ? { text, runs, bands } : null);
+  }
+
+  // What a reader has to know of a band: where runs are missing, and that nobody intervened in them.
+  bandLimits({ runs, bands }) {
+    const ends = bands.flatMap(({ ticks, count }) => { const k = count.findIndex((n) => n < runs); return k < 0 ? [] : [ticks[k]]; });
+    const few = ends.length ? `; paler from tick ${Math.min(...ends).toLocaleString("en")}, where n < ${runs} runs have a value, none where n < ${this.bandRuns.min}` : "";
+    this.bandDone = Boolean(this.state && this.state.tracks.some(({ done }) => done));
+    return few + (this.bandDone ? ". Undisturbed: they have the present settings from tick 0, and nothing else that was done here" : "");
   }
 
   film() {
@@ -407,6 +417,7 @@ class Controls {
   showState(state) {
     this.state = state;
     this.showCharts(state);
+    if (this.page.view.band && this.bandDone !== state.tracks.some(({ done }) => done)) this.showBand(this.band);
     setText(this.runButton, state.running ? "Pause" : "Run");
     // The button below the arena, which also plays the past, is called Pause.
     this.runButton.setAttribute("aria-label", state.running ? "Pause the run" : "Run");

@@ -1179,8 +1179,9 @@ class Chart {
     const stacked = difference ? make("span", { class: "ts-stacked" }, "Lower − upper") : null;
     this.plot = make("div", { class: "ts-plot" }, this.canvas, this.cursor);
     this.bandText = make("p", { class: "ts-band-text", hidden: true });
+    this.bandValues = make("p", { class: "ts-band-text ts-band-values", hidden: true });
     this.element = make("figure", { class: `ts-chart${difference ? " ts-difference" : ""}` },
-      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.smoothButton, this.values), this.plot, this.bandText);
+      make("figcaption", {}, make("span", {}, make("span", { class: stacked && "ts-beside" }, title), stacked), this.smoothButton, this.values), this.plot, this.bandValues, this.bandText);
     this.plot.setAttribute("role", "img");
     this.plot.setAttribute("aria-label", `${difference ? nameOf(name) : ""} ${title} against time`.trim());
     if (difference) this.element.title = `${nameOf(name)} of the run on the right, minus that of the run on the left`;
@@ -1337,23 +1338,37 @@ class Chart {
   // Says what the band is, and makes room for it.
   describeBand() {
     const { band } = this.view, isThere = Boolean(band) && this.name === "observed" && !this.difference;
-    this.bandText.hidden = !isThere;
+    this.bandText.hidden = this.bandValues.hidden = !isThere;
     this.element.classList.toggle("ts-banded", isThere);
     setText(this.bandText, isThere ? band.text : "");
   }
 
-  // Where most runs of other seeds lie, and their mean, behind the lines: one colour for each track.
+  // What the band is at the time of the cursor, and of how many runs.
+  bandValue({ ticks, mean, low, high, count }, t) {
+    const k = lastAt(ticks, this.view.shownTime), { runs, bands } = this.view.band;
+    if (k < 0) return "";
+    const isOver = this.view.shownTime > ticks.at(-1), side = bands.length > 1 ? ["left: ", "right: "][t] : "";
+    if (isOver) return `${side}no band after tick ${ticks.at(-1).toLocaleString("en")}`;
+    const [least, middle, most] = [low, mean, high].map((values) => (values[k] === null ? "–" : (100 * values[k]).toFixed(0)));
+    const some = mean[k] === null ? "no band, " : `mean ${middle} %, ${least} to ${most} %, `;
+    return `${side}${some}n = ${count[k]}${count[k] < runs ? ` of ${runs}` : ""}`;
+  }
+
+  // Where most runs of other seeds lie, and their mean, behind the lines: one colour for each track. Paler where some
+  // runs have no value.
   drawBand() {
     const { to, ratio, view } = this, { band, palette } = view;
     if (this.bandText.hidden) return;
-    band.bands.forEach(({ ticks, mean, low, high }, t) => {
+    band.bands.forEach(({ ticks, mean, low, high, count }, t) => {
       const colour = palette.tracks[t % 2], there = ticks.map((_, k) => k).filter((k) => mean[k] !== null);
       // The first point of a path begins it, also by lineTo.
       const trace = (values, keys) => keys.forEach((k) => to.lineTo(this.px(ticks[k]), this.py(values[k])));
-      // Stretches without a gap: nobody may have been there to be observed.
+      // Stretches without a gap, in which all runs have a value or not all: nobody may have been there to be observed.
+      const isWhole = (k) => count[k] === band.runs;
       const stretches = there.reduce((all, k) => {
-        if (all.length && all.at(-1).at(-1) === k - 1) all.at(-1).push(k);
-        else all.push([k]);
+        const last = all.length ? all.at(-1).at(-1) : -2;
+        if (last === k - 1 && isWhole(last) === isWhole(k)) all.at(-1).push(k);
+        else all.push(last === k - 1 ? [last, k] : [k]);
         return all;
       }, []);
       for (const keys of stretches) {
@@ -1361,7 +1376,7 @@ class Chart {
         trace(high, keys);
         trace(low, [...keys].reverse());
         to.closePath();
-        to.fillStyle = faded(colour, 0.22);
+        to.fillStyle = faded(colour, isWhole(keys.at(-1)) ? 0.22 : 0.1);
         to.fill();
         to.beginPath();
         trace(mean, keys);
@@ -1437,6 +1452,7 @@ class Chart {
       this.values.replaceChildren(...texts.map((_, t) => make("span", { class: `ts-value ts-value-${t}` })));
     }
     texts.forEach((text, t) => setText(this.values.children[t], text));
+    if (!this.bandValues.hidden) setText(this.bandValues, view.band.bands.map((one, t) => this.bandValue(one, t)).filter(Boolean).join("; "));
   }
 
   valueText(t) {
@@ -2113,7 +2129,7 @@ class View {
 
   nameOf(name) { return nameOf(name); }
 
-  // A band behind the observed fraction, {text, bands: [{ticks, mean, low, high}]}, or null.
+  // A band behind the observed fraction, {text, runs, bands: [{ticks, mean, low, high, count}]}, or null.
   setBand(band) {
     this.band = band;
     this.fitDomain();
