@@ -93,6 +93,17 @@ def place_of(world: World, body: int) -> Place:
     raise ValueError(f"body={body}: is not in the world any more; choose another")
 
 
+def check_there(world: World, place: Place) -> None:
+    """Refuse a body that is not in the world.
+
+    Raises
+    ------
+    ValueError
+        If it is not.
+    """
+    _agent(world, place)
+
+
 def move(world: World, place: Place, x: float, y: float) -> list[str]:
     """Move a body."""
     agent, its_name = _agent(world, place)

@@ -6,7 +6,7 @@ import threading
 from bisect import bisect_left
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import accumulate, islice
@@ -21,6 +21,7 @@ from teamsight.agents.engine.records import Bound
 from teamsight.agents.events.contact_log import CONTACT, ContactLog
 from teamsight.agents.events.sources import EventSource
 from teamsight.agents.recording.frames import RECORD_FRAME, FrameRecorder
+from teamsight.agents.state import State
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.component import Component, declared
@@ -208,9 +209,10 @@ class LiveTrack:
         return self._observer.measures.all()
 
     def value(self, name: str) -> Any:
-        """Return the value of a parameter."""
+        """Return the value of a parameter; None if only the other world was given it, and the model takes any."""
         base, _, option = name.partition(".")
-        value = self.parameters[base] if base in self.parameters else declared(self._model)[base].default
+        usual = declared(self._model).get(base)
+        value = self.parameters.get(base, None if usual is None else usual.default)
         return getattr(value, option, None) if option else value
 
     def with_value(self, name: str, value: Any) -> dict[str, Any]:
@@ -296,6 +298,10 @@ class LiveTrack:
                 world.awareness = degree
                 self._set = "awareness", degree
         self.parameters = parameters
+        self.renew()
+
+    def renew(self) -> None:
+        """Let the next frame have the scene made anew, which something has changed."""
         with self._lock:
             self._observer.is_stale = True
 
@@ -306,7 +312,6 @@ class LiveTrack:
         (name, value), self._set = self._set, None
         before, rows = self.journal.entries[-1:], self.world._data.sources.events.rows
         shown = value if isinstance(value, (bool, int, float, str)) else checks.shown(value)
-        self.journal.check_room()
         self.journal.note(Entry(self.made, (), name, value))
         if before and before[0] not in self.journal.entries and rows and rows[-1].what == "set":
             # A slider that is moved.
@@ -316,8 +321,7 @@ class LiveTrack:
     def intervene(self, act: Callable[[World], list[str]]) -> None:
         """Let something be done to the world, and note it."""
         self.journal.note(Entry(self.made, tuple(act(self.world))))
-        with self._lock:
-            self._observer.is_stale = True
+        self.renew()
 
     def state(self) -> dict[str, Any]:
         """Return what the page shows beside the picture."""
@@ -437,6 +441,8 @@ class Worlds:
 
     def change(self, tracks: list[LiveTrack], name: str, value: Any) -> None:
         """Change a parameter of some running worlds; if one refuses it, of none."""
+        for track in tracks:
+            track.journal.check_room()
         before = [track.value(name) for track in tracks]
         for number, track in enumerate(tracks):
             try:
@@ -452,7 +458,9 @@ class Worlds:
     def intervene(self, kind: str, track: int, fields: Mapping[str, Any], *, both: bool) -> None:
         """Let something be done to the body, or at the place, that was named in one world, or to both worlds.
 
-        What is done to both is done to none if one of them refuses it.
+        If it fails in one of them, all are put back to what they were. That is not possible for a world with processes
+        or planned functions, which no state holds: the error then names the worlds that keep what was done. What a
+        class of the user keeps beside the world's state is not put back either.
 
         Parameters
         ----------
@@ -468,7 +476,7 @@ class Worlds:
         Raises
         ------
         TypeError, ValueError
-            If there is no such body, or a world refuses it.
+            If there is no such body, a world refuses it, or it failed and a world cannot be put back.
         """
         if track >= len(self.tracks):
             raise ValueError(f"track={track}: there is one world only; compare first")
@@ -480,10 +488,26 @@ class Worlds:
             given["number"] = given.pop("group")
         for one in chosen:
             one.journal.check_room()
+            if "place" in given:
+                # What one of them refuses for this reason has not begun in the other.
+                interventions.check_there(one.world, given["place"])
         act = partial(getattr(interventions, kind), **given)
-        with _undoing(chosen[:-1]):
-            for one in chosen:
-                one.intervene(act)
+        # Those that cannot be put back come last.
+        before = sorted(map(_Before, chosen), key=lambda one: one.state is None)
+        try:
+            for world in before:
+                world.track.intervene(act)
+        except (Exception, SystemExit) as error:
+            kept = [self.tracks.index(one.track) for one in before if not one.is_put_back()]
+            if not kept:
+                raise
+            names = " and ".join(("left", "right")[number] for number in sorted(kept))
+            which = f"the {names} world" if len(self.tracks) > 1 else "the world"
+            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
+            raise ValueError(
+                f"{kind}: {said}; {which} may keep a part of it, since it has processes or planned functions "
+                "and cannot be put back; what is half done is not in Copy as Python; Reset starts again"
+            ) from error
         self.describe()
 
     def describe(self) -> None:
@@ -498,22 +522,38 @@ class Worlds:
             track.describe(self.every, title if differing else None)
 
 
-@contextmanager
-def _undoing(tracks: list[LiveTrack]) -> Iterator[None]:
-    """Take back what was done to some worlds if it fails in another."""
-    before = []
-    for one in tracks:
-        # A world with processes of its own cannot be put back.
-        with suppress(TypeError):
-            before.append((one, one.world.arena, one.world.state(), list(one.journal.entries)))
-    try:
-        yield
-    except Exception:
-        for one, arena, state, entries in before:
-            one.world.arena = arena
-            one.world.restore(state)
-            one.journal.entries[:] = entries
-        raise
+class _Before:
+    """A world before an intervention, and its state, if that can be saved: not with processes or planned functions."""
+
+    def __init__(self, track: LiveTrack) -> None:
+        self.track, self._arena, self._entries = track, track.world.arena, list(track.journal.entries)
+        # Those that are removed come back themselves as long as somebody holds them.
+        self._agents = [list(group) for group in track.world.groups]
+        self._seen = self._look()
+        self.state: State | None = None
+        with suppress(Exception):  # a user's policy or source may not be made for copying
+            self.state = track.world.state()
+
+    def _look(self) -> list[Any]:
+        """Return what tells whether something was done."""
+        world = self.track.world
+        places = [(one.identity, one.bodies.position, one.active) for one in world.groups]
+        return [world.arena, len(world._data.sources.events), *(one.tobytes() for each in places for one in each)]
+
+    def is_put_back(self) -> bool:
+        """Put the world back if something was done; return whether it is as it was."""
+        world = self.track.world
+        try:
+            if self._look() != self._seen:
+                if self.state is None:
+                    return False
+                world.arena = self._arena
+                world.restore(self.state)
+        except (Exception, SystemExit):  # of a user's class
+            return False
+        self.track.journal.entries[:] = self._entries
+        self.track.renew()
+        return True
 
 
 def _in_title(value: Any) -> str:

@@ -13,6 +13,7 @@ import pytest
 from teamsight import CMOMMT, Disc, Failures, World
 from teamsight.cli.look import WatchSettings
 from teamsight.cli.options import Command
+from teamsight.live import interventions
 from teamsight.live.copying import command_of, script_of
 from teamsight.live.live_page import worlds_of
 from teamsight.live.protocol import parsed
@@ -153,6 +154,91 @@ def test_what_one_of_two_worlds_refuses_is_done_to_none(closing: list[Worlds]) -
     assert not any(track.journal.entries for track in worlds.tracks)
     worlds.run(5)
     assert repeated(worlds)["left"].tick == 10
+
+
+class Breaking(CMOMMT):
+    """A world whose log breaks after what is to be logged was done."""
+
+    def __init__(self, breaks: bool = False, process: bool = False, **parameters: Any) -> None:
+        super().__init__(robots=4, targets=3, **parameters)
+        self._breaks = breaks
+        if process:
+            self.clock.process(self._wait())
+
+    def _wait(self) -> Any:
+        yield self.clock.timeout(1000)
+
+    def log(self, what: str, *about: Any, **details: Any) -> None:
+        super().log(what, *about, **details)
+        if self._breaks:
+            raise RuntimeError("the disk is full")
+
+
+_ACTS = {
+    "move": {"x": 1.0, "y": 1.0}, "remove": {}, "switch": {"on": False}, "add": {"group": 0, "x": 1.0, "y": 1.0},
+    "obstruct": {"shape": "circle", "points": [[0.0, 0.0], [0.001, 0.0]]},
+}  # fmt: skip
+
+
+def act(worlds: Worlds, kind: str, both: bool = True) -> None:
+    place = {"body": body(worlds.tracks[0].world, 0, 1)} if kind in ("move", "remove", "switch") else {}
+    do(worlds, kind, both=both, **place, **_ACTS[kind])
+
+
+@pytest.mark.parametrize("kind", _ACTS)
+@pytest.mark.parametrize("beside", [None, {"breaks": True}])
+def test_what_fails_half_way_is_put_back_in_all_worlds(closing: list[Worlds], kind: str, beside: Any) -> None:
+    # At tick 0 the world does not log by itself, so all of them fail after they were done.
+    worlds = built(closing, Breaking, {"seed": 5, "breaks": beside is None}, beside)
+    other = built(closing, Breaking, {"seed": 5})
+    with pytest.raises(RuntimeError, match="the disk is full"):
+        act(worlds, kind)
+    other.run(20)
+    worlds.run(20)
+    for track in worlds.tracks:
+        assert bits(track.world) == bits(other.tracks[0].world)
+        assert track.world.arena == Disc(5.0)
+        assert not len(track.world.events)
+        assert not track.journal.entries
+
+
+@pytest.mark.parametrize("kind", _ACTS)
+def test_a_world_that_cannot_be_put_back_is_named(closing: list[Worlds], kind: str) -> None:
+    worlds = built(closing, Breaking, {"seed": 5, "process": True}, {"breaks": True})
+    with pytest.raises(ValueError, match=r"the disk is full .*; the left and right world may keep .* processes .*; Reset"):
+        act(worlds, kind)
+    # What was done in the left one is in its Python.
+    assert [len(track.journal.entries) for track in worlds.tracks] == [1, 0]
+    # Where that is possible nothing is done in either: those that cannot be put back come last.
+    for left, right in ((True, False), (False, True)):
+        worlds = built(closing, Breaking, {"seed": 5, "process": left, "breaks": left}, {"process": right, "breaks": right})
+        seen = [bits(track.world) for track in worlds.tracks]
+        with pytest.raises(ValueError, match=rf"the {'left' if left else 'right'} world may keep"):
+            act(worlds, kind)
+        assert [bits(track.world) for track in worlds.tracks][left] == seen[left]
+        assert not any(track.journal.entries for track in worlds.tracks)
+
+
+def test_a_refusal_touches_no_world_that_cannot_be_put_back(closing: list[Worlds]) -> None:
+    worlds = built(closing, Breaking, {"seed": 5, "process": True}, {"awareness": "none"})
+    with pytest.raises(ValueError, match=r"inside Disc\(radius=5.0\)$"):
+        do(worlds, "move", body=body(worlds.tracks[0].world, 0, 1), x=9.0, y=0.0)
+    do(worlds, "remove", track=1, both=False, body=body(worlds.tracks[1].world, 0, 1))
+    seen = [bits(track.world) for track in worlds.tracks]
+    with pytest.raises(ValueError, match=r"is not in both worlds; choose another, or one world$"):
+        act(worlds, "move")
+    assert [bits(track.world) for track in worlds.tracks] == seen
+
+
+def test_a_setting_that_has_no_room_in_the_journal_is_refused_before_it_is_set(
+    closing: list[Worlds], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(interventions, "MOST_INTERVENTIONS", 1)
+    worlds = built(closing, CMOMMT, {"seed": 5})
+    act(worlds, "move")
+    with pytest.raises(ValueError, match="1 interventions: a run has at most 1; Reset"):
+        worlds.change(worlds.tracks, "robot_speed", 0.3)
+    assert (worlds.tracks[0].world.robots.speed != 0.3).all()
 
 
 @pytest.mark.parametrize(
