@@ -36,6 +36,8 @@ _BRIDGED = 5.0
 _SAME = 1e-6
 # Robots and times, at about which the bearings are sampled.
 _SAMPLES = 200_000
+# Bearings that are kept, at most: of some more, every second frame is dropped.
+_BEARINGS = 10_000_000
 
 
 class Grid(NamedTuple):
@@ -287,7 +289,7 @@ def neighbours_over_time(
     every = max(1, grid.frames * grid.robots // _SAMPLES)
     progress(0, grid.frames)
     periodic = arena if arena is not None and max(arena.period) > 0 else None
-    counts, samples, square, moves, farthest = [], [], 0.0, 0, 0.0
+    counts, samples, square, moves, farthest, held = [], [], 0.0, 0, 0.0, 0
     for block in blocks(trajectories, grid, (0.0, 0.0) if periodic is None else periodic.period):
         if periodic is not None:
             block = block._replace(position=periodic.displacement(np.zeros(2), block.position))
@@ -301,9 +303,14 @@ def neighbours_over_time(
             counts.append((len(degree), np.mean(degree) if len(degree) else 0.0, np.max(degree, initial=0)))
             if (block.first + frame) % every == 0:
                 samples.append(sector_occupancy.bearings(graph, _headings(block, frame, periodic)[present]))
+                held += len(samples[-1].turn)
+                while held > _BEARINGS and len(samples) > 1:
+                    # Where all are neighbours of all, so many robots would fill the memory.
+                    samples, every = samples[::2], 2 * every
+                    held = sum(len(one.turn) for one in samples)
+            progress(block.first + frame + 1, grid.frames)
         length = np.sum(_steps(block.position[:-1], block.position[1:], periodic) ** 2, axis=-1)
         square, moves = square + float(np.nansum(length)), moves + int(np.sum(np.isfinite(length)))
-        progress(block.first + len(block.time), grid.frames)
     table = pd.DataFrame(counts, columns=["robots", "mean_degree", "max_degree"])
     table.insert(0, "time", grid.time())
     piece = np.arange(len(grid.run))
