@@ -14,13 +14,14 @@ import os
 import re
 import secrets
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -60,6 +61,10 @@ Floats = npt.NDArray[np.float64]
 ASSETS = Path(__file__).parent / "assets"
 #: The largest file that a page can send [bytes].
 MOST_FILE = 32 * 2**20
+#: What files that pages are sending, or that are sent and not read yet, have in all [bytes].
+MOST_COMING = 64 * 2**20
+# Seconds without a part after which a file that a page is sending gives way to others.
+_IDLE = 60.0
 #: Files that the server keeps for pages; the oldest makes room.
 MOST_KEPT = 8
 # What a page can play: frames, robots times frames, and links in all.
@@ -324,9 +329,9 @@ class RecordedTeam:
             self._counted = needed, found
         return replace(self._counted[1], risk=choice.risk)
 
-    def answer(self, choice: Choice) -> dict[str, Any]:
+    def answer(self, choice: Choice, progress: Progress = lambda done, total: None) -> dict[str, Any]:
         """Return δ as a page shows it: the answer, its cautions, the curve and further notes."""
-        report = self.report(choice)
+        report = self.report(choice, progress)
         answer, *more = report.sentences()[len(report.cautions) :]
         assert report.over_time is not None
         largest, curve = report.over_time["max_degree"].to_numpy(), report.exceedance
@@ -353,7 +358,7 @@ class RecordedTeam:
             ],
         }  # fmt: skip
 
-    def play(self, choice: Choice) -> RecordedTrack:
+    def play(self, choice: Choice, progress: Progress = lambda done, total: None) -> RecordedTrack:
         """Return the frames of a run; a tick is a frame of the record, and gaps are left out."""
         from teamsight.analysis.delta.resample import blocks, make_grid, trajectory_starts
 
@@ -376,7 +381,11 @@ class RecordedTeam:
         origin = grid.start[0] if self._epoch()[0] else 0.0
         clock = Clock(grid.step, grid.split(False).tolist(), (grid.start - origin).tolist())
         scene = replace(self._scene(choice, names, place), every=every, clock=clock)
-        return RecordedTrack(scene, list(_frames(scene, place, choice.range_shape)))
+        frames = []
+        for one in _frames(scene, place, choice.range_shape):
+            frames.append(one)
+            progress(len(frames), len(place))
+        return RecordedTrack(scene, frames)
 
     def _scene(self, choice: Choice, names: list[str], place: Floats) -> Scene:
         reach = choice.awareness_range or self.guess
@@ -397,18 +406,18 @@ class RecordedTeam:
             series=("mean_neighbours", "max_neighbours"), links=(LinkList("teammates", "teammates"),),
         )  # fmt: skip
 
-    def saved(self, choice: Choice) -> tuple[str, str]:
+    def saved(self, choice: Choice, progress: Progress = lambda done, total: None) -> tuple[str, str]:
         """Return the name of a file, and a page that plays the run anywhere, with the answer and the facts."""
-        track = self.play(choice)
+        track = self.play(choice, progress)
         stem = "".join(c if c.isalnum() else "-" for c in self.name.rsplit(".", 1)[0])[:80]
         style, script = (asset(f"recorded.{kind}", ASSETS) for kind in ("css", "js"))
-        data = protocol.text("panel", **self.shown(choice), facts=self.facts())
+        data = protocol.text("panel", **self.shown(choice, progress), facts=self.facts())
         return f"teamsight-{stem}.html", page([track], title=track.scene.title, panel=Panel(style, script, data))
 
-    def shown(self, choice: Choice) -> dict[str, Any]:
+    def shown(self, choice: Choice, progress: Progress = lambda done, total: None) -> dict[str, Any]:
         """Return the answer, and for what it holds."""
         chosen = {**asdict(choice), "awareness_range": choice.awareness_range or self.guess}
-        return {"choice": chosen, **self.answer(choice)}
+        return {"choice": chosen, **self.answer(choice, progress)}
 
 
 def _frames(scene: Scene, place: Floats, range_shape: str) -> Iterator[Frame]:
@@ -471,16 +480,68 @@ def read_recorded(
     return RecordedTeam(os.path.basename(path), read_trajectories(path, content=content, sort=sort, progress=progress))
 
 
-class Coming(NamedTuple):
-    """A file that a page is sending."""
+@dataclass
+class Coming:
+    """A file that a page is sending, or has sent.
+
+    Attributes
+    ----------
+    name : str
+        Its name, for people.
+    size : int
+        What it should have [bytes].
+    content : bytearray
+        What has come of it.
+    heard : float
+        When its last part came [s].
+    """
 
     name: str
     size: int
     content: bytearray
+    heard: float
 
 
-async def _apart(work: Callable[[str | bytes], list[str]], data: str | bytes) -> list[str]:
-    """Return the result of work that another thread does, which ends with the program: it can take minutes."""
+class LeftError(Exception):
+    """Nobody waits for this work any more."""
+
+
+class Work:
+    """What a page has asked for, which takes a thread up to minutes.
+
+    Parameters
+    ----------
+    act : callable
+        Called with `go_on`, it returns the answers.
+    """
+
+    def __init__(self, act: Callable[[Progress], list[str]]) -> None:
+        self._act, self._is_wanted = act, True
+
+    def cancel(self) -> None:
+        """Let it end soon, without an answer."""
+        self._is_wanted = False
+
+    def go_on(self, done: float = 0, total: float = 0) -> None:
+        """Raise an error if nobody waits for it; called again and again."""
+        if not self._is_wanted:
+            raise LeftError
+
+    def answers(self) -> list[str]:
+        """Do it, and return the answers; what cannot be done changes nothing."""
+        try:
+            self.go_on()
+            return self._act(self.go_on)
+        except LeftError:
+            return []
+        except (TypeError, ValueError) as error:
+            return [protocol.text("error", message=str(error))]
+        except Exception as error:  # of whatever a file holds
+            return [protocol.text("error", message=failure(error))]
+
+
+async def _apart(work: Work) -> list[str]:
+    """Return the answers of work that another thread does, which ends with the program."""
     loop = asyncio.get_running_loop()
     done: asyncio.Future[list[str]] = loop.create_future()
 
@@ -490,7 +551,7 @@ async def _apart(work: Callable[[str | bytes], list[str]], data: str | bytes) ->
             done.set_result(found)
 
     def finish() -> None:
-        found = work(data)
+        found = work.answers()
         # The loop may be closed.
         with contextlib.suppress(RuntimeError):
             loop.call_soon_threadsafe(deliver, found)
@@ -513,9 +574,9 @@ class Desk:
     def __init__(self, first: RecordedTeam | None = None, choice: Choice | None = None) -> None:
         self.choice = choice or Choice()
         self._kept: dict[str, RecordedTeam] = {} if first is None else {"": first}
-        self._visits: set[asyncio.Task[None] | None] = set()
+        self._visits: dict[Visit, asyncio.Task[None] | None] = {}
         # One at a time: a count of neighbours takes all of a core.
-        self._turn = asyncio.Lock()
+        self._turn, self._is_closing = asyncio.Lock(), False
 
     @property
     def has_first(self) -> bool:
@@ -524,28 +585,74 @@ class Desk:
 
     async def serve(self, connection: Any) -> None:
         """Answer the messages of a page until it closes its socket."""
-        visit, task = Visit(self), asyncio.current_task()
-        self._visits.add(task)
+        visit = Visit(self)
+        self._visits[visit] = asyncio.current_task()
+        # Beside it the page is read: else nobody would notice that it is closed.
+        worker = asyncio.create_task(self._work(connection, visit))
         try:
             async for data in connection:
-                if isinstance(data, bytes) and not visit.is_last(data):
-                    continue
-                async with self._turn:
-                    answers = await _apart(visit.answers, data)
-                for message in answers:
+                for message in visit.hear(data):
                     await connection.send(message)
         finally:
-            self._visits.discard(task)
+            visit.leave()
+            if visit.work is None or self._is_closing:
+                worker.cancel()
+            try:
+                # It has its turn until the thread has ended, so that one thread counts.
+                await asyncio.wait([worker])
+            finally:
+                worker.cancel()
+                del self._visits[visit]
+
+    async def _work(self, connection: Any, visit: Visit) -> None:
+        try:
+            while not visit.is_over:
+                await visit.asked.wait()
+                async with self._turn:
+                    if (work := visit.begin()) is None:
+                        continue
+                    answers = await _apart(work)
+                    visit.work = None
+                for message in answers:
+                    await connection.send(message)
+        except Exception:
+            # The connection has ended; if not, a page without answers would wait for ever.
+            await connection.close(1011)
 
     @property
     def pages(self) -> int:
-        """The number of pages that are open."""
+        """The number of pages that are open, or whose count goes on."""
         return len(self._visits)
 
     def close(self) -> None:
         """Wait for no count of neighbours any longer; in the loop of the server."""
-        for task in filter(None, self._visits):
-            task.cancel()
+        self._is_closing = True
+        for visit, task in self._visits.items():
+            visit.leave()
+            if task is not None:
+                task.cancel()
+
+    def check_room(self, visit: Visit, name: str, size: int) -> None:
+        """Refuse a file for which there is no room beside those of other pages; one that has stopped coming gives way.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        now, taken = time.monotonic(), 0
+        for other in self._visits:
+            if other is visit or other.coming is None:
+                continue
+            if not other.is_whole and now - other.coming.heard > _IDLE:
+                other.coming = None
+            else:
+                taken += other.coming.size
+        if taken + size > MOST_COMING:
+            raise ValueError(
+                f"{name}: has {size / 2**20:,.1f} MiB, and other pages are sending {taken / 2**20:,.1f}, at most "
+                f"{MOST_COMING // 2**20} in all; send it again when theirs are read"
+            )
 
     def keep(self, team: RecordedTeam) -> str:
         """Keep a file for pages that open it later, and return its key."""
@@ -572,38 +679,93 @@ class Desk:
 
 
 class Visit:
-    """A page: the file that it shows, the one that it is sending, and what it has chosen."""
+    """A page: the file that it shows, the one that it is sending, what it has chosen, and what it waits for.
+
+    Attributes
+    ----------
+    asked : asyncio.Event
+        Set when something waits.
+    coming : Coming or None
+        The file that it is sending, or that has come and is not read yet.
+    work : Work or None
+        What is being done for it.
+    is_over : bool
+        Whether it is closed.
+    """
 
     def __init__(self, desk: Desk) -> None:
         self._desk, self._choice = desk, desk.choice
         self._team: RecordedTeam | None = None
-        self._coming: Coming | None = None
+        self.asked, self.is_over = asyncio.Event(), False
+        self.coming: Coming | None = None
+        self.work: Work | None = None
+        # By kind, in order: of each the newest.
+        self._waiting: dict[str, Work] = {}
+        self._is_lost = False
 
-    def is_last(self, data: bytes) -> bool:
-        """Take a part of a file; return whether something is to be said of it: it is the last, or too much."""
-        if self._coming is None:
-            return True
-        self._coming.content.extend(data)
-        return len(self._coming.content) >= self._coming.size
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of the file has come."""
+        return self.coming is not None and len(self.coming.content) >= self.coming.size
 
-    def answers(self, data: str | bytes) -> list[str]:
-        """Return the answers to a message, or to the last part of a file; what cannot be done changes nothing."""
+    def hear(self, data: str | bytes) -> list[str]:
+        """Take a message or a part of a file, and return what can be said at once; the rest waits for its turn."""
         try:
-            return self._take(data)
+            if isinstance(data, bytes):
+                self._on_part(data)
+                return []
+            kind, fields = protocol.parsed(data, KINDS)
+            if kind == "file":
+                return self._on_file(**fields)
+            self._ask(kind, partial(getattr(self, f"_on_{kind}"), **fields))
         except (TypeError, ValueError) as error:
             return [protocol.text("error", message=str(error))]
-        except Exception as error:  # of whatever a file holds
-            return [protocol.text("error", message=failure(error))]
+        return []
 
-    def _take(self, data: str | bytes) -> list[str]:
-        if isinstance(data, bytes):
-            return self._received()
-        message = protocol.parsed(data, KINDS)
-        found: list[str] = getattr(self, f"_on_{message.type}")(**message.fields)
-        return found
+    def _ask(self, kind: str, act: Callable[[Progress], list[str]]) -> None:
+        if kind in ("open", "read"):
+            # Another file: nobody looks at what is counted of the one before.
+            self._waiting.pop("choose", None)
+            if self.work is not None:
+                self.work.cancel()
+        self._waiting.pop(kind, None)
+        self._waiting[kind] = Work(act)
+        self.asked.set()
+
+    def begin(self) -> Work | None:
+        """Return what is to be done now, if anything is."""
+        self.work = self._waiting.pop(next(iter(self._waiting))) if self._waiting else None
+        if not self._waiting:
+            self.asked.clear()
+        return self.work
+
+    def leave(self) -> None:
+        """Let what is being done for the page end soon. Idempotent."""
+        self.is_over, self.coming = True, None
+        self._waiting.clear()
+        if self.work is not None:
+            self.work.cancel()
+
+    def _on_part(self, data: bytes) -> None:
+        coming = self.coming
+        if coming is None or self.is_whole:
+            # Once: a file has thousands of parts.
+            if not self._is_lost:
+                self._is_lost, self.coming = True, None
+                self._waiting.pop("read", None)
+                raise ValueError(
+                    f"a part of a file came before its name and size, after its end, or so late ({_IDLE:g} s) that "
+                    "others have its room; send the file again"
+                )
+            return
+        coming.content.extend(data)
+        coming.heard = time.monotonic()
+        if self.is_whole:
+            self._ask("read", partial(self._on_read, coming))
 
     def _on_file(self, name: str, size: int) -> list[str]:
-        self._coming = None
+        self.coming, self._is_lost = None, False
+        self._waiting.pop("read", None)
         # Only for people, and for its ending; nothing of this name is opened.
         name = "".join(c for c in name.replace("\\", "/").rsplit("/", 1)[-1] if c.isprintable())[-120:] or "file"
         if not name.lower().endswith(".csv"):
@@ -613,59 +775,65 @@ class Visit:
                 f"{name}: has {size / 2**20:,.0f} MiB, and a page can send {MOST_FILE // 2**20}; open it by teamsight "
                 "watch --trajectories, or keep every tenth row of each robot"
             )
-        self._coming = Coming(name, size, bytearray())
-        return [protocol.text("send")] if size else self._received()
+        self._desk.check_room(self, name, size)
+        self.coming = Coming(name, size, bytearray(), time.monotonic())
+        if not size:
+            self._ask("read", partial(self._on_read, self.coming))
+            return []
+        return [protocol.text("send")]
 
-    def _received(self) -> list[str]:
-        coming, self._coming = self._coming, None
-        if coming is None:
-            raise ValueError("a part of a file came before its name and size; send the file again")
-        if len(coming.content) != coming.size:
-            raise ValueError(f"{coming.name}: is longer than it was said to be; send it again")
-        team = read_recorded(coming.name, content=bytes(coming.content))
+    def _on_read(self, coming: Coming, go_on: Progress) -> list[str]:
+        try:
+            if len(coming.content) != coming.size:
+                raise ValueError(f"{coming.name}: is longer than it was said to be; send it again")
+            team = read_recorded(coming.name, content=bytes(coming.content), progress=go_on)
+        finally:
+            # Another one may be coming already.
+            if self.coming is coming:
+                self.coming = None
         choice = replace(self._desk.choice, awareness_range=None, window=None, run=0)
-        shown = self._shown(team, choice)
+        shown = self._shown(team, choice, go_on)
         return [protocol.text("kept", key=self._desk.keep(team)), *shown]
 
-    def _on_open(self, key: str) -> list[str]:
+    def _on_open(self, go_on: Progress, key: str) -> list[str]:
         if not key and not self._desk.has_first:
             return [protocol.text("empty")]
-        return self._shown(self._desk.find(key), self._desk.choice if not key else Choice(risk=self._desk.choice.risk))
+        choice = self._desk.choice if not key else Choice(risk=self._desk.choice.risk)
+        return self._shown(self._desk.find(key), choice, go_on)
 
-    def _shown(self, team: RecordedTeam, choice: Choice) -> list[str]:
+    def _shown(self, team: RecordedTeam, choice: Choice, go_on: Progress) -> list[str]:
         """Return all that a page shows of a file; it is the file of this page from now on, unless that fails."""
-        answers = [
-            protocol.text("record", name=team.name, facts=team.facts(), runs=team.runs),
-            self._answer(team, choice), self._track(team, choice),
-        ]  # fmt: skip
+        answers = [protocol.text("record", name=team.name, facts=team.facts(), runs=team.runs)]
+        answers += [self._answer(team, choice, go_on), self._track(team, choice, go_on)]
+        go_on(1, 1)
         self._team, self._choice = team, choice
         return answers
 
-    def _on_choose(self, **chosen: Any) -> list[str]:
+    def _on_choose(self, go_on: Progress, **chosen: Any) -> list[str]:
         if self._team is None:
             raise ValueError(_NO_FILE)
         choice, before = Choice(**chosen), self._choice
         if before.awareness_range is None and choice.awareness_range == self._team.guess:
             # The page shows the guess, and nobody has chosen it.
             choice = replace(choice, awareness_range=None)
-        answers = [self._answer(self._team, choice)]
+        answers = [self._answer(self._team, choice, go_on)]
         if replace(choice, risk=before.risk, window=before.window) != before:
-            answers.append(self._track(self._team, choice))
+            answers.append(self._track(self._team, choice, go_on))
         self._choice = choice
         return answers
 
-    def _answer(self, team: RecordedTeam, choice: Choice) -> str:
-        return protocol.text("answer", **team.shown(choice))
+    def _answer(self, team: RecordedTeam, choice: Choice, go_on: Progress) -> str:
+        return protocol.text("answer", **team.shown(choice, go_on))
 
-    def _track(self, team: RecordedTeam, choice: Choice) -> str:
+    def _track(self, team: RecordedTeam, choice: Choice, go_on: Progress) -> str:
         from base64 import b64encode
 
-        track = team.play(choice)
+        track = team.play(choice, go_on)
         frames = b64encode(pack(track.frames, track.scene)).decode()
         return protocol.text("track", scene=track.scene.as_json(), frames=frames)
 
-    def _on_save(self) -> list[str]:
+    def _on_save(self, go_on: Progress) -> list[str]:
         if self._team is None:
             raise ValueError(_NO_FILE)
-        name, html = self._team.saved(self._choice)
+        name, html = self._team.saved(self._choice, go_on)
         return [protocol.text("recording", name=name, html=html)]

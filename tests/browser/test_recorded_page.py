@@ -131,6 +131,20 @@ def test_bad_files_leave_the_page_as_it_was(page: Page, served: Callable[..., Li
     assert page.evaluate("() => teamsight.view.tracks[0].scene.slots.length") == 3
 
 
+def test_two_files_that_are_dropped_at_once_are_no_error(page: Page, served: Callable[..., LivePage]) -> None:
+    page.goto(served(csv_of(), awareness_range=1.0).url)
+    ready(page, "team.csv")
+    page.evaluate("() => { const { recorded } = teamsight; recorded.said = []; recorded.fail = (text) => recorded.said.push(text); }")
+    first, second = ["one.csv", csv_of(robots=4)], ["two.csv", csv_of(robots=5)]
+    page.evaluate(f"([one, two]) => {{ for (const each of [one, two]) ({_DROP})(each); }}", [first, second])
+    ready(page, "two.csv")
+    # What the server has answered is read in order.
+    page.get_by_label("Risk", exact=True).fill("0.2")
+    page.wait_for_function("() => teamsight.recorded.choice.risk === 0.2 && !teamsight.recorded.isWaiting")
+    assert page.evaluate("() => teamsight.recorded.said") == []
+    assert page.evaluate("() => teamsight.view.tracks[0].scene.slots.length") == 5
+
+
 def test_a_page_without_a_file_invites_one(page: Page, served: Callable[..., LivePage], tmp_path: Path) -> None:
     page.goto(served().url)
     page.get_by_role("heading", name="Your robots, your δ").wait_for()

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 import warnings
 from collections.abc import Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -391,6 +393,117 @@ def test_the_page_of_a_world_takes_files_too() -> None:
             heard(socket, "kept")
         with opened(live, "socket") as socket:
             assert json.loads(socket.recv(timeout=_PATIENCE))["type"] == "scene"
+
+
+def announce(socket: ClientConnection, size: int, name: str = "sent.csv") -> None:
+    socket.send(json.dumps({"type": "file", "name": name, "size": size}))
+
+
+def test_files_that_come_are_limited_in_sum_and_idle_ones_give_way(page: LivePage, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 0.0
+    monkeypatch.setattr(recorded, "time", SimpleNamespace(monotonic=lambda: now))
+    part = recorded.MOST_FILE
+    assert recorded.MOST_COMING == 2 * part == 64 * 2**20
+    with opened(page) as one, opened(page) as two, opened(page) as three:
+        for socket in (one, two):
+            announce(socket, part)
+            heard(socket, "send")
+        announce(three, 2**20)
+        said = heard(three, "error")["message"]
+        assert "sent.csv: has 1.0 MiB, and other pages are sending 64.0, at most 64 in all" in said
+        # A page that begins again has its own room.
+        announce(one, part)
+        heard(one, "send")
+        now = 61.0
+        one.send(b"time,")
+        # The server has taken it.
+        one.send(json.dumps({"type": "nothing"}))
+        heard(one, "error")
+        announce(three, 2**20)
+        heard(three, "send")
+        two.send(b"time,")
+        two.send(b"time,")
+        assert "so late (60 s) that others have its room" in heard(two, "error")["message"]
+        # That is said once, and the page can begin again when there is room.
+        announce(two, part)
+        assert "other pages are sending 33.0" in heard(two, "error")["message"]
+    with opened(page) as two:
+        send(two, table_of(3).to_csv(index=False).encode())
+        heard(two, "kept")
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> Iterator[SimpleNamespace]:
+    """Let each count go on, without an end, until nobody waits for it; and note its steps."""
+    found = SimpleNamespace(began=threading.Event(), ended=threading.Event(), counts=0, is_holding=True)
+    report = RecordedTeam.report
+
+    def counting(team: RecordedTeam, choice: Choice, progress: Any = lambda done, total: None) -> Any:
+        found.counts += 1
+        found.began.set()
+        try:
+            while found.is_holding:
+                progress(0, 1)
+                time.sleep(0.001)
+        finally:
+            found.ended.set()
+        return report(team, choice, progress)
+
+    monkeypatch.setattr(RecordedTeam, "report", counting)
+    yield found
+    found.is_holding = False
+
+
+def test_a_count_ends_with_its_page_and_the_next_one_has_its_turn(page: LivePage, held: SimpleNamespace) -> None:
+    with opened(page) as other:
+        with opened(page) as gone, opened(page) as waiting:
+            gone.send(json.dumps({"type": "open", "key": ""}))
+            assert held.began.wait(_PATIENCE)
+            # Both wait for their turn; one of them is closed before it comes.
+            waiting.send(json.dumps({"type": "open", "key": ""}))
+            waiting.send(json.dumps({"type": "nothing"}))
+            heard(waiting, "error")
+            other.send(json.dumps({"type": "open", "key": ""}))
+            other.send(json.dumps({"type": "nothing"}))
+            heard(other, "error")
+            waiting.close()
+            assert held.counts == 1
+            assert not held.ended.is_set()
+        assert held.ended.wait(_PATIENCE)
+        held.is_holding = False
+        for kind in ("record", "answer", "track"):
+            heard(other, kind)
+        assert held.counts == 2
+    end = time.monotonic() + _PATIENCE
+    while page._server._desk.pages:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_count_ends_where_its_page_opens_another_file(page: LivePage, held: SimpleNamespace) -> None:
+    content = table_of(3).to_csv(index=False).encode()
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": ""}))
+        assert held.began.wait(_PATIENCE)
+        # What is set meanwhile is of the file before; the newest of each kind is answered.
+        for risk in (0.1, 0.2):
+            chosen = {"awareness_range": 1.0, "range_shape": "disc", "risk": risk, "window": None, "run": 0}
+            socket.send(json.dumps({"type": "choose", **chosen}))
+        send(socket, content)
+        assert held.ended.wait(_PATIENCE)
+        held.is_holding = False
+        heard(socket, "kept")
+        assert heard(socket, "record")["name"] == "sent.csv"
+        assert heard(socket, "answer")["robots"] == 3
+        heard(socket, "track")
+
+
+def test_closing_the_server_ends_a_count(page: LivePage, held: SimpleNamespace) -> None:
+    with opened(page) as socket:
+        socket.send(json.dumps({"type": "open", "key": ""}))
+        assert held.began.wait(_PATIENCE)
+        page.close()
+    assert held.ended.wait(_PATIENCE)
 
 
 def test_it_closes_while_it_counts(page: LivePage, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,7 +35,7 @@ const percent = (share) => (share > 0 && share < 0.0005 ? `${(100 * share).toExp
 class Wire {
   // `page` has on_… for each kind of answer, and connected(isOpen).
   constructor(page, keeps = true) {
-    Object.assign(this, { page, keeps, wait: FIRST_WAIT, file: null });
+    Object.assign(this, { page, keeps, wait: FIRST_WAIT, file: null, sent: null });
     this.connect();
   }
 
@@ -46,7 +46,7 @@ class Wire {
     this.socket = new WebSocket(address);
     this.socket.onopen = () => {
       this.wait = FIRST_WAIT;
-      this.page.connected(true);
+      this.page.connected(true, this);
     };
     this.socket.onmessage = ({ data }) => {
       const message = JSON.parse(data);
@@ -56,8 +56,11 @@ class Wire {
     this.socket.onclose = () => this.lost();
   }
 
+  // Not when the page itself has closed it.
+  get isLost() { return !this.isClosed; }
+
   lost() {
-    this.page.connected(false);
+    this.page.connected(false, this);
     if (!this.keeps) return;
     setTimeout(() => this.connect(), this.wait);
     this.wait = Math.min(this.wait * 1.6, LONGEST_WAIT);
@@ -75,6 +78,9 @@ class Wire {
   }
 
   async sendParts() {
+    // Who drops a second file before the first is wanted sends the second, once.
+    if (this.sent === this.file) return;
+    this.sent = this.file;
     try {
       const content = await this.file.arrayBuffer();
       for (let at = 0; at < content.byteLength; at += PART) this.socket.send(content.slice(at, at + PART));
@@ -85,6 +91,7 @@ class Wire {
 
   close() {
     this.keeps = false;
+    this.isClosed = true;
     this.socket.close();
   }
 }
@@ -131,10 +138,15 @@ class Door {
   take(file) {
     this.wire?.close();
     this.file = file;
+    this.live.fail("");
     this.wire = new Wire(this, false);
   }
 
-  connected(isOpen) { if (isOpen) this.wire.sendFile(this.file); }
+  connected(isOpen, wire) {
+    if (wire !== this.wire) return;
+    if (isOpen) wire.sendFile(this.file);
+    else if (wire.isLost) this.live.fail(`${this.file.name}: the connection ended before the file was read; drop it again.`);
+  }
 
   on_error({ message }) {
     this.live.fail(message);
@@ -248,7 +260,7 @@ const isNumber = ({ value }) => value !== "" && Number(value) > 0;
 class Recorded {
   constructor(root) {
     const view = new View(root, { title: document.title });
-    Object.assign(this, { view, root, key: location.hash.slice(1), choice: null, isNew: true, isWaiting: false, isChosen: false, timer: 0, soon: 0 });
+    Object.assign(this, { view, root, key: location.hash.slice(1), choice: null, isNew: true, isWaiting: false, isChosen: false, timer: 0, soon: 0, taken: null });
     this.banner = make("div", { class: "tl-banner", role: "status", hidden: true }, "Reconnecting …");
     root.prepend(this.banner);
     this.working = make("p", { class: "tr-working", role: "status", hidden: true });
@@ -336,13 +348,14 @@ class Recorded {
 
   ask(type, text, fields = {}) {
     if (!this.wire.send(type, fields)) return;
-    this.alert.hidden = true;
+    if (type !== "open") this.alert.hidden = true;
     this.wait(text);
   }
 
   take(file) {
     this.alert.hidden = true;
     this.wait(`Reading ${file.name} …`);
+    this.taken = file.name;
     if (!this.wire.sendFile(file)) this.on_error({ message: "The server does not answer; drop the file again when it does." });
   }
 
@@ -372,6 +385,9 @@ class Recorded {
     document.documentElement.dataset.connected = String(isOpen);
     if (isOpen) this.open(this.key);
     else this.rested();
+    // Opened again, the page shows the file of before.
+    if (!isOpen && this.taken) this.fail(`${this.taken}: the connection ended before the file was read; drop it again.`);
+    if (!isOpen) this.taken = null;
   }
 
   fail(text) {
@@ -381,6 +397,7 @@ class Recorded {
   }
 
   on_error({ message }) {
+    this.taken = null;
     this.fail(message);
     // What was refused gives way to what holds.
     if (this.choice && !this.isChosen) this.showChoice();
@@ -403,6 +420,7 @@ class Recorded {
   }
 
   on_kept({ key }) {
+    this.taken = null;
     this.key = key;
     history.replaceState(null, "", `#${key}`);
   }
