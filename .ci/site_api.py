@@ -49,10 +49,14 @@ def _package() -> Any:
     return package
 
 
+def _object(name: str) -> Any:
+    found = _package()[name.removeprefix("teamsight.")]
+    return found.final_target if found.is_alias else found
+
+
 def _sentence(name: str) -> str:
     """Return the first sentence of the docstring of a name."""
-    found = _package()[name.removeprefix("teamsight.")]
-    found = found.final_target if found.is_alias else found
+    found = _object(name)
     text = " ".join((found.docstring.value if found.docstring else "").split("\n\n")[0].split())
     sentence = re.split(r"(?<=[.;:])(?<!Fig\.)(?<!Eq\.)\s", text + " ")[0].rstrip(".;: ")
     return sentence.replace("<", "&lt;")
@@ -110,7 +114,11 @@ def on_post_build(config: MkDocsConfig) -> None:
             found[entry["location"]] = entry
             continue
         text = re.sub(r"<[^>]+>", " ", entry["text"])
-        first = found.setdefault(page, {**entry, "location": page, "text": ""})
+        if page not in found:
+            name = page.removeprefix("reference/").removesuffix(".html")
+            kind = f"{_object(name).kind.value} {name.rpartition('.')[2]}"
+            found[page] = {**entry, "location": page, "text": kind}
+        first = found[page]
         first["text"] += " ".join(["", entry["title"], *dict.fromkeys(NAME.findall(text))])
     index["docs"] = list(found.values())
     content = json.dumps(index, ensure_ascii=False, separators=(",", ":"))

@@ -34,6 +34,8 @@ BOOSTS = {
     "tutorial.md": 8.0, "studies.md": 6.0, "policies.md": 4.0, "sensors.md": 4.0, "delta.md": 4.0, "recordings.md": 4.0,
     "watch.md": 4.0, "benchmarks.md": 0.7, "reference/": 0.5, "gallery/": 0.5, "changelog.md": 0.2,
 }  # fmt: skip
+# What people type that pages say otherwise.
+SOUGHT = {"delta.md": ["delta"]}
 # The tutorial as a notebook, beside its page.
 NOTEBOOK = "tutorial.ipynb"
 # Code is wide, and needs no table of contents.
@@ -122,6 +124,8 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     for beginning, boost in BOOSTS.items():
         if place.startswith(beginning):
             page.meta.setdefault("search", {}).setdefault("boost", boost)
+    if place in SOUGHT:
+        page.meta["tags"] = SOUGHT[place]
     # Those that were made here have been rewritten, from where their files are.
     if place.startswith("source/") or place in (TOP["CHANGELOG.md"], TOP["CONTRIBUTING.md"]):
         return markdown
@@ -152,12 +156,17 @@ def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """Remove from the scripts of the theme the addresses of other hosts, and the maps of their source code."""
+    """Remove from the scripts of the theme the addresses of other hosts, and the maps of their source code.
+
+    The search of the theme also needs all words of a query.
+    """
     scripts = Path(config.site_dir) / "assets" / "javascripts"
     # Only the search of sites in other languages loads these.
     shutil.rmtree(scripts / "lunr", ignore_errors=True)
     for script in scripts.rglob("*.js"):
         code = FOREIGN.sub(b"about:blank#", script.read_bytes())
         script.write_bytes(re.sub(rb"//# sourceMappingURL=\S+", b"", code))
+    (worker,) = scripts.glob("workers/search.*.js")
+    worker.write_bytes((ROOT / ".ci" / "site_search.js").read_bytes() + worker.read_bytes())
     for source_map in [*(Path(config.site_dir) / "assets").rglob("*.map")]:
         source_map.unlink()

@@ -188,6 +188,31 @@ class Pages:
         self._watched.close()
 
 
+def unreached(page: Page) -> list[str]:
+    """Go through a page by Tab, and return the controls that it does not reach or whose focus cannot be seen.
+
+    Of radio buttons of one name the chosen one is a stop.
+    """
+    stops = """() => [...document.querySelectorAll('a[href], button, input, select, textarea, summary, [tabindex="0"]')]
+        .filter((one) => !one.disabled && one.tabIndex >= 0 && one.checkVisibility({ visibilityProperty: true })
+            && !one.closest('[inert]') && !(one.type === 'radio' && !one.checked))"""
+    count = page.evaluate(f"() => {{ window.stops = ({stops})(); window.seen = new Set(); return window.stops.length; }}")
+    page.evaluate("() => document.activeElement.blur()")
+    unseen = []
+    for _ in range(count + 5):
+        page.keyboard.press("Tab")
+        # A focus that cannot be seen helps nobody.
+        unseen += page.evaluate("""() => {
+            const one = document.activeElement;
+            if (one === document.body) return [];
+            window.seen.add(one);
+            const { outlineStyle, outlineWidth, boxShadow } = getComputedStyle(one);
+            return outlineStyle !== 'none' && outlineWidth !== '0px' || boxShadow !== 'none' ? [] : [one.outerHTML.slice(0, 90)];
+        }""")
+    missed = "() => window.stops.filter((one) => !window.seen.has(one)).map((one) => one.outerHTML.slice(0, 90))"
+    return [f"no focus is seen: {one}" for one in unseen] + [f"not reached: {one}" for one in page.evaluate(missed)]
+
+
 def skip_or_fail(reason: str) -> None:
     """Skip a test that needs a browser; where TEAMSIGHT_BROWSER is "required", as in CI that has one, fail instead."""
     if os.environ.get("TEAMSIGHT_BROWSER") == "required":
