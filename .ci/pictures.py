@@ -282,24 +282,179 @@ def _social_card() -> bytes:
     return content.getvalue()
 
 
+def _diagram(width: float, height: float) -> tuple[Any, Any]:
+    """Return a figure and its axes, whose unit is an inch."""
+    from matplotlib.figure import Figure
+
+    figure = Figure((width, height), dpi=220)
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, height))
+    axes.axis("off")
+    return figure, axes
+
+
+def _box(axes: Any, x: float, y: float, width: float, title: str, text: str, colour: str) -> None:
+    """Draw a box of a diagram, 0.56 high, with a title and a line below it."""
+    from matplotlib.patches import FancyBboxPatch
+
+    shape = "round,pad=0,rounding_size=0.07"
+    axes.add_patch(FancyBboxPatch((x, y), width, 0.56, boxstyle=shape, fc="white", ec=colour, lw=1.5))
+    axes.text(x + 0.12, y + 0.35, title, size=10.5, weight="bold", color=colour)
+    axes.text(x + 0.12, y + 0.11, text, size=9.5)
+
+
+def _arrow(axes: Any, *path: tuple[float, float]) -> None:
+    """Draw a line of a diagram that ends in an arrow."""
+    axes.plot(*np.transpose(path), color="black", lw=1.5, solid_joinstyle="miter")
+    axes.annotate("", path[-1], path[-2], arrowprops={"arrowstyle": "-|>", "lw": 1.5, "shrinkA": 0, "shrinkB": 0, "fc": "black"})
+
+
+def _controllers() -> bytes:
+    """Draw the loop of a robot, with the percept and the command of the first example of the page."""
+    from matplotlib.patches import Circle as Round
+
+    page = (ROOT / "docs" / "controllers.md").read_text(encoding="utf-8")
+    found: dict[str, Any] = {"print": str}
+    exec(page.split("```python\n")[1].split("```")[0], found)
+    targets, teammates, command = (found[name] for name in ("targets", "teammates", "command"))
+
+    def way(distance: float, angle: float) -> str:
+        return f"{distance:g} at {angle:+g} rad".replace("-", "−")
+
+    figure, axes = _diagram(6.4, 3.9)
+    axes.axhspan(0.94, 2.62, color="#0072B2", alpha=0.09, lw=0)
+    axes.text(5.05, 1.02, "Controller: as in the simulator", ha="center", size=9.5, color="#0072B2")
+    seen = ", ".join(map(way, targets.distance, targets.bearing))
+    _box(axes, 0.6, 3.2, 3.0, "sensors: targets", seen, "#B34700")
+    _box(axes, 3.85, 3.2, 2.4, "radio: teammates", way(teammates.distance[0], teammates.bearing[0]), "#0072B2")
+    _box(axes, 0.6, 1.94, 3.0, "degree of awareness", "pairwise: each teammate in range", "#0072B2")
+    _box(axes, 0.6, 1.06, 3.0, "policy", "a-cmommt, knows its percept only", "#0072B2")
+    go = f"turn {command.turn:+.2f} rad, then go {command.distance:.3f}".replace("-", "−")
+    _box(axes, 0.6, 0.1, 3.0, "wheels", go, "#5f5f5f")
+    for top, bottom, text in ((3.2, 2.5, "detections"), (1.94, 1.62, "percept"), (1.06, 0.66, "command")):
+        _arrow(axes, (1.8, top), (1.8, bottom))
+        axes.text(1.9, (top + bottom) / 2, text, va="center", size=9.5)
+    _arrow(axes, (4.2, 3.2), (4.2, 2.8), (3.2, 2.8), (3.2, 2.5))
+    _arrow(axes, (0.6, 0.38), (0.4, 0.38), (0.4, 3.48), (0.6, 3.48))
+    axes.text(0.2, 1.93, "the robot moves, and senses again", rotation=90, ha="center", va="center", size=9.5)
+    # The percept, ahead to the right.
+    x, y, scale = 5.05, 1.88, 0.17
+    axes.add_patch(Round((x, y), 4.0 * scale, color="#0072B2", alpha=0.12, lw=0))
+    axes.add_patch(Round((x, y), 2.5 * scale, fill=False, ec="C1", ls=":"))
+    for detections, colour in ((targets, "C1"), (teammates, "C0")):
+        for distance, angle in zip(detections.distance, detections.bearing, strict=True):
+            place = (x + scale * distance * np.cos(angle), y + scale * distance * np.sin(angle))
+            axes.plot(*zip((x, y), place, strict=True), color=colour, lw=1)
+            axes.plot(*place, "o", color=colour, ms=6)
+    axes.annotate("", (x + 0.6 * np.cos(command.turn), y + 0.6 * np.sin(command.turn)), (x, y), arrowprops={"arrowstyle": "-|>", "fc": "black"})
+    axes.plot(x, y, marker=(3, 0, -90), color="black", ms=10)
+    return to_picture(figure)
+
+
+def _extending() -> bytes:
+    """Draw the phases of a tick, and which components act in each."""
+    phases = [
+        ("events, between ticks", "processes on world.clock, arrivals, Batteries", "#5f5f5f"),
+        ("perceive", "Sensor, Lidar, degree of awareness, channels", "#B34700"),
+        ("decide", "Policy, or decide of a subclass of Robot", "#0072B2"),
+        ("move", "Drive, walls of the Arena, Contact of bodies", "#00714F"),
+        ("interact", "Interaction: capture, carrying, pushing", "#00714F"),
+        ("search for neighbours", "ranges: who has whom in range, what is observed", "#00714F"),
+        ("record", "measure, reward, memory of a learner, recording", "#8A3F6C"),
+    ]
+    height = 0.72 * len(phases) + 0.06
+    figure, axes = _diagram(6.4, height)
+    for place, (phase, components, colour) in enumerate(phases):
+        y = height - 0.72 * place - 0.62
+        _box(axes, 0.8, y, 5.5, phase, components, colour)
+        if place:
+            _arrow(axes, (3.55, y + 0.72), (3.55, y + 0.56))
+    _arrow(axes, (0.8, 0.38), (0.5, 0.38), (0.5, height - 0.34), (0.8, height - 0.34))
+    axes.text(0.3, height / 2, "one tick", rotation=90, ha="center", va="center", size=10.5)
+    return to_picture(figure)
+
+
+def _learning() -> bytes:
+    """Draw a decision of the paper's learner: a situation, the nearest in the shipped memory, and what is repeated."""
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle as Round
+
+    from teamsight import CMOMMT
+    from teamsight.policies.lazy.lazy_q import lazy_cooperative
+
+    policy = lazy_cooperative()
+    world = CMOMMT(robots=10, targets=15, radius=3.0, policy=policy, awareness="ring", rng=1)
+    world.run(40)
+    situation = world.robots[9].percept.situation
+    distance = np.abs(policy.memory.situation - situation).sum(axis=1)
+    nearest = np.argsort(distance, kind="stable")[: policy.k]
+    values, actions = policy.values[nearest], policy.memory.action[nearest]
+    best = int(np.argmax(values))
+
+    figure = Figure((6.4, 4.8), dpi=220, layout="constrained")
+    for axes in figure.subplots(2, 3).flat:
+        axes.set(aspect="equal", xlim=(-1.12, 1.12), ylim=(-1.12, 1.12))
+        axes.axis("off")
+    panels = figure.axes
+
+    def show(axes: Any, inputs: Any, ways: Any, title: str) -> None:
+        edges = (np.arange(16) + 0.5) * np.pi / 8
+        axes.plot((0 * edges, np.cos(edges)), (0 * edges, np.sin(edges)), color="0.88", lw=0.8, zorder=0)
+        axes.add_patch(Round((0, 0), 1, fill=False, ec="0.75"))
+        for sector, reading in enumerate(inputs):
+            if reading < 1:
+                angle, marker = np.pi / 8 * (sector % 16), "C1o" if sector < 16 else "C0s"
+                axes.plot(reading * np.cos(angle), reading * np.sin(angle), marker, ms=6)
+        axes.plot(0, 0, marker=(3, 0, -90), color="black", ms=9)
+        for rotation, length, color in ways:
+            end = (length * np.cos(rotation), length * np.sin(rotation))
+            axes.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0, "shrinkB": 0})
+        axes.set_title(title, size=9.5)
+
+    show(panels[0], situation, [], "now: 32 inputs\n● target, ■ teammate")
+    ordinals = ["nearest", "second", "third", "fourth"]
+    for place in range(4):
+        color = "#882255" if place == best else "0.45"
+        label = f"{ordinals[place]}, distance {distance[nearest[place]]:.2f}\nQ = {values[place]:.2f}"
+        show(panels[1 + place], policy.memory.situation[nearest[place]], [(*actions[place], color)], label)
+    ways = [(*action, "#882255" if place == best else "0.7") for place, action in enumerate(actions)]
+    show(panels[5], situation, sorted(ways, key=lambda one: one[2] == "#882255"), f"the {policy.k} nearest actions:\nthat of the highest Q is done")
+    return to_picture(figure)
+
+
+def _tutorial() -> bytes:
+    """Draw the report of the tutorial, from the call on its page."""
+    page = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    call = re.search(r"^report = .*?^\)$", page, re.DOTALL | re.MULTILINE)
+    assert call is not None
+    found: dict[str, Any] = {}
+    exec(f"from teamsight.analysis.delta import choose_delta\n{call[0]}", found)
+    picture: bytes = found["report"].to_png()
+    return picture
+
+
 #: What draws a picture at once, most from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
     "avoiding.png": _avoiding,
     "awareness.png": _awareness,
     "bodies.png": _bodies,
+    "controllers.png": _controllers,
     "delta.png": _delta,
     "drives.png": _drives,
     "evolved.png": _evolved,
+    "extending.png": _extending,
     "figure-3.png": _figure_3,
     "hops.png": _hops,
     "ceilings.png": _ceilings,
     "lazy-q.png": _lazy_q,
     "lidar.png": _lidar,
+    "learning.png": _learning,
     "learning-curves.png": _learning_curves,
     "reference-results.png": _reference_results,
     "social-card.png": _social_card,
     "tasks.png": _tasks,
+    "tutorial.png": _tutorial,
 }
 
 #: What runs for long, and the text that makes it, by picture: a file, and its first part that matches.

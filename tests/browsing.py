@@ -188,23 +188,30 @@ class Pages:
         self._watched.close()
 
 
-def unreached(page: Page) -> list[str]:
-    """Go through a page by Tab, and return the controls that it does not reach or whose focus cannot be seen.
+def unreached(page: Page, inside: str = "body") -> list[str]:
+    """Go through what a selector finds by Tab; return controls that are not reached or whose focus cannot be seen.
 
     Of radio buttons of one name the chosen one is a stop.
     """
-    stops = """() => [...document.querySelectorAll('a[href], button, input, select, textarea, summary, [tabindex="0"]')]
-        .filter((one) => !one.disabled && one.tabIndex >= 0 && one.checkVisibility({ visibilityProperty: true })
-            && !one.closest('[inert]') && !(one.type === 'radio' && !one.checked))"""
-    count = page.evaluate(f"() => {{ window.stops = ({stops})(); window.seen = new Set(); return window.stops.length; }}")
-    page.evaluate("() => document.activeElement.blur()")
+    count = page.evaluate("""(inside) => {
+        window.stops = [...document.querySelectorAll('a[href], button, input, select, textarea, summary, [tabindex="0"]')]
+            .filter((one) => !one.disabled && one.tabIndex >= 0 && one.checkVisibility({ visibilityProperty: true })
+                && one.closest(inside) && !one.closest('[inert]') && !(one.type === 'radio' && !one.checked));
+        window.seen = new Set();
+        document.activeElement.blur();
+        if (inside !== 'body') window.stops[0].focus();
+        return window.stops.length;
+    }""", inside)  # fmt: skip
+    if inside != "body":
+        # Back to what comes before.
+        page.keyboard.press("Shift+Tab")
     unseen = []
     for _ in range(count + 5):
         page.keyboard.press("Tab")
         # A focus that cannot be seen helps nobody.
         unseen += page.evaluate("""() => {
             const one = document.activeElement;
-            if (one === document.body) return [];
+            if (!window.stops.includes(one)) return [];
             window.seen.add(one);
             const { outlineStyle, outlineWidth, boxShadow } = getComputedStyle(one);
             return outlineStyle !== 'none' && outlineWidth !== '0px' || boxShadow !== 'none' ? [] : [one.outerHTML.slice(0, 90)];
