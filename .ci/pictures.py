@@ -302,10 +302,11 @@ def _box(axes: Any, x: float, y: float, width: float, title: str, text: str, col
     axes.text(x + 0.12, y + 0.11, text, size=9.5)
 
 
-def _arrow(axes: Any, *path: tuple[float, float]) -> None:
-    """Draw a line of a diagram that ends in an arrow."""
-    axes.plot(*np.transpose(path), color="black", lw=1.5, solid_joinstyle="miter")
-    axes.annotate("", path[-1], path[-2], arrowprops={"arrowstyle": "-|>", "lw": 1.5, "shrinkA": 0, "shrinkB": 0, "fc": "black"})
+def _arrow(axes: Any, *path: tuple[float, float], colour: str = "black") -> None:
+    """Draw a line that ends in an arrow."""
+    axes.plot(*np.transpose(path[:-1]), color=colour, lw=1.5, solid_joinstyle="miter")
+    style = {"arrowstyle": "-|>", "lw": 1.5, "shrinkA": 0, "shrinkB": 0, "color": colour}
+    axes.annotate("", path[-1], path[-2], arrowprops=style)
 
 
 def _controllers() -> bytes:
@@ -314,7 +315,9 @@ def _controllers() -> bytes:
 
     page = (ROOT / "docs" / "controllers.md").read_text(encoding="utf-8")
     found: dict[str, Any] = {"print": str}
-    exec(page.split("```python\n")[1].split("```")[0], found)
+    code = page.split("```python\n")[1].split("```")[0]
+    exec(code, found)
+    ranges = dict(re.findall(r"(\w+)_range=([\d.]+)", code))
     targets, teammates, command = (found[name] for name in ("targets", "teammates", "command"))
 
     def way(distance: float, angle: float) -> str:
@@ -338,14 +341,14 @@ def _controllers() -> bytes:
     axes.text(0.2, 1.93, "the robot moves, and senses again", rotation=90, ha="center", va="center", size=9.5)
     # The percept, ahead to the right.
     x, y, scale = 5.05, 1.88, 0.17
-    axes.add_patch(Round((x, y), 4.0 * scale, color="#0072B2", alpha=0.12, lw=0))
-    axes.add_patch(Round((x, y), 2.5 * scale, fill=False, ec="C1", ls=":"))
+    axes.add_patch(Round((x, y), float(ranges["awareness"]) * scale, color="#0072B2", alpha=0.12, lw=0))
+    axes.add_patch(Round((x, y), float(ranges["sensing"]) * scale, fill=False, ec="C1", ls=":"))
     for detections, colour in ((targets, "C1"), (teammates, "C0")):
         for distance, angle in zip(detections.distance, detections.bearing, strict=True):
             place = (x + scale * distance * np.cos(angle), y + scale * distance * np.sin(angle))
             axes.plot(*zip((x, y), place, strict=True), color=colour, lw=1)
             axes.plot(*place, "o", color=colour, ms=6)
-    axes.annotate("", (x + 0.6 * np.cos(command.turn), y + 0.6 * np.sin(command.turn)), (x, y), arrowprops={"arrowstyle": "-|>", "fc": "black"})
+    _arrow(axes, (x, y), (x + 0.6 * np.cos(command.turn), y + 0.6 * np.sin(command.turn)))
     axes.plot(x, y, marker=(3, 0, -90), color="black", ms=10)
     return to_picture(figure)
 
@@ -375,7 +378,6 @@ def _extending() -> bytes:
 
 def _learning() -> bytes:
     """Draw a decision of the paper's learner: a situation, the nearest in the shipped memory, and what is repeated."""
-    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle as Round
 
@@ -407,18 +409,18 @@ def _learning() -> bytes:
                 axes.plot(reading * np.cos(angle), reading * np.sin(angle), marker, ms=6)
         axes.plot(0, 0, marker=(3, 0, -90), color="black", ms=9)
         for rotation, length, color in ways:
-            end = (length * np.cos(rotation), length * np.sin(rotation))
-            axes.annotate("", end, (0, 0), arrowprops={"arrowstyle": "-|>", "color": color, "lw": 1.6, "shrinkA": 0, "shrinkB": 0})
+            _arrow(axes, (0, 0), (length * np.cos(rotation), length * np.sin(rotation)), colour=color)
         axes.set_title(title, size=9.5)
 
-    show(panels[0], situation, [], "now: 32 inputs\n● target, ■ teammate")
+    show(panels[0], situation, [], "now\n● target, ■ teammate")
     ordinals = ["nearest", "second", "third", "fourth"]
     for place in range(4):
         color = "#882255" if place == best else "0.45"
-        label = f"{ordinals[place]}, distance {distance[nearest[place]]:.2f}\nQ = {values[place]:.2f}"
-        show(panels[1 + place], policy.memory.situation[nearest[place]], [(*actions[place], color)], label)
-    ways = [(*action, "#882255" if place == best else "0.7") for place, action in enumerate(actions)]
-    show(panels[5], situation, sorted(ways, key=lambda one: one[2] == "#882255"), f"the {policy.k} nearest actions:\nthat of the highest Q is done")
+        number = nearest[place]
+        label = f"{ordinals[place]}, distance {distance[number]:.2f}\nQ = {values[place]:.2f}"
+        show(panels[1 + place], policy.memory.situation[number], [(*actions[place], color)], label)
+    ways = [(*action, "0.7") for action in actions] + [(*actions[best], "#882255")]
+    show(panels[5], situation, ways, f"all {policy.k} nearest: the action\nof the highest Q is repeated")
     return to_picture(figure)
 
 
@@ -457,6 +459,36 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "tutorial.png": _tutorial,
 }
 
+
+def _watch() -> bytes:
+    """Take a picture of a live page by Chromium, after 300 ticks, with a robot selected."""
+    import io
+    import sys
+
+    from PIL import Image
+
+    sys.path.append(str(ROOT / "tests"))
+    import browsing
+
+    from teamsight import CMOMMT
+    from teamsight.live import watch
+
+    with browsing.started() as (browser, loop), browsing.driving(loop):
+        server = watch(CMOMMT, {"seed": 1}, port=0, browser=False, wait=False, rate=200.0)
+        view = browser.new_page(viewport={"width": 1200, "height": 800}, device_scale_factor=1.5)
+        view.goto(server.url)
+        view.wait_for_function("() => teamsight.view?.tracks[0]?.frames.at(-1)?.time >= 300")
+        view.get_by_role("button", name="Pause the run").click()
+        view.evaluate("() => { teamsight.view.look(300); teamsight.view.select(0, 5); }")
+        view.wait_for_timeout(1000)
+        shot = Image.open(io.BytesIO(view.screenshot())).convert("RGB")
+        view.close()
+        server.close()
+    buffer = io.BytesIO()
+    shot.quantize(96, kmeans=1, dither=Image.Dither.NONE).save(buffer, "png", optimize=True)
+    return buffer.getvalue()
+
+
 #: What runs for long, and the text that makes it, by picture: a file, and its first part that matches.
 RUN: dict[str, tuple[str, str]] = {
     "contacts.png": ("docs/contacts.md", r"(?s)```python.*```"),
@@ -467,6 +499,8 @@ RUN: dict[str, tuple[str, str]] = {
     "study.png": ("docs/studies.md", r"(?s)```toml.*?```sh.*?```"),
     "train_team.png": ("examples/train_team.py", r"(?s).*"),
     "train_ppo.png": ("examples/train_ppo.py", r"(?s).*"),
+    # `.ci/pictures.py watch.png` takes it again; it is what the part of the page describes.
+    "watch.png": ("docs/watch.md", r"(?s)## On the page.*?## Interventions"),
     "two-teams.gif": ("teamsight/cli/demo.py", r"(?s)_WORLD.*"),
 }
 
@@ -517,7 +551,7 @@ def main(names: list[str]) -> None:
     """Draw pictures again; those of `RUN` are only marked, once their command has drawn them."""
     for name in names or DRAWN:
         place = IMAGES / name
-        content = DRAWN[name]() if name in DRAWN else place.read_bytes()
+        content = {**DRAWN, "watch.png": _watch}[name]() if name in DRAWN or name == "watch.png" else place.read_bytes()
         mark = f"matplotlib {matplotlib.__version__}" if name in DRAWN else made_by(name)
         place.write_bytes(marked(_small(content), mark))
 
