@@ -501,7 +501,7 @@ RUN: dict[str, tuple[str, str]] = {
     "train_ppo.png": ("examples/train_ppo.py", r"(?s).*"),
     # `.ci/pictures.py watch.png` takes it again; it is what the part of the page describes.
     "watch.png": ("docs/watch.md", r"(?s)## On the page.*?## Interventions"),
-    "two-teams.gif": ("teamsight/cli/demo.py", r"(?s)_WORLD.*"),
+    "two-teams.webp": (".ci/film.py", r"(?s).*"),
 }
 
 
@@ -514,17 +514,19 @@ def made_by(name: str) -> str:
 
 
 def mark_of(content: bytes) -> str:
-    """Return the mark in a PNG or GIF; "" without one."""
+    """Return the mark in a PNG or WebP; "" without one."""
     found = re.search(_MARK + rb"([^\0\n]*)\n", content)
     return found[1].decode() if found else ""
 
 
 def marked(content: bytes, mark: str) -> bytes:
-    """Return a PNG or GIF with a mark as its comment, instead of the one that it has."""
+    """Return a PNG or WebP with a mark as its comment, instead of the one that it has."""
     text = _MARK + mark.encode() + b"\n"
-    if content.startswith(b"GIF"):
-        content = re.sub(rb"\x21\xfe." + _MARK + rb"[^\0\n]*\n\0", b"", content, flags=re.DOTALL)
-        return content[:-1] + b"\x21\xfe" + bytes([len(text)]) + text + b"\0" + content[-1:]
+    if content.startswith(b"RIFF"):
+        # A chunk that readers do not know, and so skip; its length is even.
+        content = re.sub(rb"NOTE(?s:....)" + _MARK + rb"[^\0\n]*\n\0?", b"", content)
+        content += b"NOTE" + len(text).to_bytes(4, "little") + text + b"\0" * (len(text) % 2)
+        return content[:4] + (len(content) - 8).to_bytes(4, "little") + content[8:]
     chunks = _chunk(b"tEXt", b"Comment\0" + text)
     content = re.sub(rb"(?s)....tEXtComment\0" + _MARK + rb"[^\0\n]*\n....", b"", content)
     return content[:-12] + chunks + content[-12:]
@@ -536,7 +538,7 @@ def _chunk(kind: bytes, body: bytes) -> bytes:
 
 def _small(content: bytes) -> bytes:
     """Return a picture with fewer colours if it is larger than those of the documentation may be."""
-    if len(content) < _LARGEST or content.startswith(b"GIF"):
+    if len(content) < _LARGEST or content.startswith(b"RIFF"):
         return content
     import io
 

@@ -296,6 +296,45 @@ def test_charts_show_the_history_of_the_model(page: Page, tmp_path: Path) -> Non
         assert charts.nth(1).locator("figcaption span").first.inner_text() == "Right − left"
 
 
+def test_two_worlds_have_their_number_beside_their_name(page: Page, tmp_path: Path) -> None:
+    opened(page, written(tmp_path, recorded(team(), STEPS, "aware"), recorded(team("none"), STEPS, "blind")))
+    twins = team(), team("none")
+    for tick in (0, STEPS):
+        for twin in twins:
+            twin.run(tick - twin.clock.now)
+        at_tick(page, tick)
+        shares = [100 * np.mean([target.is_observed for target in twin.targets]) for twin in twins]
+        assert page.locator(".ts-observed").all_inner_texts() == [f"{share:.0f} % observed" for share in shares]
+        assert page.locator(".ts-caption").all_inner_texts() == ["aware", "blind"]
+
+
+def test_bodies_at_one_place_are_counted(page: Page, tmp_path: Path) -> None:
+    world = World(Box(10, 10), rng=1)
+    robots = world.add(Robot, 6, policy="stationary", awareness_range=1.0)
+    for robot, place in zip(robots, [(1, 1)] * 4 + [(-3, 2), (4, 4)], strict=True):
+        robot.position = place
+    # Of other groups, those that are there too count apart; those that do nothing do not count.
+    for target in world.add(Target, 2, policy="stationary"):
+        target.position = (1, 1)
+    robots[3].active = False
+    opened(page, written(tmp_path, recorded(world, 1)))
+    at_tick(page, 1)
+    found = page.evaluate("""() => {
+      const { arena } = teamsight.view.tracks[0];
+      return arena.counts.map(({ x, y, count }) => [...arena.toArena(x, y, arena.at).map(Math.round), count]);
+    }""")
+    assert found == [[1, 1, 3], [1, 1, 2]]
+    # Seen from near, the same places are apart.
+    robots[3].active = True
+    robots[0].position = (1.1, 1)
+    opened(page, written(tmp_path, recorded(world, 1)))
+    counts = "teamsight.view.tracks[0].arena.counts.map(({ count }) => count)"
+    at_tick(page, 1)
+    assert page.evaluate(counts) == [4, 2]
+    page.evaluate("teamsight.view.zoom(15, 0.6, 0.6); teamsight.view.draw()")
+    assert page.evaluate(counts) == [3, 2]
+
+
 def test_charts_have_gaps_where_nothing_is_known(page: Page, tmp_path: Path) -> None:
     world = World(Disc(3.0), rng=1)
     robots, targets = world.add(Robot, 3, policy=RandomWalk(0.05)), world.add(Target, 2, policy=RandomWalk(0.05))
@@ -645,6 +684,17 @@ def test_a_frame_of_the_site_has_its_height_and_its_colours(
     until(inner, "document.querySelector('.ts-inspector').innerText.includes('Hover')")
     page.wait_for_timeout(200)
     assert inner.evaluate("innerHeight") == taller
+
+
+def test_on_a_phone_two_worlds_in_a_text_are_beside_each_other(new_page: browsing.Pages, tmp_path: Path) -> None:
+    page = opened(new_page(size=browsing.PHONE), written(tmp_path, recorded(team(), 3, "one"), recorded(team(), 3, "two")))
+    left = "[...document.querySelectorAll('.ts-canvas')].map((one) => one.getBoundingClientRect().left)"
+    assert len(set(page.evaluate(left))) == 1
+    page.evaluate("document.documentElement.classList.add('ts-framed')")
+    assert len(set(page.evaluate(left))) == 2
+    title = page.locator(".ts-difference figcaption span").first
+    assert title.inner_text() == "Right − left"
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 
 @pytest.mark.parametrize(

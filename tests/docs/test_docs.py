@@ -102,7 +102,7 @@ def test_code_fits_on_a_narrow_page(page: Path) -> None:
 
 
 # The moving picture of the README.
-MOVING = "two-teams.gif"
+MOVING = "two-teams.webp"
 
 
 def test_pictures_are_small() -> None:

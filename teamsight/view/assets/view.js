@@ -677,6 +677,7 @@ class Arena {
     if (shown.selected !== null) this.drawSelected(frame, shown.selected, at, shown);
     if (this.layout.hasRadii) this.drawRadii(frame, at);
     this.drawBodies(at);
+    if (frame.n <= MANY) this.drawCounts();
     to.restore();
     for (const [slot, kind] of [[shown.marked, "marked"], [shown.hovered, "hovered"], [shown.selected, "selected"]]) {
       if (slot !== null && has(frame, slot, PRESENT)) this.drawMark(slot, kind, at);
@@ -1078,6 +1079,27 @@ class Arena {
         }
       }
     });
+  }
+
+  // How many bodies of a group are at one place, where they look like one: "×3" beside it.
+  drawCounts() {
+    const { r, ratio, layout, to, px, py, palette } = this, font = `600 ${13 * ratio}px system-ui, sans-serif`;
+    Object.assign(to, { font, textAlign: "left", textBaseline: "bottom", lineJoin: "round", lineWidth: 3 * ratio });
+    Object.assign(to, { strokeStyle: palette.arena, fillStyle: palette.text });
+    const places = layout.scene.groups.flatMap((_, g) => {
+      const found = [];
+      this.each(g, (s) => {
+        const same = found.find(({ x, y }) => Math.hypot(px[s] - x, py[s] - y) < r);
+        if (same) same.count += 1;
+        else found.push({ x: px[s], y: py[s], count: 1 });
+      }, LOOKS.hollow);
+      return found;
+    });
+    this.counts = places.filter(({ count }) => count > 1);
+    for (const { x, y, count } of this.counts) {
+      to.strokeText(`×${count}`, x + r, y - r);
+      to.fillText(`×${count}`, x + r, y - r);
+    }
   }
 
   // Adds bodies of one look from slot s on to a new path, and returns the slot that follows, or −1. The time that
@@ -1527,6 +1549,7 @@ class Inspector {
     }
     const { layout, arena } = view.tracks[0] || {};
     if (layout && layout.scene.groups.length) {
+      if (view.bodyCount <= MANY) list.append(make("li", {}, make("b", {}, "×2"), "two at one place"));
       list.append(make("li", {}, view.icon(arena, 0, LOOKS.inactive), "inactive"));
     }
     if (view.tracks.some((track) => track.layout.hasRadii)) {
@@ -2096,12 +2119,14 @@ class View {
   addTrack(i, scene, layout) {
     const canvas = make("canvas", { tabindex: 0, role: "img", "aria-describedby": "ts-status" });
     const caption = make("h2", { class: "ts-caption" });
+    const observed = make("span", { class: `ts-observed ts-value-${i}` });
     const scale = make("div", { class: "ts-scale" }, make("span"));
     const omitted = make("p", { class: "ts-omitted", hidden: true });
-    const box = make("section", { class: "ts-track" }, caption, make("div", { class: "ts-canvas" }, canvas, scale, omitted));
+    const box = make("section", { class: "ts-track" },
+      make("div", { class: "ts-top" }, caption, observed), make("div", { class: "ts-canvas" }, canvas, scale, omitted));
     const arena = new Arena(canvas, this.camera, this.palette);
     arena.setLayout(layout);
-    this.tracks[i] = { scene, layout, frames: [], bytes: 0, arena, canvas, caption, scale, omitted, box };
+    this.tracks[i] = { scene, layout, frames: [], bytes: 0, arena, canvas, caption, observed, scale, omitted, box };
     this.stage.append(box);
     this.observer.observe(canvas);
     this.listenToCanvas(i, canvas);
@@ -2333,7 +2358,15 @@ class View {
       marked: isTwin ? chosen : null, before: (k) => frames[index - k] || null,
     });
     this.showScale(track);
+    this.showObserved(track, frames[index]);
     this.showOmitted(track, frames[index]);
+  }
+
+  // Of two worlds, each has its number beside its name.
+  showObserved({ scene, observed }, frame) {
+    const s = scene.series.indexOf("observed");
+    observed.hidden = s < 0 || !frame || this.tracks.length < 2;
+    if (!observed.hidden) setText(observed, `${shownValue("observed", frame.value(s))} observed`);
   }
 
   // Links that a frame does not hold, so that nobody takes it for a frame without links.
