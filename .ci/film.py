@@ -1,4 +1,4 @@
-"""Film the moving picture of the README: `.venv/bin/python .ci/film.py`, then `.ci/pictures.py two-teams.webp` to mark it.
+"""Film the moving picture of the README: `.venv/bin/python .ci/film.py`; `.ci/pictures.py two-teams.webp` marks it.
 
 It is the page that `teamsight demo` shows, of seed 1, the seed of that command: Chromium takes a picture of every third
 step, in pixels of a screen that has two for each one of a page. What nobody can press is left out, and letters are
@@ -32,7 +32,7 @@ body { overflow: hidden; }
 .ts { height: auto; padding: 12px; }
 .ts-body { display: block; }
 .ts .ts-canvas { max-height: none; }
-:is(.ts-head, .ts-side, .ts-scale, .ts-smooth, .ts-chart:not(:first-child), .ts-legend li:nth-child(n + 4)) { display: none; }
+:is(.ts-head, .ts-side, .ts-scale, .ts-smooth, .ts-chart + .ts-chart, .ts-legend li:nth-child(n + 4)) { display: none; }
 .ts-top { flex-direction: column; }
 .ts .ts-caption { padding: 0 !important; font-size: 18px !important; }
 .ts .ts-observed { font-size: 24px; }
@@ -88,7 +88,8 @@ def film(frames: list[Image.Image]) -> bytes:
     codes = np.concatenate([np.asarray(frame).reshape(-1, 3) @ (65536, 256, 1) for frame in frames[::8]])
     colours, counts = np.unique(codes, return_counts=True)
     palette = Image.new("P", (1, 1))
-    palette.putpalette([part for code in colours[np.argsort(-counts)][:_COLOURS] for part in int(code).to_bytes(3, "big")])
+    most = colours[np.argsort(-counts)][:_COLOURS]
+    palette.putpalette([part for code in most for part in int(code).to_bytes(3, "big")])
     few = [frame.quantize(palette=palette, dither=Image.Dither.NONE).convert("RGB") for frame in frames]
     lasting, buffer = [*[_MS] * (len(few) - 1), _LAST_MS], io.BytesIO()
     # Without key frames inside, which nobody seeks.

@@ -58,6 +58,9 @@ def policy_named(name: str, options: Mapping[str, Any] | None = None, parameter:
     TypeError, ValueError
         If the name is unknown, the policy has no such option, or an option has a wrong value.
     """
+    if isinstance(name, str) and name.rstrip(":").endswith(".py"):
+        file = name.rstrip(":")
+        raise ValueError(f"{parameter}={name!r}: is a file; add the name in it, on a command line {file}:Name")
     checks.choice(parameter, name, POLICIES)
     if not options:
         if is_reference(name):
@@ -82,6 +85,11 @@ def _made(name: str, parameter: str) -> Policy:
         return found()
     if not _makes(found):
         return cast("Policy", found)
+    if inspect.isclass(found) and not _is_policy(found):
+        raise TypeError(
+            f"{parameter}={name!r}: is a class, but neither a Policy nor callable; derive it from "
+            "teamsight.policies.Policy, or name a function f(percept, rng) -> (turn, distance)"
+        )
     try:
         return found()
     except Exception as error:  # whatever the code of a user raises
@@ -96,6 +104,12 @@ def _made(name: str, parameter: str) -> Policy:
             ) from error
         why = " ".join(f"{type(error).__name__}: {error}".split())
         raise ValueError(f"{parameter}={name!r}: cannot be made without options: {why}") from error
+
+
+def _is_policy(kind: type) -> bool:
+    from teamsight.policies.interface import Policy
+
+    return issubclass(kind, Policy) or any("__call__" in vars(base) for base in kind.__mro__)
 
 
 def _makes(found: Any) -> bool:

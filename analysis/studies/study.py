@@ -307,7 +307,10 @@ def _parsed(path: Path) -> dict[str, Any]:
             file.seek(0)
             content = file.read(MOST_BYTES + 1)
     except OSError as error:
-        raise ValueError(f"{path}: cannot be read ({error.strerror}); give a study file, such as study.toml") from error
+        raise ValueError(
+            f"{path}: cannot be read ({error.strerror}); give a study file (docs/studies.md begins with one), or on a "
+            "command line --task"
+        ) from error
     if max(size, len(content)) > MOST_BYTES:
         raise ValueError(
             f"{path}: has {size:,} bytes, at most {MOST_BYTES:,}; list many settings in a CSV or Parquet file of points"

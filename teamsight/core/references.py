@@ -78,13 +78,17 @@ def from_file(text: str) -> str:
     Raises
     ------
     ValueError
-        If there is such a file, but its name is none of a module.
+        If there is no such file, or its name is none of a module.
     """
     found = _IN_FILE.fullmatch(text) if len(text) <= _LONGEST else None
     if found is None:
         return text
     folder, file = os.path.split(os.path.expanduser(found["file"]))
-    if not file.isidentifier() and os.path.isfile(os.path.join(folder, f"{file}.py")):
+    path = os.path.join(folder, f"{file}.py")
+    if not os.path.isfile(path):
+        # A module of that name may be elsewhere, but is not what was named.
+        raise ValueError(f"{text}: there is no file {path}; give its path from here, {os.getcwd()}")
+    if not file.isidentifier():
         better = re.sub(r"\W|^(?=\d)", "_", file)
         raise ValueError(
             f"{text}: Python cannot import {file}.py, since {file!r} is no module name; rename it, for example to "

@@ -84,6 +84,8 @@ GROUPS: list[tuple[dict[str, Any], str]] = [
     ({"count": 0}, r"count=0: must be at least 1"),
     ({"agent_class": object}, r"agent_class=<class 'object'>: must be Robot, Target, Body or a subclass"),
     ({"agent_class": "Robot"}, r"agent_class='Robot': must be Robot"),
+    ({"policy": "mine.py:"}, r"policy='mine\.py:': is a file; add the name in it, on a command line mine\.py:Name"),
+    ({"policy": "teamsight:Robot"}, r"policy='teamsight:Robot': is a class, but neither a Policy nor callable; .* function"),
     ({"policy": NoPolicy()}, r"policy=NoPolicy: has decide but is not a Policy; derive NoPolicy from teamsight\.policies\.Policy"),
     ({"policy": None}, r"policy: is missing, and Robot does not override decide; .* or a name: a-cmommt, "),
     ({"speed": -1}, r"speed=-1\.0: must be a finite number, at least 0"),

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
+import pytest
 from PIL import Image, ImageFilter
 
 if TYPE_CHECKING:
@@ -18,12 +20,13 @@ FILM = runpy.run_path(str(Path(__file__).resolve().parents[2] / ".ci" / "film.py
 ROWS = slice(150, 750)
 
 
-def seen(picture: Image.Image) -> np.ndarray:
+def seen(picture: Image.Image) -> npt.NDArray[np.int64]:
     """Return the pixels of the arenas, blurred: edges are elsewhere by parts of a pixel in another browser."""
     return np.asarray(picture.convert("RGB").filter(ImageFilter.GaussianBlur(3)), np.int64)[ROWS]
 
 
-def test_the_film_shows_the_page_of_today(chromium: Browser, _compiled: None) -> None:
+@pytest.mark.usefixtures("_compiled")
+def test_the_film_shows_the_page_of_today(chromium: Browser) -> None:
     steps = FILM["STEPS"]
     with Image.open(FILM["FILM"]) as film:
         assert film.n_frames == len(steps)

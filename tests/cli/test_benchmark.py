@@ -111,7 +111,7 @@ def test_a_rule_for_one_robot_and_its_degree(tmp_path: Path, capsys: pytest.Capt
     [
         (["--policy", "evolvd"], ["policy='evolvd': unknown; did you mean 'evolved'?"]),
         (["--policy", "pathlib:Path"], ["pathlib:Path"]),
-        (["--policy", "none_such.py:Mine"], ["there is no module 'none_such'"]),
+        (["--policy", "none_such.py:Mine"], ["there is no file none_such.py"]),
         (["--policy", "a-cmommt", "--awareness", "rng"], ["awareness='rng': unknown; did you mean 'ring'?"]),
         (["--policy", "b-cmommt", "--awareness", "ring"], ["needs 'relayed'", "awareness='shared'", "n5-r3"]),
         (["--policy", "a-cmommt", "--policy.gain", "-1"], ["gain=-1"]),

@@ -51,6 +51,14 @@ def test_an_object_in_a_file_is_named_by_its_path(option: str, folder: Path) -> 
     assert references.load("odd_file:Thing").__name__ == "Thing"  # type: ignore[attr-defined]
 
 
+def test_a_file_that_is_not_there_is_not_looked_for_elsewhere(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "odd_file.py").write_text("class Thing:\n    pass\n", encoding="utf-8")
+    monkeypatch.chdir(folder)
+    message = r"^sub/odd_file\.py:Thing: there is no file sub/odd_file\.py; give its path from here, .*" + folder.name
+    with pytest.raises(ValueError, match=message):
+        references.from_file("sub/odd_file.py:Thing")
+
+
 @pytest.mark.parametrize("text", ["odd:Thing", "odd.py", "a=odd.py:Thing", "odd.py:", ".py:Thing", "odd.py:1", "x" * 999 + ".py:T"])
 def test_other_arguments_stay(text: str) -> None:
     assert references.from_file(text) == text
