@@ -85,7 +85,7 @@ def read_trajectories(
     try:
         table = _read(place, "CSV" if name.endswith((".csv", ".csv.gz")) else "Parquet", content)
     except OSError as error:
-        reason = error.strerror or _first_line(error)
+        reason = "no such file" if isinstance(error, FileNotFoundError) else error.strerror or _first_line(error)
         raise ValueError(f"{place}: cannot be read ({reason}); check the path and the permissions") from error
     progress(1, 2)
     checked = check_trajectories(table, sort=sort, name=str(place))

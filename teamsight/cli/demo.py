@@ -104,9 +104,10 @@ def _make_recording(seed: int, steps: int, every: int) -> Replay:
 
 def _say_where(place: Path, is_open: bool) -> None:
     from teamsight.cli.show import say
+    from teamsight.core.extras import installing
 
     say(f"the recording is in {place}")
     if place.suffix.lower() == ".html":
         say("it is open in the browser" if is_open else f"open it in a browser: {place.absolute().as_uri()}")
     if find_spec("websockets") is None:
-        say("for a live page, in which you can change the teams: pip install 'teamsight[live]'")
+        say(f"for a live page, in which you can change the teams: {installing('live')}")

@@ -29,7 +29,7 @@ def run(code: str, folder: Path) -> None:
 
 def test_the_readme_has_the_two_commands_literally() -> None:
     lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
-    assert [line for line in lines if line.startswith("python3")] == COMMANDS
+    assert [line for line in lines if line in COMMANDS] == COMMANDS
 
 
 def test_the_first_example_of_the_readme_prints_what_it_says(

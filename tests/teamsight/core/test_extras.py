@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from teamsight.core.extras import extra
+from teamsight.core.extras import extra, installing
 
 pytestmark = pytest.mark.short
 
@@ -18,10 +18,19 @@ def test_an_extra_that_is_installed_is_returned() -> None:
 
 
 def test_an_extra_that_is_not_installed_is_named_with_the_cure() -> None:
-    with pytest.raises(
-        ModuleNotFoundError, match=r"a sum needs the package not_there: pip install 'teamsight\[sums\]'"
-    ):
+    with pytest.raises(ModuleNotFoundError, match=r"a sum needs the package not_there: .*pip install 'teamsight\[sums\]'"):
         extra("not_there", "a sum", "sums")
+
+
+@pytest.mark.parametrize("is_active", [True, False])
+def test_the_cure_is_for_the_python_that_runs(is_active: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for folder in ("own", "other"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "pip").touch(mode=0o755)
+    python = str(tmp_path / "own" / "python")
+    monkeypatch.setattr("sys.executable", python)
+    monkeypatch.setenv("PATH", str(tmp_path / ("own" if is_active else "other")))
+    assert installing("live") == f"{'pip' if is_active else f'{python} -m pip'} install 'teamsight[live]'"
 
 
 def test_what_an_extra_itself_lacks_is_another_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
