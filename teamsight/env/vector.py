@@ -167,7 +167,7 @@ class TeamVectorEnv:
     def _seeds(self, seed: int | Sequence[int] | None, places: list[int]) -> list[int | None]:
         if seed is None:
             return [None] * len(places)
-        if isinstance(seed, Sequence) or (isinstance(seed, np.ndarray) and seed.ndim):
+        if (isinstance(seed, Sequence) and not isinstance(seed, str)) or (isinstance(seed, np.ndarray) and seed.ndim):
             if len(seed) != len(places):
                 raise ValueError(f"seed: has {len(seed)} numbers; give one to each of the {len(places)} worlds")
             return [checks.seed(None, one) for one in seed]

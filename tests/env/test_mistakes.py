@@ -126,6 +126,7 @@ def test_many_worlds_check_their_actions() -> None:
 def test_worlds_and_seeds_are_checked() -> None:
     env = vector_env(3, robots=4)
     for settings, error, message in (
+        ({"seed": "one"}, TypeError, "must be a whole number"),
         ({"seed": [1, 2]}, ValueError, "has 2 numbers; give one to each of the 3 worlds"),
         ({"seed": 1.5}, TypeError, "seed=1.5: must be a whole number"),
         ({"seed": np.array(5)}, TypeError, r"seed=array\(5\): must be a whole number"),
