@@ -23,6 +23,7 @@ from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs import files
 from teamsight.analysis.stats import exceedance as statistics
 from teamsight.core.card import card, shown, table
+from teamsight.core.plain_text import text_table
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderResult
@@ -288,7 +289,6 @@ class DeltaReport:
         return [*written, picture, page]
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        from rich.table import Table
         from rich.text import Text
 
         for number, sentence in enumerate(self.sentences(), -len(self.cautions)):
@@ -296,14 +296,13 @@ class DeltaReport:
         yield Text(self.subject, style="dim")
         for title, columns, rows in _sections(self):
             if rows:
-                # As the tables of all commands; boxes are in the way of grep.
-                lines = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
-                for number, column in enumerate(columns):
-                    lines.add_column(column, justify="right" if number else "left")
-                for row in rows:
-                    lines.add_row(*row)
-                yield Text()
-                yield lines
+                # Of narrow tables the last columns say least.
+                table = text_table(rows, columns, spare=range(len(columns) - 1, 2, -1), width=options.max_width)
+                yield Text(f"\n{title}", style="bold")
+                for lines, style in ((table.head, "bold"), (table.body, "")):
+                    yield Text("\n".join(lines), style=style, no_wrap=True, overflow="ignore")
+                if table.left_out:
+                    yield Text(f"a wider terminal also shows {', '.join(table.left_out)}")
 
     def __str__(self) -> str:
         from rich.console import Console

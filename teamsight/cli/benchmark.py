@@ -200,7 +200,7 @@ def _show(results: Results, name: str | None) -> None:
             written(results.difference(name, best, [title]), "+.1f"), way and f"{way} %",
         ))  # fmt: skip
     titles = ("scenario", f"{name} [%]", "best other", "observes [%]", "difference", "of the way")
-    show_table(rows, titles, left=(0, 2), spare=(5, 3))
+    show_table(rows, titles, left=(0, 2), spare=(5, 3, 2))
     if results.percent(name) is not None and results.percent(name).shape[1] < bench.RUNS:  # type: ignore[union-attr]
         say("differences are over the runs that both have, so they are not those of the means; they decide the rank")
     say(f"{bench.BENCHMARK}: means with 95 % intervals; 'of the way' is that from {bench.FLOOR} to {CEILING}")

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from teamsight.analysis.runs.limits import Runs, Steps
 from teamsight.cli.options import Agents, Folder, Works, Writes
 from teamsight.core.component import Allowed, Seed
 from teamsight.world.limits import Length
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _Planner = Literal["sharing", "informed", "clairvoyant"]
 
@@ -69,11 +72,11 @@ def ceilings(settings: CeilingSettings) -> None:
       teamsight ceilings a-cmommt:gain=4,idle=wander evolved \\
           --robots 5,10 --radius 3,5,8 --out results
     """
-    from teamsight.analysis.ceilings import OBSERVED, RESULTS, compare, draw, share_text, standings
+    from teamsight.analysis.ceilings import OBSERVED, RESULTS, compare, draw
     from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.files import Content, check_results, prepare_folder, write_results
-    from teamsight.cli.show import interval, kept_in, say, show_table, working
+    from teamsight.cli.show import kept_in, say, working
 
     teams = [*settings.policies, *settings.ceilings]
     cells = [(robots, settings.targets, radius) for robots, radius in product(settings.robots, settings.radius)]
@@ -92,19 +95,33 @@ def ceilings(settings: CeilingSettings) -> None:
             cells, teams, runs=settings.runs, steps=settings.steps, seed=settings.seed, pool=pool,
             progress=partial(watch, "running"), checkpoint=checkpoint,
         )  # fmt: skip
-    first = teams[0]
-    rows = [
-        (
-            one.team, interval(one.observed._asdict(), ".1f"),
-            "" if one.team == first else interval(one.more._asdict(), "+.1f"),
-            share_text(one.share),
-        )
-        for one in standings(table, overall=True)
-    ]  # fmt: skip
-    show_table(rows, ("team", "observed [%]", f"more than {first}", "of the way"))
+    _show(table, teams[0])
     if folder and checkpoint:
         prepare_folder(folder / "images")
         contents: dict[str, Content] = {f"{RESULTS}.parquet": table, picture: to_picture(draw(table))}
         write_results(folder, contents, about, force=settings.force)
         checkpoint.forget()
         say(f"table and figure in {folder}")
+
+
+def _show(table: pd.DataFrame, first: str) -> None:
+    """Print what each team observes, and how far the first one is from what nobody can pass."""
+    from teamsight.analysis.ceilings import CEILING, share_text, standings
+    from teamsight.cli.show import interval, say, show_table
+
+    found = standings(table, overall=True)
+    most = [one.observed.mean for one in found if one.team == "teleport"]
+    at_most = "".join(f"; no team observes more than {mean:.1f} %" for mean in most)
+    say(f"{first} observes {interval(found[0].observed._asdict(), '.1f')} % of the targets{at_most}")
+    rows = []
+    for one in found:
+        more = "" if one.team == first else interval(one.more._asdict(), "+.1f")
+        # A hyphen stands before numbers that a program may read.
+        share, _, bounds = share_text(one.share).replace("−", "-").partition(" (")
+        # Options can be broken between two.
+        team = one.team.replace(",", ", ")
+        rows.append((team, interval(one.observed._asdict(), ".1f"), more, share, f"({bounds}" * bool(bounds)))
+    titles = ("team", "observed [%]", "more [points]", "of the way", "its interval")[: 5 if most else 3]
+    show_table([row[: len(titles)] for row in rows], titles, spare=(*range(4, len(titles)), 2))
+    way = f", 'of the way' from it to {CEILING}" * bool(most)
+    say(f"means with 95 % intervals; 'more' is than {first}{way}")

@@ -161,7 +161,7 @@ def delta(settings: DeltaSettings) -> None:
     files = []
     if settings.out:  # before anything is printed, since printing may fail
         files = report.save(settings.out, force=settings.force, settings=settings.about())
-    wide_console().print(report)
+    wide_console().print(report, crop=False)
     if settings.out:
         say(f"{len(files)} files in {settings.out}")
 

@@ -12,6 +12,7 @@ import errno
 import io
 import os
 import re
+import shutil
 import sys
 import sysconfig
 import traceback
@@ -23,6 +24,7 @@ import click
 
 from teamsight.cli.options import InputError, usage
 from teamsight.core.interrupts import is_interrupt
+from teamsight.core.plain_text import broken_lines
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import JobError
@@ -85,7 +87,10 @@ def _fail(error: Exception) -> NoReturn:
 def _leave(messages: Sequence[str], status: int) -> NoReturn:
     with contextlib.suppress(OSError):
         for message in messages:
-            click.echo(f"teamsight: {one_line(message)}", err=True)
+            line = f"teamsight: {one_line(message)}"
+            if sys.stderr is not None and sys.stderr.isatty():
+                line = broken_lines(line, shutil.get_terminal_size().columns)
+            click.echo(line, err=True)
     # The buffers of streams that cannot be written; otherwise Python would exit with a status of its own.
     for stream in (sys.__stdout__, sys.__stderr__, sys.stdout, sys.stderr):  # click may have wrapped them
         if stream is not None:

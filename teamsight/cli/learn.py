@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
 
 from teamsight.agents import settings as cmommt
 from teamsight.analysis.learning.plans import (
@@ -29,8 +30,11 @@ from teamsight.policies.registry import POLICIES
 from teamsight.world.limits import Length
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from teamsight.analysis.learning.explore import Exploration
     from teamsight.policies.memory import LazyMemory
+    from teamsight.tasks.task import Task
 
 # What --quick sets where the option is not given.
 _QUICK: dict[str, Any] = {"samples": (150, 600, 2400), "memories": 4, "worlds": 1}
@@ -253,75 +257,119 @@ def evaluate(settings: EvaluateSettings) -> None:
       teamsight learn evaluate pursuit.safetensors --task pursuit \\
           --set prey=1 --runs 100
     """
-    from teamsight.analysis.learning import evaluation
-    from teamsight.analysis.learning.explore import differing
-    from teamsight.analysis.learning.learners import check_objective, default_of, default_reward
-    from teamsight.analysis.learning.plans import Objective
-    from teamsight.analysis.learning.registry import REWARDS
     from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
-    from teamsight.cli.show import interval, plural, say, show_table, working
+    from teamsight.cli.show import say
+
+    case, save = _case(settings), settings.save
+    about = case.about(settings)
+    if save:
+        prepare_folder(save.parent)
+        check_results(save.parent, [save.name], about, force=settings.force)
+    table, taken = _evaluated(settings, case)
+    if save:  # before anything is printed, since printing may fail
+        write_results(save.parent, {save.name: table}, about, force=settings.force)
+    _show_evaluation(settings, case, table)
+    say(taken)
+    if save:
+        say(f"every run in {save}")
+
+
+class _Case(NamedTuple):
+    """What is evaluated, and in which worlds."""
+
+    memory: LazyMemory
+    task: Task
+    scenario: Mapping[str, Any]
+    steps: int
+    reward: str
+
+    def about(self, settings: EvaluateSettings) -> dict[str, Any]:
+        """Return what a file of the results holds."""
+        return settings.values(("learner", "k", "discount", "sample", "runs", "seed")) | {
+            "reward": self.reward, "steps": self.steps, "task": self.task.name, "scenario": self.scenario,
+            "memory": self.memory.digest, "explored": dict(self.memory.settings),
+        }  # fmt: skip
+
+
+def _case(settings: EvaluateSettings) -> _Case:
+    """Return the case that the settings describe; refuse what does not go together, and worlds that are too large."""
+    from teamsight.analysis.learning import evaluation
+    from teamsight.analysis.learning.learners import check_objective, default_reward
     from teamsight.tasks.named import task_of
 
-    learner, save = settings.learner, settings.save
-    if save:
-        check_apart("save", save, "memory", settings.memory)
+    learner = settings.learner
+    if settings.save:
+        check_apart("save", settings.save, "memory", settings.memory)
     check = partial(check_objective, (learner,), settings.reward, settings.k, discount=settings.discount)
     check()
     memory = _sampled(settings)
     check(len(memory))
     task = task_of(settings.task or memory.settings.get("task") or evaluation.CMOMMT)
     scenario = evaluation.scenario_of(memory, task, settings.parameters)
-    size, steps = scenario[task.size], settings.steps or task.steps
-    check_worlds(size, scenario.get("targets", 0), scenario.get("radius", 1.0), steps, settings.runs)
+    steps = settings.steps or task.steps
+    check_worlds(
+        scenario[task.size], scenario.get("targets", 0), scenario.get("radius", 1.0), steps, settings.runs
+    )  # fmt: skip
     usual = "interaction" if task.name != evaluation.CMOMMT and learner != "sheppard" else default_reward(learner)
-    reward = settings.reward or usual
-    about = settings.values(("learner", "k", "discount", "sample", "runs", "seed")) | {
-        "reward": reward, "steps": steps, "task": task.name, "scenario": scenario, "memory": memory.digest,
-        "explored": dict(memory.settings),
-    }  # fmt: skip
-    if save:
-        prepare_folder(save.parent)
-        check_results(save.parent, [save.name], about, force=settings.force)
+    return _Case(memory, task, scenario, steps, settings.reward or usual)
+
+
+def _evaluated(settings: EvaluateSettings, case: _Case) -> tuple[pd.DataFrame, str]:
+    """Return one row for each policy and world, and how long they took."""
+    from teamsight.analysis.learning import evaluation
+    from teamsight.analysis.learning.plans import Objective
+    from teamsight.analysis.learning.registry import REWARDS
+    from teamsight.cli.show import working
+
+    memory, task, scenario, steps, reward = case
     objective = Objective(REWARDS[reward], settings.k, settings.discount)
-    with working(settings, agent_steps=10.0 * size * steps * settings.runs) as (watch, pool):
+    with working(settings, agent_steps=10.0 * scenario[task.size] * steps * settings.runs) as (watch, pool):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             learning = partial(watch, "learning")
-            teams = evaluation.contenders(learner, memory, objective, task, scenario, learning, rng=settings.seed)
+            teams = evaluation.contenders(
+                settings.learner, memory, objective, task, scenario, learning, rng=settings.seed
+            )  # fmt: skip
         for note in dict.fromkeys(str(warning.message) for warning in caught):
             watch.emit(f"note: {note}")
         table = evaluation.evaluate(teams, task, scenario, settings, pool, partial(watch, "simulating"))
-    if save:  # before anything is printed, since printing may fail
-        write_results(save.parent, {save.name: table}, about, force=settings.force)
-    for name, found in differing(memory).items():
-        if name in scenario:
-            say(f"note: {name} differs between the explorations: {', '.join(map(str, found))}")
-    discount = default_of(learner, "discount") if settings.discount is None else settings.discount
-    constants = f"reward {reward}" + ("" if discount is None else f", discount {discount:g}")
-    say(f"{learner} on {plural(len(memory), 'transition')}, {constants}")
-    values = ", ".join(f"{name} = {value}" for name, value in scenario.items())
-    say(f"{task.name}: {values}, {plural(settings.runs, 'world')} of {plural(steps, 'step')}, seed {settings.seed}")
+    return table, watch.passed()
+
+
+def _show_evaluation(settings: EvaluateSettings, case: _Case, table: pd.DataFrame) -> None:
+    """Print what each policy achieves: first the one that uses all inputs, then all, then what they were tested on."""
+    from teamsight.analysis.learning import evaluation
+    from teamsight.analysis.learning.explore import differing
+    from teamsight.analysis.learning.learners import default_of
+    from teamsight.cli.show import interval, plural, say, show_table
+
+    memory, task, scenario, steps, reward = case
     metric, better = task.objective
     # Shares are printed in percent.
     unit, how, scale = (" [%]", ".1f", 100.0) if metric.endswith("fraction") else ("", ".4g", 1.0)
-    summary = evaluation.summary(table, task)
-    first = summary["policy"].iloc[0]
+    more = partial(interval, how=f"+{how}", scale=scale, names=("more", "more_low", "more_high"))
+    first, *others = evaluation.summary(table, task).to_dict("records")
+    ahead = "".join(f"; better than {other['policy']} by {more(other)}" for other in others[:1])
+    say(f"{settings.learner}: {metric} {interval(first, how, scale)}{unit.replace('[%]', '%')}{ahead}")
     rows = [
-        (
-            row["policy"], interval(row, how, scale), f"{row['censored']:.0%}",
-            "" if row["policy"] == first else interval(row, f"+{how}", scale, ("more", "more_low", "more_high")),
-        )
-        for row in summary.to_dict("records")
-    ]  # fmt: skip
-    show_table(rows, ("policy", f"{metric}{unit} ({better} is better)", "censored", f"{first} better by"))
+        (row["policy"], interval(row, how, scale), f"{row['censored']:.0%}", "" if row is first else more(row))
+        for row in (first, *others)
+    ]
+    titles = ("policy", f"{metric}{unit} ({better} is better)", "censored", f"{first['policy']} better by")
+    show_table(rows, titles, spare=(2,))
+    discount = default_of(settings.learner, "discount") if settings.discount is None else settings.discount
+    constants = f"reward {reward}" + ("" if discount is None else f", discount {discount:g}")
+    say(f"{settings.learner} on {plural(len(memory), 'transition')}, {constants}")
+    values = ", ".join(f"{name} = {value}" for name, value in scenario.items())
+    say(f"{task.name}: {values}, {plural(settings.runs, 'world')} of {plural(steps, 'step')}, seed {settings.seed}")
+    for name, found in differing(memory).items():
+        if name in scenario:
+            say(f"note: {name} differs between the explorations: {', '.join(map(str, found))}")
     if "Lattice" in str(memory.settings.get("policy")):
         say(
             "note: robots explored from cell to cell, and those that have learned may move in any direction, which the "
             "others cannot; a difference between them may be due to that"
         )
-    say(watch.passed())
-    if save:
-        say(f"every run in {save}")
 
 
 def _sampled(settings: EvaluateSettings) -> LazyMemory:
@@ -433,7 +481,7 @@ def figure(settings: FigureSettings) -> None:
     from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
-    from teamsight.cli.show import interval, kept_in, plural, say, working
+    from teamsight.cli.show import kept_in, plural, say, working
 
     curves = settings.part(Curves)
     given = settings.discount if "discount" in settings.given else None
@@ -456,19 +504,29 @@ def figure(settings: FigureSettings) -> None:
         made = table, gains, crossings, to_picture(draw(gains, crossings, curves))
         write_results(folder, dict(zip(files, made, strict=True)), about, force=settings.force)
     checkpoint.forget(keys)
-    means = learning.mean_gains(gains).set_index(["learner", "transitions"])
-    for row in learning.mean_gains(crossings).to_dict("records"):
-        last = means.loc[(row["learner"], row["largest"])]
-        say(
-            f"{row['learner']}, mean of all scenarios: awareness "
-            f"{learning.pays_from(row['crossing'], row['largest'])}; Θ(1) minus Θ(0) from {row['largest']:,}: "
-            f"{interval(last, '+.1f', 100.0, ('gain', 'low', 'high'))} points"
-        )
-        single = crossings[(crossings["learner"] == row["learner"]) & crossings["robots"].notna()]
-        for one in single.to_dict("records"):
-            pays = learning.pays_from(one["crossing"], one["largest"])
-            say(f"  N = {one['robots']:.0f}, R = {one['radius']:g}: {pays}")
+    _show_curves(gains, crossings)
     say(f"learning curves in {folder} after {watch.passed()}")
+
+
+def _show_curves(gains: pd.DataFrame, crossings: pd.DataFrame) -> None:
+    """Print from how many transitions awareness pays: for the best learner, then for each in all scenarios and in each."""
+    from teamsight.analysis.learning import curves as learning
+    from teamsight.cli.show import interval, say, show_table
+
+    def pays(row: Mapping[str, Any]) -> str:
+        return "not shown" if math.isnan(row["crossing"]) else f"from {int(row['crossing']):,}"
+
+    means = learning.mean_gains(gains).set_index(["learner", "transitions"])
+    overall, rows = learning.mean_gains(crossings).to_dict("records"), []
+    for row in overall:
+        if row["learner"] == learning.BEST:
+            say(f"best learner, mean of all scenarios: awareness {learning.pays_from(row['crossing'], row['largest'])}")
+        gain = interval(means.loc[(row["learner"], row["largest"])], "+.1f", 100.0, ("gain", "low", "high"))
+        rows.append((row["learner"], "all", "all", pays(row), gain))
+        single = crossings[(crossings["learner"] == row["learner"]) & crossings["robots"].notna()]
+        rows += [("", f"{one['robots']:.0f}", f"{one['radius']:g}", pays(one), "") for one in single.to_dict("records")]
+    last = f"Θ(1) minus Θ(0) from {overall[0]['largest']:,} [points]"
+    show_table(rows, ("learner", "N", "R", "awareness pays [transitions]", last))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -514,7 +572,7 @@ def diagnose(settings: DiagnoseSettings) -> None:
     from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.checkpoint import Checkpoint
     from teamsight.analysis.runs.files import check_results, prepare_folder, write_results
-    from teamsight.cli.show import interval, kept_in, say, working
+    from teamsight.cli.show import interval, kept_in, say, show_table, working
     from teamsight.policies.memory import LazyMemory
 
     memory = None if settings.memory is None else LazyMemory.load(settings.memory)
@@ -544,11 +602,12 @@ def diagnose(settings: DiagnoseSettings) -> None:
     write_results(folder, dict(zip(files, made, strict=True)), about, force=settings.force)
     checkpoint.forget(keys)
     rim = points[(points["distance"] == learning.DISTANCES[-2]) & (points["quantity"] == "approach")]
-    for row in rim.to_dict("records"):
-        say(
-            f"{row['learner']}, {row['inputs']} inputs, from {row['transitions']} transitions: approaches a target at "
-            f"{row['distance']:.3f} by {interval(row, '+.2f')} steps"
-        )
+    rows = [
+        (row["learner"], row["inputs"], f"{row['transitions']:,}", interval(row, "+.2f"))
+        for row in rim.to_dict("records")
+    ]
+    away = f"steps towards a target at {learning.DISTANCES[-2]:.3f}"
+    show_table(rows, ("learner", "inputs", "transitions", away))
     say(f"diagnosis in {folder} after {watch.passed()}")
 
 
@@ -615,7 +674,7 @@ def curve(settings: CurveSettings) -> None:
     from teamsight.analysis.learning import training as learning
     from teamsight.analysis.plot.style import to_picture
     from teamsight.analysis.runs.files import Content, as_json, check_results, prepare_folder, write_results
-    from teamsight.cli.show import interval, say, working
+    from teamsight.cli.show import say, working
 
     task, training, given = settings.task_given(), settings.part(Training), settings.parameters
     plan = {name: value for name, value in as_json(training).items() if value is not None}
@@ -637,8 +696,28 @@ def curve(settings: CurveSettings) -> None:
     figure = learning.draw(points, task, subtitle)
     contents |= {file: to_picture(figure, kind=kind) for file, kind in pictures.items()}
     write_results(folder, contents, about, force=settings.force)
-    for row in points.to_dict("records"):
-        censored = f", {row['censored']:.0%} censored" if row["censored"] else ""
-        reached = f"{task.objective.metric} {interval(row, '.4g')}{censored}"
-        say(f"{row['awareness']}, {row['learned']:,} steps of learning: {reached}")
+    _show_curve(task, points, gains)
     say(f"learning curve of {task.name} in {folder} after {watch.passed()}")
+
+
+def _show_curve(task: Task, points: pd.DataFrame, gains: pd.DataFrame) -> None:
+    """Print what awareness adds after the longest learning, then what each team reaches."""
+    from teamsight.cli.show import interval, say, show_table
+
+    def gain(row: Mapping[str, Any]) -> str:
+        return interval(row, "+.4g", names=("gain", "low", "high"))
+
+    longest, known = points["learned"].max(), {}
+    for one in gains.to_dict("records"):
+        known[one["awareness"], one["learned"]] = gain(one)
+        if one["learned"] == longest:
+            than = points["awareness"].iloc[0]
+            say(f"{one['awareness']} is better than {than} by {gain(one)} after {longest:,} steps of learning")
+    rows = [
+        (row["awareness"], f"{row['learned']:,}", interval(row, ".4g"), f"{row['censored']:.0%}",
+         known.get((row["awareness"], row["learned"]), ""))
+        for row in points.to_dict("records")
+    ]  # fmt: skip
+    metric, better = task.objective
+    titles = ("awareness", "learned [steps]", f"{metric} ({better} is better)", "censored", "better by")
+    show_table(rows, titles, spare=(3, 4))

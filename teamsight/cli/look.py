@@ -221,7 +221,7 @@ def _print(world: World, settings: RunSettings, taken: float) -> None:
         if len(log):
             shown = log.head(_MOST_EVENTS).astype(object).where(log.notna(), "").itertuples(index=False)
             cells = [[f"{cell:.2f}" if isinstance(cell, float) else cell for cell in row] for row in shown]
-            show_table(cells, list(log.columns), set(range(len(log.columns))).difference(numbers), no_wrap=True)
+            show_table(cells, list(log.columns), set(range(len(log.columns))).difference(numbers))
         left = f", of which the first {_MOST_EVENTS} are shown" if len(log) > _MOST_EVENTS else ""
         say(plural(len(log), "event") + left)
     for what, place in {"recording": settings.record, "history": settings.save, "events": settings.save_events}.items():
@@ -483,7 +483,7 @@ def plugins(settings: Options) -> int:
         return 0
     states = [_state(one, found) for one in found]
     rows = [(*one, state or "loads") for one, state in zip(found, states, strict=True)]
-    show_table(rows, ("group", "name", "object", "distribution", "state"), range(5), overflow="fold")
+    show_table(rows, ("group", "name", "object", "distribution", "state"), range(5))
     wrong = sum(bool(state) for state in states)
     say(f"{plural(len(found), 'plug-in')}, of which {wrong or 'none'} cannot be used" if wrong else "all load")
     return 1 if wrong else 0

@@ -42,6 +42,8 @@ _SECTIONS = {
 }  # fmt: skip
 # The headings that stand behind the others, in this order.
 _LAST = ("Task", "Runs", "Files", "Cluster", "Help")
+# Longer than the first sentence of any help.
+_SENTENCE = 400
 # Where a command line keeps the options that its other options bring.
 _FURTHER = "teamsight.further"
 _METAVARS = {
@@ -602,9 +604,9 @@ class Group(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         sections: dict[str, list[tuple[str, str]]] = {}
-        width = formatter.width - 6 - max(map(len, self.commands))
         for name, command in self.commands.items():
-            row = name, command.get_short_help_str(width)
+            # The first sentence, whole.
+            row = name, command.get_short_help_str(_SENTENCE)
             sections.setdefault(getattr(command, "section", ""), []).append(row)
         for section, rows in sections.items():
             with formatter.section(section or "Commands"):

@@ -20,10 +20,10 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
-from rich.table import Table
 from rich.text import Text
 
 from teamsight.cli.exits import LossyStream, give_up, named, printable
+from teamsight.core.plain_text import broken_lines, text_table
 
 if TYPE_CHECKING:
     from teamsight.analysis.runs.executor import Executor
@@ -47,7 +47,7 @@ class Watch(Progress):
             TimeElapsedColumn(),
             TextColumn("left"),
             TimeRemainingColumn(),
-            console=console, transient=True, disable=not console.is_terminal,
+            console=console, transient=True, disable=not console.is_terminal or console.is_dumb_terminal,
         )  # fmt: skip
         self._bars: dict[str, TaskID] = {}
         self._began = time.perf_counter()
@@ -59,8 +59,8 @@ class Watch(Progress):
         self.update(self._bars[phase], completed=done, total=total)
 
     def emit(self, line: str) -> None:
-        """Print a line above the bars, without wrapping it."""
-        self.console.print(printable(line), highlight=False, markup=False, soft_wrap=True)
+        """Print a line above the bars."""
+        _print_line(self.console, line)
 
     def passed(self) -> str:
         """Return how long the work has taken."""
@@ -130,8 +130,15 @@ def interval(
 
 
 def say(line: str) -> None:
-    """Print a line without wrapping it."""
-    wide_console().print(printable(line), highlight=False, soft_wrap=True, markup=False)
+    """Print a line; a terminal breaks it between words."""
+    _print_line(wide_console(), line)
+
+
+def _print_line(console: Console, line: str) -> None:
+    text = printable(line)
+    if console.is_terminal:
+        text = broken_lines(text, console.width)
+    console.print(text, highlight=False, soft_wrap=True, markup=False)
 
 
 def show_table(
@@ -139,40 +146,23 @@ def show_table(
     headings: Sequence[str] = (),
     left: Iterable[int] = (0,),
     spare: Iterable[int] = (),
-    **how: Any,
 ) -> None:
     """Print a table of texts.
 
     Parameters
     ----------
-    rows : iterable of iterable
-        The cells.
-    headings : sequence of str
-        The headings of all columns; none by default.
-    left : iterable of int
-        The columns whose texts begin at the left; numbers end at the right.
-    spare : iterable of int
-        The columns that are left out, one after the other, until a terminal is as wide as the table; a line names them.
-    **how
-        Parameters of the columns, as of `rich.table.Table.add_column`.
+    rows, headings, left, spare
+        As for `text_table`; cells are printed as by `str`.
     """
-    kept = [[Text(printable(str(cell))) for cell in row] for row in rows]
-    titles = [Text(title) for title in headings or [""] * len(kept[0])]
-    shown, lost = list(range(len(titles))), []
-    console, left = wide_console(), set(left)
-    widths = [max(row[place].cell_len for row in (titles, *kept)) for place in shown]
-    for place in spare:
-        if sum(widths[one] for one in shown) + 2 * len(shown) - 2 > console.width:
-            shown.remove(place)
-            lost.append(titles[place].plain)
-    table = Table(box=None, pad_edge=False, show_header=bool(headings))
-    for place in shown:
-        table.add_column(titles[place], justify="left" if place in left else "right", **how)
-    for row in kept:
-        table.add_row(*(row[place] for place in shown))
-    console.print(table, highlight=False)
-    if lost:
-        say(f"a wider terminal also shows {', '.join(lost)}")
+    console = wide_console()
+    width = console.width if console.is_terminal else math.inf
+    cells = [[printable(str(cell)) for cell in row] for row in rows]
+    table = text_table(cells, headings, left, spare, width)
+    for lines, style in ((table.head, "bold"), (table.body, "")):
+        if lines:
+            console.print(Text("\n".join(lines), style), highlight=False, soft_wrap=True)
+    if table.left_out:
+        say(f"a wider terminal also shows {', '.join(table.left_out)}")
 
 
 class _Output(Console):

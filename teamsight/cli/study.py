@@ -12,6 +12,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import click
+
 from teamsight.analysis.runs.limits import Runs, Steps
 from teamsight.analysis.studies.slurm import MOST_TASKS, USUAL_TASKS, JobArray, JobOptions
 from teamsight.cli.options import WORKERS, File, Folder, Options, Shard, StudyFile, StudyFolder, Works, Writes, names_in
@@ -134,7 +136,7 @@ def sweep(settings: SweepSettings) -> int:
         nonlocal said, runs
         runs = total
         watch("runs", done, total)
-        if not watch.console.is_terminal and time.monotonic() > said + _PERIOD:
+        if watch.disable and time.monotonic() > said + _PERIOD:
             said = time.monotonic()
             left = "" if seconds_left is None else f", {seconds(seconds_left)} left"
             watch.emit(f"{done} of {total} runs{left}")
@@ -180,11 +182,6 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
     from teamsight.cli.show import plural, say
 
     out = shlex.quote(str(settings.out))
-    # The first one was printed when it failed.
-    for run, error in summary.errors[1:]:
-        say(f"run {run} failed: {error}")
-    if summary.errors and (more := summary.failed - len(summary.errors)) > 0:
-        say(f"and {more} more: teamsight status {out} --failed")
     counts = [f"{summary.done} done"]
     counts += [f"{count} {what}" for what in ("failed", "missing") if (count := getattr(summary, what))]
     of = f" of shard {settings.shard[0]}/{settings.shard[1]}" if settings.shard else ""
@@ -194,6 +191,11 @@ def _show(settings: SweepSettings, summary: SweepSummary) -> int:
         f"{plural(summary.made, 'run')} made in {summary.seconds:.0f} s; {settings.out} has {', '.join(counts)} of "
         f"{plural(summary.planned, 'run')}{of}"
     )
+    # The first one was printed when it failed.
+    for run, error in summary.errors[1:]:
+        say(f"run {run} failed: {error}")
+    if summary.errors and (more := summary.failed - len(summary.errors)) > 0:
+        say(f"and {more} more: teamsight status {out} --failed")
     for note in filter(None, (summary.wide, summary.not_finite)):
         say(note)
     command = f"plot {out} --out figure.png"
@@ -236,7 +238,7 @@ def status(settings: StatusSettings) -> None:
     """
     from teamsight.analysis.studies.folder import study_folder
     from teamsight.analysis.studies.standing import status as find
-    from teamsight.cli.show import plural, say
+    from teamsight.cli.show import plural, say, show_table
     from teamsight.core.status_line import seconds
 
     folder = settings.folder
@@ -247,15 +249,18 @@ def status(settings: StatusSettings) -> None:
         failures = place.read("failed", ["run", "seed", "error"], skip_damaged=True).to_pylist()
         failures.sort(key=lambda row: str(row["run"]))
     if settings.json:
-        say(json.dumps(_as_json(place, found, failures)))
+        # A line that is broken would be no JSON.
+        click.echo(json.dumps(_as_json(place, found, failures)))
         return
     name = f"{manifest.study['name']!r} " if manifest.study["name"] else ""
     so_far = " so far, as many as the intervals need" if manifest.study["until"] else ""
     say(f"study {name}in {folder}: {found.planned:,} runs of {manifest.study['model']}{so_far}")
+    rows = []
     for what in ("done", "failed", "missing"):
         count = getattr(found, what)
-        running = f", of which {found.running:,} running" if found.running and what == "missing" else ""
-        say(f"  {what:<8} {count:>12,}  {_share(count, found.planned):>6}{running}")
+        running = f"of which {found.running:,} running" if found.running and what == "missing" else ""
+        rows.append((what, f"{count:,}", _share(count, found.planned), running))
+    show_table(rows, left=(0, 3))
     for note in _notes(place, found):
         say(note)
     if not found.sweeps:
@@ -657,8 +662,6 @@ def schema(settings: Options) -> None:
       teamsight schema > study.schema.json
     """
     from importlib.resources import files
-
-    import click
 
     # As it ships: making it anew would import the model.
     place = files("teamsight.analysis.studies.definition").joinpath("study.schema.json")

@@ -21,11 +21,15 @@ def call(*arguments: str) -> int:
 def test_each_team_has_a_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert call("random-walk", "a-cmommt", *SMALL) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:]] == [
+    assert lines[0].startswith("random-walk observes ")
+    assert [line.split()[0] for line in lines[2:-1]] == [
         "random-walk", "a-cmommt", "sharing", "informed", "clairvoyant", "teleport",
     ]  # fmt: skip
-    assert lines[0].split() == ["team", "observed", "[%]", "more", "than", "random-walk", "of", "the", "way"]
-    assert lines[5].endswith("100 %")
+    assert lines[1].split() == ["team", "observed", "[%]", "more", "[points]", "of", "the", "way", "its", "interval"]
+    (teleport,) = [line for line in lines if line.startswith("teleport")]
+    assert lines[0].endswith(f"no team observes more than {teleport.split()[1]} %")
+    assert "'more' is than random-walk" in lines[-1]
+    assert lines[6].endswith("100 %")
 
 
 def test_a_policy_gets_the_degree_that_it_learned_with(capsys: pytest.CaptureFixture[str]) -> None:
@@ -37,7 +41,7 @@ def test_a_grid_is_summed_up_and_written(tmp_path: Path, capsys: pytest.CaptureF
     small = ["--robots", "2,3", "--targets", "3", "--radius", "1.5,2", "--steps", "30", "--runs", "1"]
     assert call("random-walk", "a-cmommt:gain=2", "--ceilings", "sharing", *small, "--out", str(tmp_path)) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split()[0] for line in lines[1:4]] == ["random-walk", "a-cmommt:gain=2", "sharing"]
+    assert [line.split()[0] for line in lines[2:5]] == ["random-walk", "a-cmommt:gain=2", "sharing"]
     table = pd.read_parquet(tmp_path / "ceilings.parquet")
     assert table.groupby(["robots", "radius", "team"]).size().tolist() == [1] * 12
     assert table.attrs["root"] == 0

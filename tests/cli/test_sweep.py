@@ -123,8 +123,9 @@ def test_failed_runs_and_their_repetition(folder: Path, capsys: pytest.CaptureFi
     Path("raising.toml").write_text(f"replicates = 9\n{RAISING}")
     status, out, err = call(capsys, "sweep", "raising.toml", "--out", "a folder", "--workers", "1")
     assert err.count(" failed: ") == 1
-    assert [line.partition(" failed: ")[2] for line in out[:4]] == ["RuntimeError: no team of 2"] * 4
-    assert out[4] == "and 4 more: teamsight status 'a folder' --failed"
+    assert [line.partition(" failed: ")[2] for line in out[1:5]] == ["RuntimeError: no team of 2"] * 4
+    assert out[0].endswith("9 failed of 27 runs")
+    assert out[5] == "and 4 more: teamsight status 'a folder' --failed"
     assert out[-1].startswith("next: teamsight rerun 'a folder' ")
 
 
