@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +13,11 @@ from teamsight.agents.engine.engine import Engine, kernels_needed
 from teamsight.agents.group import Group
 from teamsight.agents.group_card import HEADER, group_row
 from teamsight.agents.world_data import WorldData
-from teamsight.core.card import card, table
+from teamsight.core.card import ARROW, COLOURS, card, legend, legible, table
 from teamsight.core.checks import shown
 from teamsight.world.arena import Arena, Box, Obstructed, Torus
 
 Floats = npt.NDArray[np.float64]
-
-#: The colours of groups by number, then again from the first; readable on light and dark pages.
-COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#bcbd22")
 
 # Cells along each side of the box around an arena whose shape is found with `contains`.
 _CELLS = 48
@@ -130,8 +127,8 @@ _SIDE = 260.0
 _MARGIN = 6.0
 # Radius of a dot, and the least of one within a body [pixels]; an arrow is as much larger as on the live page.
 _DOT, _LEAST_DOT, _ARROW = 3.0, 1.0, 1.4
-# The corners of an arrow ahead and to its left, and those of a cross within a dot, as in view.js.
-_CORNERS = np.array([(1.5, 0.0), (-1.1, 1.0), (-0.5, 0.0), (-1.1, -1.0), (1.5, 0.0)])
+# The corners of an arrow ahead and to its left, closed, and those of a cross within a dot, as in view.js.
+_CORNERS = np.array([*ARROW, ARROW[0]])
 _CROSS = 0.6 * np.array([[(-1, -1), (1, 1)], [(1, -1), (-1, 1)]], float)
 #: Of more agents, every second or every tenth is drawn.
 MOST_DRAWN = 150
@@ -169,7 +166,7 @@ def _group(
     group: Group[Body], every: int, on_page: Map, scale: float, is_observed: Callable[[Body], bool]
 ) -> list[str]:
     """Draw every k-th agent of a group."""
-    colour, agents = COLOURS[group.number % len(COLOURS)], group.agents[::every]
+    colour, agents = _colour(group), group.agents[::every]
     rows = slice(None, None, every)
     places, ways = on_page(group.position[rows]), group.heading[rows] * (1, -1)
     radii = group.radius[rows] * scale
@@ -201,6 +198,22 @@ def _group(
         _dots(inactive, unused, f'fill="none" stroke="{colour}"'),
         _lines(crosses, f'fill="none" stroke="{colour}"'),
     ]  # fmt: skip
+
+
+def _colour(group: Group[Body]) -> str:
+    return legible(COLOURS[group.number % len(COLOURS)])
+
+
+def _marks(groups: Iterable[Group[Body]], *, is_known: bool) -> Iterator[tuple[str, str, str]]:
+    """Yield the marks of groups for the legend; which agents are observed may not be known."""
+    for group in groups:
+        if group.team is not None:
+            yield "▲", _colour(group), group.name
+        elif is_known:
+            yield "●", _colour(group), f"{group.name}, observed"
+            yield "○", _colour(group), "not observed"
+        else:
+            yield "○", _colour(group), f"{group.name}; which are observed is known after the first step"
 
 
 def _dots(places: Floats, radii: Floats, look: str) -> str:
@@ -247,12 +260,9 @@ def world_html(name: str, data: WorldData, engine: Engine) -> str:
     knows = _knows_neighbours(data, engine)
     picture = svg(data, lambda agent: knows and agent.is_observed)
     total = sum(map(len, data.groups))
-    notes = []
+    caption = legend(_marks(data.groups, is_known=knows))
     if total > MOST_DRAWN:
-        notes.append(f"a part of the {total:,} agents is drawn")
-    if any(group.team is None for group in data.groups):
-        notes.append("filled: observed" if knows else "which are observed is known after the first step")
-    caption = f"<small>{'; '.join(notes)}</small>"
+        caption += f"<small>a part of the {total:,} agents is drawn</small>"
     return card(name, rows, table(HEADER, map(group_row, data.groups)), picture, caption)
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from teamsight.core.card import card, table
+from teamsight.core.card import ARROW, COLOURS, card, legend, legible, table
 from teamsight.core.neighbour_list import NeighbourList
 
 # Percepts draw themselves with this module, so it cannot import them.
@@ -16,11 +17,16 @@ Percept: TypeAlias = Any
 PerceptOfOne: TypeAlias = Any
 NeighboursOfOne: TypeAlias = Any
 
-# Pixels: the side of a picture, what is left around the larger range, and a body.
-_SIDE, _MARGIN, _DOT = 168.0, 14.0, 3.5
+# Pixels: the side of a picture, what is left around the larger range, a body, and the robot itself.
+_SIDE, _MARGIN, _DOT, _OWN = 168.0, 14.0, 3.5, 5.0
+# A triangle of equal sides, which points nowhere: a teammate whose heading is not known.
+_TRIANGLE = [(1.4 * math.cos(angle), 1.4 * math.sin(angle)) for angle in (0.0, 2 * math.pi / 3, -2 * math.pi / 3)]
 # Of more neighbours the nearest are listed, and of more robots the first are drawn.
 _MOST_ROWS, _MOST_ROBOTS = 12, 6
-_COLOURS = {"targets": "#ff7f0e", "teammates": "#1f77b4", "relayed": "#ff7f0e"}
+_ROBOTS, _TARGETS = map(legible, COLOURS[:2])
+_COLOURS = {"targets": _TARGETS, "teammates": _ROBOTS, "relayed": _TARGETS}
+# Of a channel of the user's own, and of lines; as those of cards, it can be seen on any page.
+_GREY = "#888888"
 
 
 def percept_html(percept: PerceptOfOne) -> str:
@@ -36,7 +42,7 @@ def percept_html(percept: PerceptOfOne) -> str:
     rows = [row for name, seen in senses.items() for row in _rows(name, seen, percept)]
     listed = table(("senses", "agent", "range", "bearing"), rows) if rows else "<small>It senses nobody.</small>"
     title = f"Percept of robot {percept.identity}" if percept.identity >= 0 else "Percept of a robot"
-    return card(title, facts, _svg(percept, senses), listed)
+    return card(title, facts, _svg(percept, senses), _legend([percept], senses), listed)
 
 
 def percepts_html(percept: Percept) -> str:
@@ -52,7 +58,7 @@ def percepts_html(percept: Percept) -> str:
         rows.append((f"robot {one.identity}" if known else f"row {i}", *counts))
     pictures = "".join(_svg(one, _senses(one)) for one in ones)
     more = f"<small>the first {len(ones)} of {size:,}</small>" if size > len(ones) else ""
-    return card(f"Percept of {size:,} robots", [], table(("", *names), rows), pictures, more)
+    return card(f"Percept of {size:,} robots", [], table(("", *names), rows), pictures, _legend(ones, names), more)
 
 
 def _one(percept: Percept, i: int) -> PerceptOfOne:
@@ -66,6 +72,7 @@ def _one(percept: Percept, i: int) -> PerceptOfOne:
         **{name: getattr(percept, name)[i] for name in ("heading", "sensing_range", "awareness_range")},
         **{name: row(getattr(percept, name)) for name in ("targets", "teammates", "relayed")},
         identity=int(percept.identity[i]) if len(percept.identity) else -1,
+        columns=percept.columns,
         channels=percept.channels._replace(**{name: row(seen) for name, seen in percept.channels._asdict().items()}),
     )
 
@@ -103,6 +110,36 @@ def _side(bearing: float) -> str:
     return f"{abs(whole)}°{' left' if 0 < whole < 180 else ' right' if -180 < whole < 0 else ''}"
 
 
+def _headings(seen: NeighboursOfOne, percept: PerceptOfOne) -> list[float]:
+    """Return the angle from the robot's heading to that of each teammate; NaN where the percept does not have it."""
+    if not {"heading_x", "heading_y"} <= {*percept.columns._fields}:
+        return [math.nan] * len(seen.identity)
+    columns = (percept.columns.heading_x, percept.columns.heading_y)
+    return [
+        math.nan if one < 0 else _bearing(np.array([column[one] for column in columns]), percept)
+        for one in seen.identity
+    ]
+
+
+def _shape(corners: Iterable[tuple[float, float]], x: float, y: float, angle: float, size: float, colour: str) -> str:
+    """Return a filled shape at (x, y) whose corners are ahead and to the left, turned anticlockwise from straight up."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    points = (
+        f"{x - size * (ahead * sine + left * cosine):.1f} {y - size * (ahead * cosine - left * sine):.1f}"
+        for ahead, left in corners
+    )
+    return f'<path d="M{"L".join(points)}z" fill="{colour}"/>'
+
+
+def _legend(percepts: Iterable[PerceptOfOne], names: Iterable[str]) -> str:
+    """Return what the marks of the pictures mean."""
+    headings = [math.isnan(one) for percept in percepts for one in _headings(percept.teammates, percept)]
+    notes = {"teammates": ", without their headings" * any(headings)}
+    marks = {"teammates": "▲", "relayed": "○"}
+    entries = ((marks.get(name, "●"), _COLOURS.get(name, _GREY), name + notes.get(name, "")) for name in names)
+    return legend([*entries, ("- -", "", "awareness range")])
+
+
 def _svg(percept: PerceptOfOne, senses: dict[str, NeighboursOfOne]) -> str:
     """Draw the ranges, what is sensed, and the robot in the middle, which goes up."""
     ranges = [one for one in (percept.sensing_range, percept.awareness_range) if math.isfinite(one)]
@@ -111,8 +148,8 @@ def _svg(percept: PerceptOfOne, senses: dict[str, NeighboursOfOne]) -> str:
     scale = (middle - _MARGIN) / (max([*ranges, *far], default=0.0) or 1.0)
     circle = '<circle cx="{0}" cy="{0}" r="{1:.1f}" {2}/>'
     looks = (
-        'fill="#1f77b4" fill-opacity="0.12" stroke="#1f77b4" stroke-opacity="0.4"',
-        'fill="none" stroke="#8888" stroke-dasharray="4 3"',
+        f'fill="{_ROBOTS}" fill-opacity="0.12" stroke="{_ROBOTS}" stroke-opacity="0.5"',
+        f'fill="none" stroke="{_GREY}" stroke-dasharray="4 3"',
     )
     parts = [
         circle.format(middle, reach * scale, look)
@@ -120,15 +157,20 @@ def _svg(percept: PerceptOfOne, senses: dict[str, NeighboursOfOne]) -> str:
         if math.isfinite(reach)
     ]
     for name, seen in senses.items():
-        colour = _COLOURS.get(name, "#8888")
+        colour = _COLOURS.get(name, _GREY)
         fill = "none" if name == "relayed" else colour
-        for offset, distance in zip(seen.offset, seen.distance, strict=True):
+        headings = _headings(seen, percept) if name == "teammates" else [math.nan] * len(seen.distance)
+        for offset, distance, heading in zip(seen.offset, seen.distance, headings, strict=True):
             bearing = _bearing(offset, percept)
             x, y = (middle - distance * scale * part(bearing) for part in (math.sin, math.cos))
-            line = f'<path d="M{middle} {middle}L{x:.1f} {y:.1f}" stroke="{colour}" stroke-opacity="0.4"/>'
-            parts.append(f'{line}<circle cx="{x:.1f}" cy="{y:.1f}" r="{_DOT}" fill="{fill}" stroke="{colour}"/>')
-    # The arrow of the pages, in the colour of the first group.
-    nose = f"M{middle} {middle - 7.5}l5 13l-5 -3l-5 3z"
-    parts.append(f'<path d="{nose}" fill="{_COLOURS["teammates"]}"/>')
+            parts.append(f'<path d="M{middle} {middle}L{x:.1f} {y:.1f}" stroke="{colour}" stroke-opacity="0.5"/>')
+            if name != "teammates":
+                parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{_DOT}" fill="{fill}" stroke="{colour}"/>')
+            elif math.isnan(heading):
+                parts.append(_shape(_TRIANGLE, x, y, 0.0, _DOT, colour))
+            else:
+                parts.append(_shape(ARROW, x, y, heading, 1.4 * _DOT, colour))
+    # The robot itself, in the colour of the first group.
+    parts.append(_shape(ARROW, middle, middle, 0.0, _OWN, _ROBOTS))
     box = f'width="{_SIDE:.0f}" height="{_SIDE:.0f}" viewBox="0 0 {_SIDE:.0f} {_SIDE:.0f}"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {box} role="img">{"".join(parts)}</svg>'

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.agents.body import Body
-from teamsight.agents.drawing import COLOURS, circle, obstacles, square, walls
+from teamsight.agents.drawing import circle, obstacles, square, walls
 from teamsight.core import checks
+from teamsight.core.card import COLOURS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from teamsight.agents.awareness.interface import Awareness
 from teamsight.agents.channel import TARGETS, TEAMMATES
-from teamsight.agents.drawing import COLOURS, obstacles, walls
+from teamsight.agents.drawing import obstacles, walls
 from teamsight.agents.engine.engine import Engine
 from teamsight.agents.engine.records import Bound, Watcher
 from teamsight.agents.engine.relation import Relation
@@ -22,6 +22,7 @@ from teamsight.agents.group import Group
 from teamsight.agents.recording.history import divided
 from teamsight.agents.sensing.sensor import Sensor
 from teamsight.agents.world_data import WorldData
+from teamsight.core.card import COLOURS
 from teamsight.core.checks import shown
 from teamsight.core.kernel import Entry, Packed, Record, equal_eight, inlined, put_eight_bytes, put_eight_parts
 from teamsight.core.version import __version__

@@ -61,22 +61,23 @@ def text_table(
     cells, texts = [list(row) for row in rows], set(left)
     places = list(range(len(headings or cells[0])))
     titles = list(headings) or [""] * len(places)
-    wide = {one: max(map(cell_width, (titles[one], *(row[one] for row in cells)))) for one in places}
-    if _total(wide) > width:
-        wide = {one: max(map(cell_width, (*titles[one].split(), *(row[one] for row in cells)))) for one in places}
+    natural = {one: max(map(cell_width, (titles[one], *(row[one] for row in cells)))) for one in places}
+    # As wide as the cells and the words of the heading need.
+    tight = {one: max(map(cell_width, (*titles[one].split(), *(row[one] for row in cells)))) for one in places}
     left_out = []
     for one in spare:
-        if _total(wide) > width:
-            del wide[one]
+        if _total(tight) > width:
+            del tight[one]
             left_out.append(titles[one])
     if left_out:
         # Nothing is left to say of what stands in such a row.
-        cells = [row for row in cells if any(row[one] for one in wide.keys() - texts)]
+        cells = [row for row in cells if any(row[one] for one in tight.keys() - texts)]
+    wide = {one: natural[one] for one in tight}
     words = {one: max(cell_width(word) for row in cells for word in row[one].split() or [""]) for one in texts}
-    for narrowest in (words, dict.fromkeys(texts, _NARROWEST)):
-        # The widest is broken first; within words only if that is not enough.
-        while _total(wide) > width and (broken := [one for one in texts & wide.keys() if wide[one] > narrowest[one]]):
-            wide[max(broken, key=wide.__getitem__)] -= 1
+    # Texts are broken within words only if that between them is not enough.
+    for least in (tight, tight | words, tight | dict.fromkeys(texts, _NARROWEST)):
+        while _total(wide) > width and (broken := {one: wide[one] - least[one] for one in wide if wide[one] > least[one]}):
+            wide[max(broken, key=broken.__getitem__)] -= 1
     head = _lines([titles[one] for one in wide], wide, texts, at_top=False) if headings else []
     return TextTable(head, [line for row in cells for line in _lines([row[one] for one in wide], wide, texts)], left_out)
 

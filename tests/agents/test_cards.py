@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from typing import Any
@@ -14,8 +15,10 @@ from teamsight import CMOMMT, Box, Circle, Disc, Robot, Sensor, Target, Torus, W
 from teamsight.agents.awareness.registry import AWARENESS
 from teamsight.agents.engine.engine import Engine
 from teamsight.analysis.delta.choose import choose_delta
+from teamsight.core.card import COLOURS, legible, luminance
 from teamsight.core.kernel import Entry
-from teamsight.policies import LazyQ
+from teamsight.policies import Action, LazyQ, Policy
+from teamsight.policies.interface import turned
 from teamsight.policies.memory import LazyMemory
 from teamsight.policies.percept_of_one import NeighboursOfOne
 
@@ -143,10 +146,61 @@ def test_a_percept_is_drawn_with_straight_ahead_at_the_top() -> None:
     assert "targets70.590° left" in text
     assert "teammates–1180°" in text
     circles = [node.attrib for node in parsed(html).iter() if node.tag.endswith("circle")]
-    ranges, (target, teammate) = circles[:2], [(float(one["cx"]), float(one["cy"])) for one in circles[2:]]
+    ranges, (target,) = circles[:2], [(float(one["cx"]), float(one["cy"])) for one in circles[2:]]
     middle, reach = float(ranges[0]["cx"]), float(ranges[0]["r"])
     assert target == pytest.approx((middle - reach / 2, middle), abs=0.1)
-    assert teammate == pytest.approx((middle, middle + reach), abs=0.1)
+    # A triangle of equal sides, since nothing says where the teammate goes; and the robot itself.
+    triangle, own = shapes(html)
+    assert np.mean(triangle, axis=0) == pytest.approx((middle, middle + reach), abs=0.1)
+    sides = [math.dist(triangle[k], triangle[k - 1]) for k in range(3)]
+    assert sides == pytest.approx([sides[0]] * 3, abs=0.2)
+    assert (own[0][0], own[0][1] < middle) == (middle, True)
+    assert "▲ teammates, without their headings" in text
+
+
+def shapes(html: str | None) -> list[list[tuple[float, float]]]:
+    """Return the corners of the closed shapes of a picture."""
+    closed = [path.strip("Mz").split("L") for path in paths(html) if path.endswith("z")]
+    return [[(float(corner.split()[0]), float(corner.split()[1])) for corner in shape] for shape in closed]
+
+
+@pytest.mark.parametrize(("way", "turn"), [((0.0, 1.0), 0), ((1.0, 0.0), -90), ((-1.0, 0.0), 90), ((0.0, -1.0), 180)])
+def test_a_teammate_whose_heading_the_percept_has_points_there(way: tuple[float, float], turn: float) -> None:
+    class Reader(Policy):
+        columns = ("heading_x", "heading_y")
+
+        def decide(self, percept: Any, state: Any, noise: Any) -> Any:
+            return Action(percept.heading, 0 * percept.speed), state
+
+    world = World(Box(3.0, 3.0), rng=1)
+    # The robot goes to the left on the page of the arena, which is straight up on that of its percept.
+    heading = np.array([(-1.0, 0.0), turned(np.array([-1.0, 0.0]), np.deg2rad(turn))])
+    robots = world.add(Robot, 2, policy=Reader(), position=[(1.5, 1.5), (1.5, 2.0)], heading=heading, awareness="pairwise")
+    world.senses(robots, robots, as_="teammates")
+    html = robots[0].percept._repr_html_()
+    mate, _ = shapes(html)
+    point, notch = np.array(mate[0]), np.array(mate[2])
+    assert (point - notch) / np.linalg.norm(point - notch) == pytest.approx((way[0], -way[1]), abs=0.05)
+    assert "without" not in text_of(html)
+    assert text_of(html) != text_of(robots.percept._repr_html_())
+
+
+@pytest.mark.parametrize("colour", COLOURS)
+@pytest.mark.parametrize("ground", [(255, 255, 255), (17, 17, 17), (30, 30, 30)])
+def test_what_is_drawn_stands_out_from_light_and_dark_pages(colour: str, ground: tuple[int, int, int]) -> None:
+    """Those of a notebook, of JupyterLab's dark theme and of VS Code's, whose colours a card cannot know."""
+    drawn = [int(legible(colour)[place : place + 2], 16) for place in (1, 3, 5)]
+    low, high = sorted([luminance(drawn), luminance(ground)])
+    assert (high + 0.05) / (low + 0.05) >= 3.0
+
+
+def test_no_card_has_black_or_white_of_its_own(model: CMOMMT) -> None:
+    model.run(5)
+    for shown in (model, model.robots, model.robots[0], model.robots.percept, model.robots[0].percept):
+        html = shown._repr_html_() or ""
+        colours = set(re.findall(r"#[0-9a-f]{3,8}\b", html))
+        assert colours <= {legible(colour) for colour in COLOURS} | {"#8888", "#888888"}
+        assert not re.search(r"\b(black|white)\b", html)
 
 
 @pytest.mark.parametrize("awareness", AWARENESS)

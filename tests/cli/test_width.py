@@ -12,6 +12,7 @@ from typing import Any
 import click
 import pytest
 
+from teamsight.analysis.studies.folder.study_folder import StudyFolder
 from teamsight.cli import main
 from teamsight.cli.main import commands
 from teamsight.cli.options import Command
@@ -34,10 +35,9 @@ SMALL: dict[str, list[str]] = {
     "tasks": [],
     "plugins": [],
     "demo": ["--record", "demo.html"],
-    "evolve train": ["--generations", "1", "--population", "2", "--out", "evolved", *ONE],
     "learn explore": ["--out", "more.safetensors"],
     "learn evaluate": ["memory.safetensors", "--runs", "2", "--steps", "10", *ONE],
-    "learn imagine": ["memory.safetensors", "--generations", "1", "--population", "2", "--robots", "2", "--radius", "3", "--steps", "10", *ONE],
+    "learn imagine": ["memory.safetensors", "--generations", "1", "--population", "4", "--robots", "2", "--radius", "3", "--steps", "10", *ONE],
     "learn figure": ["--samples", "30,60", "--memories", "2", "--worlds", "1", "--steps", "5", "--robots", "2", "--out", "curves", *ONE],
     "learn diagnose": ["--samples", "30,60", "--k", "5", "--memories", "2", "--learners", "lazy", "--out", "diagnosis", *ONE],
     "learn curve": ["--set", "side=5", "--learned", "10,20", "--trainings", "2", "--runs", "2", "--out", "curve", *ONE],
@@ -83,10 +83,13 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     os.chdir(before)
 
 
-def printed(name: str, capsys: pytest.CaptureFixture[str]) -> str:
-    from teamsight import open_study
+def run_id() -> str:
+    """Return the id of the first run of the study."""
+    return f"{int(StudyFolder('results').study.plan().ids[0]):016x}-0"
 
-    arguments = [open_study("results").frame["run"].iloc[0] if one == "RUN" else one for one in SMALL[name]]
+
+def printed(name: str, capsys: pytest.CaptureFixture[str]) -> str:
+    arguments = [run_id() if one == "RUN" else one for one in SMALL[name]]
     force = ["--force"] if "--force" in {text for one in works()[name].params for text in one.opts} else []
     capsys.readouterr()
     with pytest.raises(SystemExit) as left:
