@@ -172,69 +172,77 @@ def _add_prospects(here: Any, left: int, right: int, lower: int, upper: int) -> 
                     here.worths[a, b] += worth
 
 
-def _find_way(address: int) -> int:
-    here = way_at(address)
-    legs, wide, high = here.best.shape
+@inlined
+def _box(here: Any, leg: int) -> tuple[int, int, int, int]:
+    """Return the indices of the box of places, from left to right and from lower to upper, that a leg can end in."""
+    _, wide, high = here.best.shape
     spacing, stride = here.lengths[0], here.lengths[2]
-    ticks, targets = here.worth.shape
     column = int(np.rint((here.start[0] - here.low[0]) / spacing))
     row = int(np.rint((here.start[1] - here.low[1]) / spacing))
-    left, right, lower, upper = 0, 0, 0, 0
-    for leg in range(legs):
-        # It cannot leave the box around its start.
-        most = int((leg + 1) * stride / spacing) + 1
-        left, right = max(column - most, _LEG), min(column + most + 1, wide - _LEG)
-        lower, upper = max(row - most, _LEG), min(row + most + 1, high - _LEG)
-        for i in range(left, right):
-            for j in range(lower, upper + 1):
-                here.worths[i, j] = 0.0
-        middle = (leg + 1) * _LEG
-        for tick in range(middle - (_LEG - 1) // 2, min(middle + _LEG // 2 + 1, ticks)):
-            for m in range(targets):
-                if here.worth[tick, m] > 0.0:
-                    x, y = here.paths[tick, m, 0], here.paths[tick, m, 1]
-                    _add_disc(here, x, y, here.worth[tick, m], left, right, lower, upper)
-        for m in range(here.cloud.shape[1]):
-            if here.chance[leg, m] > 0.0:
-                x, y = here.cloud[leg, m, 0], here.cloud[leg, m, 1]
-                _add_disc(here, x, y, here.chance[leg, m], left, right, lower, upper)
-        for i in range(left, right):
-            total = 0.0
-            for j in range(lower, upper):
-                total += here.worths[i, j]
-                here.worths[i, j] = total
-        if leg == legs - 1 and here.far.shape[0] > 0:
-            _add_prospects(here, left, right, lower, upper)
-        # Of the next leg a place may begin beyond the box.
-        for i in range(max(left - 2 * _LEG, 0), min(right + 2 * _LEG, wide)):
-            for j in range(max(lower - 2 * _LEG, 0), min(upper + 2 * _LEG, high)):
-                here.best[leg, i, j] = -np.inf
-        if leg == 0:
-            for i in range(left, right):
-                for j in range(lower, upper):
-                    x = i * spacing + here.low[0] - here.start[0]
-                    y = j * spacing + here.low[1] - here.start[1]
-                    if x * x + y * y <= stride * stride:
-                        here.best[0, i, j] = here.worths[i, j] + here.wall[i, j]
-        else:
-            for i in range(left, right):
-                into = here.best[leg, i]
-                for k in range(here.moves.shape[0]):
-                    came = here.best[leg - 1, i - here.moves[k, 0]]
-                    by = here.moves[k, 1]
-                    for j in range(lower, upper):
-                        into[j] = max(into[j], came[j - by])
-                for j in range(lower, upper):
-                    into[j] += here.worths[i, j] + here.wall[i, j]
-    best, at_x, at_y = -np.inf, column, row
+    most = int((leg + 1) * stride / spacing) + 1
+    left, right = max(column - most, _LEG), min(column + most + 1, wide - _LEG)
+    lower, upper = max(row - most, _LEG), min(row + most + 1, high - _LEG)
+    return left, right, lower, upper
+
+
+@inlined
+def _add_worths(here: Any, leg: int, left: int, right: int, lower: int, upper: int) -> None:
+    """Write what it is worth to be at each place of a box at the end of a leg."""
+    ticks, targets = here.worth.shape
     for i in range(left, right):
+        for j in range(lower, upper + 1):
+            here.worths[i, j] = 0.0
+    middle = (leg + 1) * _LEG
+    for tick in range(middle - (_LEG - 1) // 2, min(middle + _LEG // 2 + 1, ticks)):
+        for m in range(targets):
+            if here.worth[tick, m] > 0.0:
+                x, y = here.paths[tick, m, 0], here.paths[tick, m, 1]
+                _add_disc(here, x, y, here.worth[tick, m], left, right, lower, upper)
+    for m in range(here.cloud.shape[1]):
+        if here.chance[leg, m] > 0.0:
+            x, y = here.cloud[leg, m, 0], here.cloud[leg, m, 1]
+            _add_disc(here, x, y, here.chance[leg, m], left, right, lower, upper)
+    for i in range(left, right):
+        total = 0.0
         for j in range(lower, upper):
-            if here.best[legs - 1, i, j] > best:
-                best, at_x, at_y = here.best[legs - 1, i, j], i, j
-    # A robot that no place is near enough to stays where it is.
-    if best < 0.0:
-        return 1
-    for leg in range(legs - 1, -1, -1):
+            total += here.worths[i, j]
+            here.worths[i, j] = total
+    if leg == here.best.shape[0] - 1 and here.far.shape[0] > 0:
+        _add_prospects(here, left, right, lower, upper)
+
+
+@inlined
+def _go_on(here: Any, leg: int, left: int, right: int, lower: int, upper: int) -> None:
+    """Write what the best way to each place of a box is worth, from those of the leg before."""
+    _, wide, high = here.best.shape
+    spacing, stride = here.lengths[0], here.lengths[2]
+    # Of the next leg a place may begin beyond the box.
+    for i in range(max(left - 2 * _LEG, 0), min(right + 2 * _LEG, wide)):
+        for j in range(max(lower - 2 * _LEG, 0), min(upper + 2 * _LEG, high)):
+            here.best[leg, i, j] = -np.inf
+    if leg == 0:
+        for i in range(left, right):
+            for j in range(lower, upper):
+                x = i * spacing + here.low[0] - here.start[0]
+                y = j * spacing + here.low[1] - here.start[1]
+                if x * x + y * y <= stride * stride:
+                    here.best[0, i, j] = here.worths[i, j] + here.wall[i, j]
+        return
+    for i in range(left, right):
+        into = here.best[leg, i]
+        for k in range(here.moves.shape[0]):
+            came = here.best[leg - 1, i - here.moves[k, 0]]
+            by = here.moves[k, 1]
+            for j in range(lower, upper):
+                into[j] = max(into[j], came[j - by])
+        for j in range(lower, upper):
+            into[j] += here.worths[i, j] + here.wall[i, j]
+
+
+@inlined
+def _trace(here: Any, at_x: int, at_y: int) -> None:
+    """Write the best way to a place, from its end to its start."""
+    for leg in range(here.best.shape[0] - 1, -1, -1):
         here.way[leg, 0] = at_x
         here.way[leg, 1] = at_y
         if leg > 0:
@@ -245,6 +253,25 @@ def _find_way(address: int) -> int:
                     by, best = k, worth
             at_x -= here.moves[by, 0]
             at_y -= here.moves[by, 1]
+
+
+def _find_way(address: int) -> int:
+    here = way_at(address)
+    legs = here.best.shape[0]
+    for leg in range(legs):
+        left, right, lower, upper = _box(here, leg)
+        _add_worths(here, leg, left, right, lower, upper)
+        _go_on(here, leg, left, right, lower, upper)
+    left, right, lower, upper = _box(here, legs - 1)
+    best, at_x, at_y = -np.inf, left, lower
+    for i in range(left, right):
+        for j in range(lower, upper):
+            if here.best[legs - 1, i, j] > best:
+                best, at_x, at_y = here.best[legs - 1, i, j], i, j
+    # A robot that no place is near enough to stays where it is.
+    if best < 0.0:
+        return 1
+    _trace(here, at_x, at_y)
     return 0
 
 
