@@ -122,7 +122,7 @@ def _headings(seen: NeighboursOfOne, percept: PerceptOfOne) -> list[float]:
 
 
 def _shape(corners: Iterable[tuple[float, float]], x: float, y: float, angle: float, size: float, colour: str) -> str:
-    """Return a filled shape at (x, y) whose corners are ahead and to the left, turned anticlockwise from straight up."""
+    """Return a filled shape at (x, y), whose corners are ahead and to the left, turned anticlockwise from up."""
     sine, cosine = math.sin(angle), math.cos(angle)
     points = (
         f"{x - size * (ahead * sine + left * cosine):.1f} {y - size * (ahead * cosine - left * sine):.1f}"

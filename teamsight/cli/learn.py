@@ -509,11 +509,11 @@ def figure(settings: FigureSettings) -> None:
 
 
 def _show_curves(gains: pd.DataFrame, crossings: pd.DataFrame) -> None:
-    """Print from how many transitions awareness pays: for the best learner, then for each in all scenarios and in each."""
+    """Print from how many transitions awareness pays: for the best learner, then for each in all scenarios."""
     from teamsight.analysis.learning import curves as learning
     from teamsight.cli.show import interval, say, show_table
 
-    def pays(row: Mapping[str, Any]) -> str:
+    def pays(row: Mapping[Any, Any]) -> str:
         return "not shown" if math.isnan(row["crossing"]) else f"from {int(row['crossing']):,}"
 
     means = learning.mean_gains(gains).set_index(["learner", "transitions"])
@@ -704,7 +704,7 @@ def _show_curve(task: Task, points: pd.DataFrame, gains: pd.DataFrame) -> None:
     """Print what awareness adds after the longest learning, then what each team reaches."""
     from teamsight.cli.show import interval, say, show_table
 
-    def gain(row: Mapping[str, Any]) -> str:
+    def gain(row: Mapping[Any, Any]) -> str:
         return interval(row, "+.4g", names=("gain", "low", "high"))
 
     longest, known = points["learned"].max(), {}

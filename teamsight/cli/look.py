@@ -440,14 +440,18 @@ def tasks(settings: TasksSettings) -> None:
     from textwrap import wrap
 
     from teamsight.cli.exits import printable
-    from teamsight.cli.show import say, wide_console
+    from teamsight.cli.show import Watch, say, wide_console
     from teamsight.tasks.check import check_task
     from teamsight.tasks.named import task_of
     from teamsight.tasks.registry import TASKS
 
     listed = [task_of(name) for name in settings.names or (*TASKS, *TASKS.plug_ins())]
-    for task in listed if settings.verify else ():
-        check_task(task)
+    if settings.verify:
+        with Watch() as watch:
+            for done, task in enumerate(listed):
+                watch("checking", done, len(listed))
+                check_task(task)
+        say("all keep their contracts")
     column = max(len(task.name) for task in listed) + 2
     width = max(min(wide_console().width, _WIDEST) - column, 1)
     for task in listed:
@@ -464,8 +468,6 @@ def tasks(settings: TasksSettings) -> None:
         ]
         for name, line in zip_longest((task.name,), shown, fillvalue=""):
             say(f"{name:<{column}}{line}")
-    if settings.verify:
-        say("all keep their contracts")
 
 
 def plugins(settings: Options) -> int:

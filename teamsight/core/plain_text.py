@@ -76,10 +76,14 @@ def text_table(
     words = {one: max(cell_width(word) for row in cells for word in row[one].split() or [""]) for one in texts}
     # Texts are broken within words only if that between them is not enough.
     for least in (tight, tight | words, tight | dict.fromkeys(texts, _NARROWEST)):
-        while _total(wide) > width and (broken := {one: wide[one] - least[one] for one in wide if wide[one] > least[one]}):
-            wide[max(broken, key=broken.__getitem__)] -= 1
+        room = {one: wide[one] - least[one] for one in wide}
+        while _total(wide) > width and max(room.values()) > 0:
+            widest = max(room, key=room.__getitem__)
+            wide[widest] -= 1
+            room[widest] -= 1
     head = _lines([titles[one] for one in wide], wide, texts, at_top=False) if headings else []
-    return TextTable(head, [line for row in cells for line in _lines([row[one] for one in wide], wide, texts)], left_out)
+    body = [line for row in cells for line in _lines([row[one] for one in wide], wide, texts)]
+    return TextTable(head, body, left_out)
 
 
 def _total(wide: dict[int, int]) -> int:
