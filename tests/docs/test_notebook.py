@@ -116,6 +116,9 @@ CELLS = {
     "many fails": """
         def measure(world, steps): raise RuntimeError("of the user")
         run_many({'robots': 2, 'targets': 2, 'radius': 1.5}, steps=5, replicates=4, rng=1, measure=measure)""",
+    "many stop": """
+        def stop(world, steps): os.kill(os.getpid(), signal.SIGINT)
+        run_many({'robots': 2, 'targets': 2, 'radius': 1.5}, steps=5, replicates=4, rng=1, measure=stop, workers=1)""",
     "clean": "status_line.shown_lines",
 }  # fmt: skip
 
@@ -127,7 +130,7 @@ def test_errors_interrupts_and_cells_that_run_twice_leave_a_kernel_as_it_was(tmp
     import nbformat
 
     order = ["begin", "world", "world", "raises", "raises", "after an error", "interrupted", "after it", "world", "the same",
-             "many", "many", "many fails", "study", "clean"]  # fmt: skip
+             "many", "many", "many fails", "many stop", "study", "clean"]  # fmt: skip
     cells = [nbformat.v4.new_code_cell(dedent(CELLS[name]).strip()) for name in order]
     notebook = nbformat.v4.new_notebook(cells=cells)
     resources = {"metadata": {"path": str(tmp_path)}}
@@ -143,7 +146,7 @@ def test_errors_interrupts_and_cells_that_run_twice_leave_a_kernel_as_it_was(tmp
             assert progress, f"{name} showed no progress"
     failing = {name: kinds for name, kinds in errors.items() if kinds}
     assert failing.pop("many fails")[0] in ("RuntimeError", "JobError")
-    assert failing == {"raises": ["OSError", "OSError"], "interrupted": ["KeyboardInterrupt"]}
+    assert failing == {"raises": ["OSError", "OSError"], "interrupted": ["KeyboardInterrupt"], "many stop": ["KeyboardInterrupt"]}
     card = cells[order.index("world")]["outputs"][-1]["data"]["text/html"]
     assert cells[order.index("world") + 1]["outputs"][-1]["data"]["text/html"] == card
     # A world that was interrupted goes on, and ends where it would have.
