@@ -69,6 +69,9 @@ _BODY = partial(checks.count, least=0, most=2**53)
 _WHERE: dict[str, Callable[[str, Any], Any]] = {
     "track": partial(checks.count, least=0, most=1), "both": checks.flag, "run": partial(_name, what="a run"),
 }  # fmt: skip
+_TICK = _or_none(checks.count, least=0, most=2**53)
+# Of worlds that were built when, from which tick to which; None for the newest frames.
+_TICKS: dict[str, Callable[[str, Any], Any]] = {"run": _WHERE["run"], "first": _TICK, "last": _TICK}
 
 #: The messages of pages, and for each field its check; a control checks its value itself.
 KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
@@ -88,7 +91,10 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     },
     "drop": {},
     "save": {},
-    "film": {},
+    # What a film of these ticks would be; such a film; and no film, after all.
+    "reel": _TICKS,
+    "film": _TICKS,
+    "cancel": {},
     "move": {**_WHERE, "body": _BODY, "x": _coordinate, "y": _coordinate},
     "switch": {**_WHERE, "body": _BODY, "on": checks.flag},
     "remove": {**_WHERE, "body": _BODY},

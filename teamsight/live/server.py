@@ -9,7 +9,8 @@ import errno
 import logging
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
@@ -81,6 +82,8 @@ class Client:
         Set it to let the client look at the board again.
     under_way : list of int
         The numbers of frames that the page has not acknowledged.
+    cancelled : threading.Event
+        Set it to end the film that is being made for the page.
     """
 
     def __init__(self, board: dict[str, Any]) -> None:
@@ -88,6 +91,7 @@ class Client:
         # An error that is there already was made by somebody else, perhaps long ago.
         self._seen: dict[str, Any] = {"error": board.get("error")}
         self.under_way: list[int] = []
+        self.cancelled = threading.Event()
         self.news = asyncio.Event()
         self.news.set()
 
@@ -155,8 +159,8 @@ class Server:
         self._session, self._access, self._title, self._desk = session, access, title, desk or Desk()
         self.port = port
         self.clients: set[Client] = set()
-        self._saving: asyncio.Task[None] | None = None
-        self._filming: asyncio.Task[None] | None = None
+        # What is being made for pages, by the message that asked for it.
+        self._making: dict[str, asyncio.Task[None]] = {}
         self._failure: Exception | None = None
         self._ready = threading.Event()
         self._thread = threading.Thread(target=lambda: asyncio.run(self._serve()), name="teamsight page", daemon=True)
@@ -301,9 +305,15 @@ class Server:
                 if message.type == "ack":
                     client.acknowledge(message.fields["frame"])
                 elif message.type == "save":
-                    self._begin_save(connection, session)
+                    self._begin("save", connection, partial(_recording, session))
+                elif message.type == "reel":
+                    await connection.send(protocol.text("reel", **session.reel(**message.fields)))
                 elif message.type == "film":
-                    self._begin_film(connection, session)
+                    cancelled = threading.Event()
+                    self._begin("film", connection, partial(self._film, connection, session, cancelled, message.fields))
+                    client.cancelled = cancelled
+                elif message.type == "cancel":
+                    client.cancelled.set()
                 elif message.type == "copy":
                     form = message.fields["form"]
                     await connection.send(protocol.text("copied", form=form, text=session.copied(form)))
@@ -312,56 +322,55 @@ class Server:
             except (TypeError, ValueError) as error:
                 await connection.send(protocol.text("error", message=str(error)))
 
-    def _begin_save(self, connection: ServerConnection, session: Session) -> None:
-        """Let the recording be made; one at a time, since it takes time to pack.
+    def _begin(self, kind: str, connection: ServerConnection, make: Callable[[], str]) -> None:
+        """Let the answer to a message be made, which takes time; one of a kind at a time.
 
         Raises
         ------
         ValueError
             If one is being made.
         """
-        if self._saving is not None and not self._saving.done():
-            raise ValueError("save: a recording is being made; wait for it")
+        if kind in self._making and not self._making[kind].done():
+            raise ValueError(f"{kind}: one is being made; wait for it")
         # Beside the messages of the page, which would otherwise get no frames meanwhile, and could not pause.
-        self._saving = asyncio.create_task(self._save(connection, session))
+        self._making[kind] = asyncio.create_task(self._make(kind, connection, make))
 
-    def _begin_film(self, connection: ServerConnection, session: Session) -> None:
-        """Let a film be made; one at a time.
+    async def _make(self, kind: str, connection: ServerConnection, make: Callable[[], str]) -> None:
+        """Send what `make` returns, or why there is none."""
+        try:
+            answer = await asyncio.to_thread(make)
+        except Exception as error:  # whatever the texts of a model contain
+            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
+            answer = protocol.text("error", message=f"{kind}: {said}")
+        with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
+            await connection.send(answer)
 
-        Raises
-        ------
-        ValueError
-            If one is being made.
-        """
-        if self._filming is not None and not self._filming.done():
-            raise ValueError("film: one is being made; wait for it")
-        self._filming = asyncio.create_task(self._film(connection, session))
-
-    async def _film(self, connection: ServerConnection, session: Session) -> None:
-        """Send the film, and before how far it is; or why there is none."""
+    def _film(
+        self, connection: ServerConnection, session: Session, cancelled: threading.Event, ticks: dict[str, Any]
+    ) -> str:
+        """Return the message with the film, after those that say how far it is; for another thread."""
 
         def report(done: int, frames: int) -> None:
+            if cancelled.is_set():
+                raise _CancelledError
             # Raises when the page is closed: nobody wants the film then.
             message = protocol.text("filming", done=done, frames=frames)
             asyncio.run_coroutine_threadsafe(connection.send(message), self._loop).result()
 
         try:
-            name, content = await asyncio.to_thread(session.film, report)
-            answer = protocol.text("film", name=name, content=base64.b64encode(content).decode())
-        except Exception as error:  # whatever the texts of a model contain
-            answer = protocol.text("error", message=f"film: {failure(error)}")
-        with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
-            await connection.send(answer)
+            name, content = session.film(report, **ticks)
+        except _CancelledError:
+            return protocol.text("cancelled")
+        return protocol.text("film", name=name, content=base64.b64encode(content).decode())
 
-    async def _save(self, connection: ServerConnection, session: Session) -> None:
-        """Send the recording, or why there is none."""
-        try:
-            name, html = await asyncio.to_thread(session.recording)
-            answer = protocol.text("recording", name=name, html=html)
-        except Exception as error:  # whatever the texts of a model contain
-            answer = protocol.text("error", message=f"save: {failure(error)}")
-        with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
-            await connection.send(answer)
+
+class _CancelledError(Exception):
+    """Nobody wants the film any more."""
+
+
+def _recording(session: Session) -> str:
+    name, html = session.recording()
+    return protocol.text("recording", name=name, html=html)
 
 
 def _plain(connection: ServerConnection, status: int, text: str) -> Response:

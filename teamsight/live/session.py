@@ -24,9 +24,9 @@ from teamsight.live.band import Band
 from teamsight.live.controls import Control, model_name
 from teamsight.live.copying import command_of, script_of
 from teamsight.live.protocol import Message
-from teamsight.live.worlds import MOST_FRAMES, StoppedError, Worlds, event_rows
-from teamsight.view.animation import MOST_IN_GIF, check_video, rendered
-from teamsight.view.packing import from_raw, raw
+from teamsight.live.worlds import StoppedError, Worlds, event_rows
+from teamsight.view.animation import FPS, MOST_IN_GIF, check_video, rendered, width_of
+from teamsight.view.packing import from_raw, raw, ticks_of
 from teamsight.view.page import page
 from teamsight.view.replay import RecordedTrack
 from teamsight.view.scene import Scene
@@ -36,6 +36,9 @@ SEED = "seed"
 MOST_WAITING = 64
 #: Steps after which a run pauses: its history is kept in memory, and a forgotten page should not fill that.
 MOST_STEPS = 1_000_000
+#: Of more frames an MP4 shows every second, or third, and so on: it would take minutes to draw.
+MOST_IN_FILM = 3000
+_SCALES = {".mp4": 2, ".gif": 1}
 #: Pages draw at most this many frames a second, so more are not made.
 FRAMES_A_SECOND = 60.0
 # Seconds between two messages about the state while the worlds run.
@@ -101,6 +104,33 @@ class Pacer:
 
 #: Returns worlds that run on a seed, and their controls.
 Making: TypeAlias = Callable[[int], tuple[Worlds, Mapping[str, Control]]]
+
+
+class _Reel(NamedTuple):
+    """What a film shows: the scene and the kept blocks of each world, and the ticks that are drawn.
+
+    Also how many frames were chosen, from which tick to which, of which ticks frames are kept, how many a film has at
+    most, and the ending of its file.
+    """
+
+    kept: list[tuple[Scene, list[bytes]]]
+    ticks: frozenset[int]
+    frames: int
+    first: int
+    last: int
+    oldest: int
+    newest: int
+    most: int
+    ending: str
+
+    def of(self, scene: Scene, blocks: list[bytes]) -> list[bytes]:
+        """Return the blocks of a world that are drawn."""
+        return [block for tick, block in zip(ticks_of(scene, blocks), blocks, strict=True) if tick in self.ticks]
+
+
+def _file_name(title: str) -> str:
+    name = "-".join("".join(c if c.isalnum() else " " for c in title.lower()).split())
+    return f"teamsight-{name[:80]}"
 
 
 class Frames(NamedTuple):
@@ -249,8 +279,10 @@ class Session:
         tracks, name = self._kept()
         return f"{name}.html", page(tracks, title=tracks[0].scene.title)
 
-    def film(self, progress: Callable[[int, int], object]) -> tuple[str, bytes]:
-        """Return the newest frames as a film, after the name of its file; for other threads.
+    def film(
+        self, progress: Callable[[int, int], object], run: str, first: int | None = None, last: int | None = None
+    ) -> tuple[str, bytes]:
+        """Return frames as a film, after the name of its file; for other threads.
 
         It is an MP4, sharp on a screen with two pixels for each one of a page, if imageio-ffmpeg is installed, else a
         GIF.
@@ -259,23 +291,71 @@ class Session:
         ----------
         progress : callable
             Called with the number of drawn frames and that of all; what it raises ends the film.
+        run, first, last
+            As for `reel`.
         """
-        tracks, name = self._kept(MOST_IN_GIF)
+        reel = self._reel(run, first, last)
+        tracks = [
+            RecordedTrack(scene, [from_raw(one, scene) for one in blocks])
+            for scene, blocks in ((scene, reel.of(scene, kept)) for scene, kept in reel.kept)
+        ]
+        title = tracks[0].scene.title
+        film = rendered(tracks, reel.ending, scale=_SCALES[reel.ending], title=title, progress=progress)
+        return f"{_file_name(title)}{reel.ending}", film
+
+    def reel(self, run: str, first: int | None = None, last: int | None = None) -> dict[str, Any]:
+        """Return what a film would be, as a page shows it; for other threads.
+
+        Parameters
+        ----------
+        run : str
+            Of which worlds; those that were built anew since have other frames.
+        first, last : int, optional
+            Its first and its last tick; by default those of the newest frames, as many as a GIF has.
+
+        Raises
+        ------
+        ValueError
+            If there are no such frames.
+        """
+        found = self._reel(run, first, last)
+        pictures = len(found.ticks)
+        return {
+            "first": found.first, "last": found.last, "oldest": found.oldest, "newest": found.newest,
+            "frames": found.frames, "pictures": pictures, "most": found.most, "ending": found.ending[1:].upper(),
+            "seconds": pictures / FPS, "width": width_of(found.ending, len(found.kept), _SCALES[found.ending]),
+        }  # fmt: skip
+
+    def _reel(self, run: str, first: int | None, last: int | None) -> _Reel:
+        kept = [track.newest() for track in self.worlds.tracks]
+        if run != self._run:
+            raise ValueError("the worlds were built anew meanwhile, and these frames are gone; choose again")
+        if not kept or not all(blocks for _, blocks in kept):
+            raise ValueError("nothing is recorded yet; wait until the worlds are compiled")
         try:
             check_video()
-            ending, scale = ".mp4", 2
+            ending, most = ".mp4", MOST_IN_FILM
         except ImportError:
-            ending, scale = ".gif", 1
-        return f"{name}{ending}", rendered(tracks, ending, scale=scale, title=tracks[0].scene.title, progress=progress)
+            ending, most = ".gif", MOST_IN_GIF
+        times = ticks_of(*kept[0])
+        last = times[-1] if last is None else last
+        first = min([one for one in times if one <= last][-MOST_IN_GIF:], default=last) if first is None else first
+        chosen = [one for one in times if first <= one <= last]
+        if first < min(times) or last > max(times) or not chosen:
+            raise ValueError(
+                f"ticks {first:,} to {last:,}: frames are kept of ticks {min(times):,} to {max(times):,}, and a film has "
+                "one at least; choose others"
+            )
+        every = -(-len(chosen) // most)
+        return _Reel(kept, frozenset(chosen[::every]), len(chosen), first, last, min(times), max(times), most, ending)
 
-    def _kept(self, most: int = MOST_FRAMES) -> tuple[list[RecordedTrack], str]:
-        """Return the newest frames that are kept, of each world, and a name for a file of them."""
+    def _kept(self) -> tuple[list[RecordedTrack], str]:
+        """Return the frames that are kept, of each world, and a name for a file of them."""
         newest = [track.newest() for track in self.worlds.tracks]
-        tracks = [RecordedTrack(scene, [from_raw(one, scene) for one in blocks[-most:]]) for scene, blocks in newest]
+        tracks = [RecordedTrack(scene, [from_raw(one, scene) for one in blocks]) for scene, blocks in newest]
         if not tracks:
             raise ValueError("nothing is there yet; wait until the worlds are compiled")
-        name = "-".join("".join(c if c.isalnum() else " " for c in tracks[0].scene.title.lower()).split())
-        return tracks, f"teamsight-{name[:80]}"
+        return tracks, _file_name(tracks[0].scene.title)
 
     def _work(self) -> None:
         PREPARING.set(self._prepare)

@@ -535,7 +535,7 @@ class _Before:
             self.state = track.world.state()
 
     def _look(self) -> list[Any]:
-        """Return what tells whether something was done."""
+        """Return what differs once something was done."""
         world = self.track.world
         places = [(one.identity, one.bodies.position, one.active) for one in world.groups]
         return [world.arena, len(world._data.sources.events), *(one.tobytes() for each in places for one in each)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import io
 import tempfile
@@ -33,6 +34,8 @@ _MOST_WIDTH, _LEAST_WIDTH = 4_000, 160
 MOST_FRAMES = 20_000
 #: Of more frames a GIF shows every second, or third, and so on: it would take tens of megabytes.
 MOST_IN_GIF = 300
+#: Frames that a film shows in a second.
+FPS = 20.0
 _COLOURS = 32
 _PATIENCE, _EVERY = 2.0, 0.25
 
@@ -49,12 +52,17 @@ def check_video() -> None:
         raise ImportError("an .mp4 needs imageio-ffmpeg: pip install 'teamsight[video]', or write a .gif or .html")
 
 
+def width_of(ending: str, tracks: int, scale: int = 1) -> int:
+    """Return how wide a film or a picture of so many tracks is, unless a width is given [pixels]."""
+    return _WIDTHS[ending] * (tracks if ending == ".gif" else 1) * scale
+
+
 def rendered(
     tracks: Sequence[Track],
     ending: str,
     *,
     frame: int = -1,
-    fps: float = 20.0,
+    fps: float = FPS,
     width: int | None = None,
     scale: int = 1,
     title: str = "",
@@ -91,7 +99,7 @@ def rendered(
     """
     from teamsight.view.drawing import Drawing
 
-    pixels = _WIDTHS[ending] * (len(tracks) if ending == ".gif" else 1) if width is None else width
+    pixels = width_of(ending, len(tracks)) if width is None else width
     pixels = checks.count("width", pixels, least=_LEAST_WIDTH, most=_MOST_WIDTH, cure="it is a number of pixels")
     pixels -= pixels % 2
     scale = checks.count("scale", scale, least=1, most=4, cure="it multiplies the width")
@@ -143,10 +151,11 @@ def _mp4(drawing: Drawing, fps: float, title: str, progress: Progress) -> bytes:
         writer = imageio_ffmpeg.write_frames(
             str(place), (width, height), fps=fps, macro_block_size=2, output_params=marks, ffmpeg_log_level="error"
         )
-        writer.send(None)
-        for picture in _pictures(drawing, 1, progress):
-            writer.send(np.ascontiguousarray(picture))
-        writer.close()
+        # Also if `progress` ends it, since the program that writes would go on without a folder.
+        with contextlib.closing(writer):
+            writer.send(None)
+            for picture in _pictures(drawing, 1, progress):
+                writer.send(np.ascontiguousarray(picture))
         return place.read_bytes()
 
 

@@ -61,6 +61,13 @@ def from_raw(data: bytes, scene: Scene) -> Frame:
     return Frame(float(time), np.array(series, np.float32), x, y, heading, flags, tuple(links))
 
 
+def ticks_of(scene: Scene, blocks: Sequence[bytes]) -> list[int]:
+    """Return the ticks of raw blocks."""
+    # Behind the numbers of bodies, of links and of omitted links.
+    at = 4 * (1 + 2 * len(scene.links))
+    return [int(np.frombuffer(block, "<f4", 1, at)[0]) for block in blocks]
+
+
 def pack(frames: Sequence[Frame], scene: Scene) -> bytes:
     """Return the frames of a recording, packed together.
 

@@ -792,21 +792,77 @@ def no_video() -> None:
     raise ImportError
 
 
-def test_a_film_is_saved(page: Page, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_film_of_chosen_ticks_is_saved(
+    new_page: browsing.Pages, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch, shot: Any
+) -> None:
     image = pytest.importorskip("PIL.Image")
     monkeypatch.setattr(session, "check_video", no_video)
-    server = live(parameters={"robots": 6, "targets": 5})
+    server, page = live(parameters={"robots": 6, "targets": 5}), new_page()
     shown(page, server)
-    for tick in (1, 2, 3):
+    for tick in range(1, 6):
         page.evaluate("() => teamsight.live.step()")
         until(lambda tick=tick: world_of(server).tick == tick)
         settled(page, server)
+    page.get_by_role("button", name="Save film").click()
+    page.get_by_text("6 frames: GIF, 480 pixels wide, 0.3 s long. Ticks 0 to 5 are kept.").wait_for()
+    assert (page.get_by_label("from tick").input_value(), page.get_by_label("to tick").input_value()) == ("0", "5")
+    page.get_by_label("from tick").fill("2")
+    page.get_by_label("to tick").fill("4")
+    page.get_by_text("3 frames: GIF").wait_for()
+    shot(page, "live-film")
+    # What a field does not allow, and what the server refuses, are sentences.
+    page.get_by_label("to tick").fill("9")
+    page.get_by_role("button", name="Make the film").click()
+    page.get_by_role("dialog").get_by_text("to tick 9: must be a whole number from 0 to 5").wait_for()
+    page.get_by_label("to tick").fill("1")
+    page.get_by_role("dialog").get_by_text("ticks 2 to 1: frames are kept of ticks 0 to 5").wait_for()
+    page.get_by_label("to tick").fill("4")
     with page.expect_download() as saved:
-        page.get_by_role("button", name="Save film").click()
+        page.get_by_role("button", name="Make the film").press("Enter")
     assert saved.value.suggested_filename == "teamsight-cmommt-a-cmommt-seed-5.gif"
     with image.open(saved.value.path()) as film:
-        assert film.n_frames == 4
+        assert film.n_frames == 3
+    page.get_by_text("Saved: 0.0 MB.").wait_for()
+    # Whoever works by keyboard goes on where the film was asked for.
+    page.wait_for_function("() => document.activeElement === teamsight.live.controls.film.maker")
+    page.keyboard.press("Escape")
     assert page.get_by_role("button", name="Save film").is_enabled()
+
+
+def test_a_film_shows_its_progress_and_is_cancelled(
+    new_page: browsing.Pages, live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch, shot: Any
+) -> None:
+    page, go_on = new_page(size=browsing.PHONE, dark=True), threading.Event()
+    server = live(parameters={"robots": 6, "targets": 5})
+
+    def film(progress: Callable[[int, int], object], **ticks: Any) -> tuple[str, bytes]:
+        progress(30, 120)
+        assert go_on.wait(PATIENCE)
+        progress(31, 120)
+        return "film.gif", b""
+
+    monkeypatch.setattr(server.session, "film", film)
+    shown(page, server)
+    page.get_by_role("button", name="Save film").click()
+    page.get_by_text("Ticks 0 to 0 are kept.").wait_for()
+    page.get_by_role("button", name="Make the film").click()
+    page.wait_for_function("() => document.querySelector('.tl-film progress').value === 30")
+    shot(page, "live-film-phone-dark")
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+    # It goes on while the page is used; another one does not begin.
+    page.get_by_role("button", name="Close the film").click()
+    page.evaluate("() => teamsight.live.step()")
+    until(lambda: world_of(server).tick == 1)
+    page.get_by_role("button", name="Frame 30 of 120").click()
+    assert page.get_by_role("button", name="Make the film").is_disabled()
+    page.get_by_role("button", name="Cancel the film").click()
+    go_on.set()
+    page.get_by_text("Cancelled.").wait_for()
+    assert page.get_by_role("button", name="Make the film").is_enabled()
+    assert page.locator(".tl-film progress").is_hidden()
+    # Worlds that are built anew have other frames.
+    page.evaluate("() => teamsight.live.link.send('reset')")
+    page.get_by_text("Ticks 0 to 0 are kept.").wait_for()
 
 
 def test_tab_reaches_each_control_and_leaves_the_page(page: Page, live: Callable[..., LivePage]) -> None:

@@ -149,3 +149,11 @@ def test_what_was_meant_for_other_worlds_is_not_done() -> None:
     session._run = "now"
     with pytest.raises(ValueError, match="move: the worlds were built anew meanwhile, so nothing was done"):
         session._intervene("move", run="before", track=0, both=True, body=1, x=0.0, y=0.0)
+
+
+def test_before_anything_is_kept_a_film_says_so() -> None:
+    session = Idle()
+    with pytest.raises(ValueError, match="nothing is recorded yet; wait until"):
+        session.reel(session._run)
+    with pytest.raises(ValueError, match="nothing is recorded yet; wait until"):
+        session.film(lambda done, frames: None, session._run)

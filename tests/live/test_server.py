@@ -187,29 +187,113 @@ def no_video() -> None:
     raise ImportError
 
 
-def test_a_film_is_of_the_newest_frames(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+def filmed(page: LivePage, socket: ClientConnection, kind: str = "film", first: int | None = None, last: int | None = None) -> None:
+    """Ask for a film of the worlds that there are."""
+    ask(socket, kind, run=page.session._run, first=first, last=last)
+
+
+def stepped(socket: ClientConnection, steps: int) -> None:
+    for made in range(1, steps + 1):
+        ask(socket, "step")
+        until(socket, "state", lambda one, made=made: one["made"] == made)
+
+
+def test_a_film_is_of_the_newest_frames_or_of_chosen_ones(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
     image = pytest.importorskip("PIL.Image")
     monkeypatch.setattr(session, "check_video", no_video)
     monkeypatch.setattr(session, "MOST_IN_GIF", 3)
+    shown = list[list[float]]()
+    rendered = session.rendered
+
+    def watched(tracks: Any, *given: Any, **more: Any) -> bytes:
+        shown.append([frame.time for frame in tracks[0].frames])
+        return rendered(tracks, *given, **more)
+
+    monkeypatch.setattr(session, "rendered", watched)
     page = live(parameters={"robots": 4, "targets": 3, "seed": 9})
     with opened(page) as socket:
-        for made in range(1, 6):
-            ask(socket, "step")
-            until(socket, "state", lambda one, made=made: one["made"] == made)
-        ask(socket, "film")
-        assert [until(socket, "filming")["done"] for _ in range(3)] == [0, 1, 2]
-        film = until(socket, "film")
-    assert film["name"].endswith("-seed-9.gif")
-    with image.open(io.BytesIO(base64.b64decode(film["content"]))) as one:
-        assert one.n_frames == 3
-    assert [frame.time for frame in page.session._kept(3)[0][0].frames] == [3, 4, 5]
+        stepped(socket, 7)
+        for (first, last), kept in {(None, None): [5, 6, 7], (1, 3): [1, 2, 3], (4, 4): [4], (None, 2): [0, 1, 2], (1, 6): [1, 3, 5]}.items():
+            filmed(page, socket, "reel", first, last)
+            reel = until(socket, "reel")
+            assert (reel["oldest"], reel["newest"], reel["ending"], reel["most"]) == (0, 7, "GIF", 3)
+            assert (reel["pictures"], reel["seconds"]) == (len(kept), len(kept) / 20)
+            assert reel["frames"] == (6 if (first, last) == (1, 6) else len(kept))
+            filmed(page, socket, "film", first, last)
+            assert [until(socket, "filming")["done"] for _ in kept] == list(range(len(kept)))
+            film = until(socket, "film")
+            assert film["name"].endswith("-seed-9.gif")
+            with image.open(io.BytesIO(base64.b64decode(film["content"]))) as one:
+                assert one.n_frames == len(kept)
+                assert one.width == reel["width"]
+            assert shown.pop() == kept
+
+
+@pytest.mark.parametrize(("first", "last"), [(0, 9), (3, 1), (9, 12), (2**53, 2**53)])
+def test_ticks_without_frames_are_refused(live: Callable[..., LivePage], first: int, last: int) -> None:
+    page = live(parameters={"robots": 4, "targets": 3})
+    with opened(page) as socket:
+        stepped(socket, 4)
+        for kind in ("film", "reel"):
+            filmed(page, socket, kind, first, last)
+            said = until(socket, "error")["message"]
+            assert f"ticks {first:,} to {last:,}: frames are kept of ticks 0 to 4" in said
+            assert "choose others" in said
+
+
+def test_a_film_of_other_worlds_is_refused(live: Callable[..., LivePage]) -> None:
+    page = live(parameters={"robots": 4, "targets": 3})
+    with opened(page) as socket:
+        until(socket, "state")
+        before = page.session._run
+        for kind, fields in (("reset", {}), ("task", {"name": "forage"})):
+            ask(socket, kind, **fields)
+            until(socket, "state", lambda one: page.session._run != before)
+            ask(socket, "film", run=before, first=0, last=0)
+            assert "built anew meanwhile" in until(socket, "error")["message"]
+            before = page.session._run
+
+
+def test_a_film_is_cancelled_by_the_page_that_asked_for_it(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    page = live(parameters={"robots": 4, "targets": 3})
+    go_on, ends = threading.Event(), list[str]()
+
+    def film(progress: Callable[[int, int], object], **ticks: Any) -> tuple[str, bytes]:
+        progress(0, 9)
+        assert go_on.wait(_PATIENCE)
+        progress(1, 9)
+        ends.append("whole")
+        return "film.gif", b"GIF"
+
+    monkeypatch.setattr(page.session, "film", film)
+    with opened(page) as socket, opened(page) as stranger:
+        filmed(page, socket)
+        assert until(socket, "filming")["frames"] == 9
+        # Of somebody else, who has none.
+        ask(stranger, "cancel")
+        ask(stranger, "copy", form="command")
+        until(stranger, "copied")
+        go_on.set()
+        assert base64.b64decode(until(socket, "film")["content"]) == b"GIF"
+        go_on.clear()
+        filmed(page, socket)
+        until(socket, "filming")
+        ask(socket, "cancel")
+        ask(socket, "copy", form="command")
+        until(socket, "copied")
+        go_on.set()
+        until(socket, "cancelled")
+        assert ends == ["whole"]
+        # The next one is not cancelled.
+        filmed(page, socket)
+        until(socket, "film")
 
 
 def test_a_film_that_nobody_waits_for_ends(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
     page = live(parameters={"robots": 4, "targets": 3})
     ended, closed, failures = threading.Event(), threading.Event(), list[BaseException]()
 
-    def film(progress: Callable[[int, int], object]) -> tuple[str, bytes]:
+    def film(progress: Callable[[int, int], object], **ticks: Any) -> tuple[str, bytes]:
         try:
             progress(0, 9)
             assert closed.wait(_PATIENCE)
@@ -224,9 +308,9 @@ def test_a_film_that_nobody_waits_for_ends(live: Callable[..., LivePage], monkey
 
     monkeypatch.setattr(page.session, "film", film)
     with opened(page) as socket:
-        ask(socket, "film")
+        filmed(page, socket)
         assert until(socket, "filming")["frames"] == 9
-        ask(socket, "film")
+        filmed(page, socket)
         assert until(socket, "error")["message"] == "film: one is being made; wait for it"
     end = time.monotonic() + _PATIENCE
     while page.session._viewers:
@@ -240,12 +324,12 @@ def test_a_film_that_nobody_waits_for_ends(live: Callable[..., LivePage], monkey
 def test_a_film_that_cannot_be_made_says_why(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
     page = live(parameters={"robots": 4, "targets": 3})
 
-    def film(progress: Callable[[int, int], object]) -> tuple[str, bytes]:
+    def film(progress: Callable[[int, int], object], **ticks: Any) -> tuple[str, bytes]:
         raise RuntimeError("no reel")
 
     monkeypatch.setattr(page.session, "film", film)
     with opened(page) as socket:
-        ask(socket, "film")
+        filmed(page, socket)
         assert until(socket, "error")["message"].startswith("film: RuntimeError: no reel")
 
 
@@ -329,7 +413,7 @@ def test_a_page_that_saves_is_answered_meanwhile(live: Callable[..., LivePage], 
     with opened(page) as socket:
         ask(socket, "save")
         ask(socket, "save")
-        assert "a recording is being made" in until(socket, "error")["message"]
+        assert "save: one is being made" in until(socket, "error")["message"]
         ask(socket, "step")
         until(socket, "state", lambda state: state["tracks"][0]["tick"] == 1)
         go_on.set()

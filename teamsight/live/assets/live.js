@@ -2,6 +2,7 @@
 //
 //   link        the socket: frames, messages, acknowledgements, reconnecting
 //   controls    run, step, reset, rate, and what the server lets a page set
+//   film        which ticks it shows, how far it is, and that nobody wants it any more
 //   log         the newest rows of the event log
 //   graph       the neighbour graph of the frame that is shown
 //   laboratory  what somebody does to bodies and obstacles, and copies of that as text
@@ -141,10 +142,10 @@ class Controls {
     this.charts = make("div", { class: "tl-measures" });
     this.chartsKey = "";
     const csv = this.button("Save CSV", "Save the numbers of the charts", () => page.saveCharts());
-    this.filmButton = this.button("Save film", "Save the newest 300 frames as a film, 20 a second", () => this.film());
+    this.film = new Film(page, this);
     this.chartBox = make("details", {}, make("summary", {}, "Charts"), this.charts, make("div", { class: "tl-row" }, csv), this.buildBand());
     this.lab = make("div");
-    element.append(this.lab, this.fields, this.chartBox, make("div", { class: "tl-row" }, this.saveButton, this.filmButton));
+    element.append(this.lab, this.fields, this.chartBox, make("div", { class: "tl-row" }, this.saveButton, this.film.opener));
   }
 
   button(text, title, act) {
@@ -408,12 +409,6 @@ class Controls {
     return few + (this.bandDone ? ". Undisturbed: they have the present settings from tick 0, and nothing else that was done here" : "");
   }
 
-  film() {
-    if (!this.page.link.send("film")) return;
-    this.filmButton.disabled = true;
-    setText(this.filmButton, "Drawing …");
-  }
-
   showState(state) {
     this.state = state;
     this.showCharts(state);
@@ -447,10 +442,122 @@ class Controls {
   }
 
   saved() {
-    for (const [button, text] of [[this.saveButton, "Save recording"], [this.filmButton, "Save film"]]) {
-      button.disabled = false;
-      setText(button, text);
+    this.saveButton.disabled = false;
+    setText(this.saveButton, "Save recording");
+  }
+}
+
+// Part: film.
+
+class Film {
+  constructor(page, controls) {
+    Object.assign(this, { page, controls, isBusy: false });
+    this.opener = controls.button("Save film", "Choose the ticks of a film, and save it", () => this.open());
+    const number = (id) => {
+      const input = make("input", { type: "number", id, step: 1, min: 0, required: true });
+      input.addEventListener("input", () => controls.soon("reel", () => this.ask()));
+      return input;
+    };
+    [this.first, this.last] = [number("tl-film-first"), number("tl-film-last")];
+    this.said = make("p", { class: "tl-note", role: "status" });
+    this.wrong = make("p", { role: "alert" });
+    this.bar = make("progress", { "aria-label": "Drawn frames", hidden: true });
+    // Not a status: a screen reader need not say each frame.
+    this.drawn = make("p", { class: "tl-note" });
+    this.maker = controls.button("Make the film", "The server draws it; the worlds go on", () => this.begin());
+    this.stopper = controls.button("Cancel the film", "No film, after all", () => this.cancel());
+    this.closer = controls.button("Close", "Back to the page; a film that is being made goes on", () => this.dialog.close());
+    this.closer.setAttribute("aria-label", "Close the film");
+    this.dialog = make("dialog", { class: "ts-help tl-film", "aria-labelledby": "tl-film-title" },
+      make("h2", { id: "tl-film-title" }, "Save film"),
+      make("p", {}, "With legend and charts, 20 frames a second. The server draws it."),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-film-first" }, "from tick"), this.first),
+      make("div", { class: "tl-field" }, make("label", { for: "tl-film-last" }, "to tick"), this.last),
+      this.said, this.wrong, this.bar, this.drawn, make("div", { class: "tl-row" }, this.maker, this.stopper, this.closer));
+    page.view.root.append(this.dialog);
+    this.show();
+  }
+
+  get isOpen() { return this.dialog.open; }
+
+  open() {
+    this.fail("");
+    if (!this.isBusy) this.askNewest();
+    if (!this.isOpen) this.dialog.showModal();
+  }
+
+  askNewest() {
+    this.isNewest = true;
+    this.page.link.send("reel", { run: this.page.run, first: null, last: null });
+  }
+
+  get ticks() { return { run: this.page.run, first: Number(this.first.value), last: Number(this.last.value) }; }
+
+  // What a film of the typed ticks would be.
+  ask() {
+    if (this.isBusy || !this.first.checkValidity() || !this.last.checkValidity()) return;
+    this.fail("");
+    this.page.link.send("reel", this.ticks);
+  }
+
+  describe({ first, last, oldest, newest, frames, pictures, most, ending, seconds, width }) {
+    for (const [input, value] of [[this.first, first], [this.last, last]]) {
+      if (this.isNewest) input.value = value;
+      Object.assign(input, { min: oldest, max: Math.max(newest, input.max || 0) });
     }
+    this.isNewest = false;
+    const count = (value, what) => `${value.toLocaleString("en")} ${what}${value === 1 ? "" : "s"}`;
+    const thinned = pictures < frames ? `, of which ${count(pictures, "frame")} are drawn, evenly, since a film has at most ${most.toLocaleString("en")}` : "";
+    setText(this.said, `${count(frames, "frame")}${thinned}: ${ending}, ${width.toLocaleString("en")} pixels wide, ${seconds.toLocaleString("en")} s long. ` +
+      `Ticks ${oldest.toLocaleString("en")} to ${newest.toLocaleString("en")} are kept.`);
+  }
+
+  begin() {
+    const wrong = [this.first, this.last].find((input) => !input.checkValidity());
+    if (wrong) return this.fail(`${wrong.labels[0].textContent} ${wrong.value}: must be a whole number from ${wrong.min} to ${wrong.max}`);
+    this.fail("");
+    if (this.page.link.send("film", this.ticks)) this.work(0, 0);
+    return undefined;
+  }
+
+  cancel() {
+    if (!this.page.link.send("cancel")) return;
+    this.stopper.disabled = true;
+    for (const one of [this.opener, this.drawn]) setText(one, "Cancelling …");
+  }
+
+  // Some frames are drawn.
+  work(done, frames) {
+    this.isBusy = true;
+    Object.assign(this.bar, { max: frames || 1, value: done });
+    this.show();
+    if (this.stopper.disabled) return;
+    setText(this.opener, frames ? `Frame ${done} of ${frames}` : "Drawing …");
+    setText(this.drawn, this.opener.textContent);
+    this.bar.setAttribute("aria-valuetext", this.opener.textContent);
+  }
+
+  // It is saved, cancelled, or lost.
+  end(text = "") {
+    if (!this.isBusy) return;
+    this.isBusy = this.stopper.disabled = false;
+    this.show();
+    setText(this.opener, "Save film");
+    setText(this.drawn, "");
+    if (text) setText(this.said, text);
+  }
+
+  fail(text) {
+    setText(this.wrong, text);
+    this.wrong.hidden = !text;
+  }
+
+  show() {
+    const { isBusy } = this, hadFocus = this.dialog.contains(document.activeElement);
+    this.bar.hidden = this.stopper.hidden = !isBusy;
+    for (const one of [this.first, this.last, this.maker]) one.disabled = isBusy;
+    // Whoever works by keyboard is not left nowhere.
+    if (hadFocus && !this.dialog.querySelector(":focus:enabled")?.checkVisibility()) (isBusy ? this.stopper : this.maker).focus();
   }
 }
 
@@ -1067,6 +1174,7 @@ class Page {
     if (!isOpen) {
       this.setRunning(false);
       this.controls.saved();
+      this.controls.film.end("The connection was lost; make it again.");
     }
   }
 
@@ -1087,6 +1195,7 @@ class Page {
     if (run !== this.run) {
       this.run = run;
       this.controls.showBand({ runs: 0 });
+      if (this.controls.film.isOpen && !this.controls.film.isBusy) this.controls.film.askNewest();
       for (let i = view.tracks.length - 1; i >= 0; i--) {
         if (i >= tracks) view.removeTrack(i);
         else view.clear(i);
@@ -1140,20 +1249,22 @@ class Page {
     if (this.state) this.controls.showCharts(this.state);
     this.controls.showValues();
     this.fail(message);
+    const { film } = this.controls;
+    if (film.isOpen) film.fail(message);
+    if (message.startsWith("film: ")) film.end();
   }
 
   on_copied(message) { this.laboratory.showCopy(message); }
 
   on_band(message) { this.controls.showBand(message); }
 
-  on_filming({ done, frames }) {
-    this.controls.filmButton.disabled = true;
-    setText(this.controls.filmButton, `Frame ${done} of ${frames}`);
-  }
+  on_reel(message) { this.controls.film.describe(message); }
+  on_filming({ done, frames }) { this.controls.film.work(done, frames); }
+  on_cancelled() { this.controls.film.end("Cancelled."); }
 
   on_film({ name, content }) {
-    this.controls.saved();
     const bytes = Uint8Array.from(atob(content), (one) => one.charCodeAt(0));
+    this.controls.film.end(`Saved: ${(bytes.length / 1e6).toFixed(1)} MB.`);
     this.view.download(new Blob([bytes], { type: name.endsWith(".mp4") ? "video/mp4" : "image/gif" }), name);
   }
 
