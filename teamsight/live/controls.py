@@ -23,6 +23,10 @@ _MOST_INTEGER, _MOST_NUMBER = 10**6, 10.0**9
 _NO_PANEL = Panel()
 # Over a wider range a slider is too coarse.
 _WIDEST = 1000
+# The largest whole number that is an option without a limit of its own: tables of each robot may have as many rows.
+_MOST_OPTION = 1000
+#: What ends the name of a choice that stands for an object which was given from Python.
+GIVEN = " (given)"
 
 
 @dataclass(frozen=True)
@@ -181,6 +185,30 @@ def controls_of(model: Callable[..., Any], parameters: Mapping[str, Any]) -> lis
     return [one for one in found if one is not None]
 
 
+def control_of_option(control: Control, kind: Any, option: str) -> Control | None:
+    """Return what checks an option of a component, such as ``policy.gain``; None if a page cannot set it.
+
+    Parameters
+    ----------
+    control : Control
+        That of the component.
+    kind : type or callable
+        What makes the component.
+    option : str
+        The name of the option.
+    """
+    its = declared(kind)[option]
+    value = its.default
+    if value in (None, MISSING) and its.kind in ("integer", "number"):
+        # Any number: only the limits count here.
+        value = 1
+    allowed = its.allowed
+    if its.kind == "integer" and allowed.most is None:
+        allowed = replace(allowed, panel=replace(allowed.panel or _NO_PANEL, most=_MOST_OPTION))
+    its = replace(its, name=f"{control.name}.{option}", allowed=allowed)
+    return _control(its, value, control.section, control.live)
+
+
 def _control(one: Declared, value: Any, section: str, live: bool) -> Control | None:
     """Return a control with limits, or choices, that hold a value; None if a page cannot set it."""
     allowed, kind = one.allowed, one.kind
@@ -216,7 +244,7 @@ def _control(one: Declared, value: Any, section: str, live: bool) -> Control | N
 
 
 def _label(given: Any) -> str:
-    return f"{getattr(given, 'name', '') or type(given).__name__} (given)"
+    return f"{getattr(given, 'name', '') or type(given).__name__}{GIVEN}"
 
 
 def _is_live(model: Any, one: Declared) -> bool:

@@ -33,10 +33,18 @@ class Place(NamedTuple):
     member: int
 
 
+class Act(NamedTuple):
+    """What was done: the name of a function of this module and its values by name, or "set" with a name and a value."""
+
+    kind: str
+    fields: dict[str, Any]
+
+
 class Entry(NamedTuple):
     """What was done after so many steps, as lines of Python; for a parameter, which one was set to what."""
 
     made: int
+    act: Act
     lines: tuple[str, ...] = ()
     setting: str | None = None
     value: Any = None
@@ -72,9 +80,11 @@ class Journal:
 
     def note(self, entry: Entry) -> None:
         """Note what was done; a number that a slider sets again before the next step replaces the one before."""
-        before, is_number = self.entries[-1] if self.entries else None, isinstance(entry.value, (int, float))
-        if before is not None and is_number and (before.made, before.setting) == (entry.made, entry.setting):
-            self.entries.pop()
+        before, fields = self.entries[-1] if self.entries else None, entry.act.fields
+        is_number = entry.act.kind == "set" and isinstance(fields["value"], (int, float))
+        if is_number and before is not None and before.made == entry.made:
+            is_again = before.act.kind == "set" and before.act.fields["name"] == fields["name"]
+            self.entries[len(self.entries) - is_again :] = []
         self.entries.append(entry)
 
 

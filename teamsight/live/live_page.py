@@ -180,7 +180,8 @@ def watch(
     worlds, controls = worlds_of(model, dict(parameters or {}), beside)
     worlds.every = checks.count("every", every, most=protocol.MOST_EVERY)
     made = None if row is None else partial(_worlds_of_row, row)
-    tasks = {name: partial(_worlds_of_task, name) for name in TASKS}
+    # A link may name the class, whatever this page was started with.
+    tasks = {CMOMMT.__name__: _worlds_of_class, **{name: partial(_worlds_of_task, name) for name in TASKS}}
     session = Session(
         worlds, controls, rate=speed, running=checks.flag("running", running), tasks=tasks, row=made
     )  # fmt: skip
@@ -268,6 +269,10 @@ def _worlds_of_task(name: str, seed: int) -> tuple[Worlds, dict[str, Control]]:
     task = task_of(name)
     treatment = {"treatment": "explore"} if callable(task.skilled) else {}
     return worlds_of(TaskModel(task), {**treatment, "rng": seed}, None)
+
+
+def _worlds_of_class(seed: int) -> tuple[Worlds, dict[str, Control]]:
+    return worlds_of(CMOMMT, {"rng": seed}, None)
 
 
 def _worlds_of_row(row: Callable[[str], Any], run: str) -> tuple[Worlds, dict[str, Control]]:

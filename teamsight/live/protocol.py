@@ -16,7 +16,7 @@ from teamsight.core import checks
 from teamsight.live.interventions import MOST_CORNERS
 
 #: The longest message of a page [bytes].
-MOST_BYTES = 4096
+MOST_BYTES = 8192
 #: The fastest simulation that can be asked for [steps/s]; None stands for as fast as possible.
 LEAST_RATE, MOST_RATE = 0.1, 10_000.0
 #: Of how many steps one is drawn, at most.
@@ -24,7 +24,7 @@ MOST_EVERY = 10_000
 #: Runs of each world in a band, and ticks of each run.
 LEAST_RUNS, MOST_RUNS, MOST_TICKS = 8, 64, 100_000
 #: Characters of a link, at most.
-MOST_LINK = 2000
+MOST_LINK = 4000
 #: Coordinates of what a page draws, at most [length].
 MOST_PLACE = 1e9
 _FRAME, _HISTORY = 1, 2
@@ -107,7 +107,7 @@ KINDS: dict[str, dict[str, Callable[[str, Any], Any]]] = {
     "task": {"name": _name},
     "preset": {"name": _name},
     "row": {"run": _name},
-    "copy": {"form": lambda name, value: checks.choice(name, value, ("command", "Python"))},
+    "copy": {"form": lambda name, value: checks.choice(name, value, ("command", "Python", "link"))},
 }  # fmt: skip
 #: Those that change bodies or obstacles.
 INTERVENTIONS = ("move", "switch", "remove", "add", "obstruct", "clear")

@@ -316,7 +316,8 @@ class Server:
                     client.cancelled.set()
                 elif message.type == "copy":
                     form = message.fields["form"]
-                    await connection.send(protocol.text("copied", form=form, text=session.copied(form)))
+                    text, said = session.copied(form)
+                    await connection.send(protocol.text("copied", form=form, text=text, said=said))
                 else:
                     session.ask(message)
             except (TypeError, ValueError) as error:

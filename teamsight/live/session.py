@@ -8,21 +8,23 @@ from __future__ import annotations
 import secrets
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Hashable, Mapping
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
-from teamsight.agents.cmommt import CMOMMT
 from teamsight.agents.components.failures import Failures
 from teamsight.agents.engine.engine import PREPARING, Engine
 from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.core import checks
+from teamsight.core.component import Component
 from teamsight.core.kernel.report import listening
 from teamsight.core.references import failure
 from teamsight.live import links, protocol
 from teamsight.live.band import Band
-from teamsight.live.controls import Control, model_name
+from teamsight.live.controls import Control, controls_of, model_name
 from teamsight.live.copying import command_of, script_of
+from teamsight.live.interventions import Act
 from teamsight.live.protocol import Message
 from teamsight.live.worlds import StoppedError, Worlds, event_rows
 from teamsight.view.animation import FPS, MOST_IN_GIF, check_video, rendered, width_of
@@ -102,6 +104,8 @@ class Pacer:
             self._due = max(self._due, now - _LATEST) + steps / self.rate
 
 
+# The task of a class whose name pages know too.
+_TASK_OF = {"CMOMMT": "cmommt"}
 #: Returns worlds that run on a seed, and their controls.
 Making: TypeAlias = Callable[[int], tuple[Worlds, Mapping[str, Control]]]
 
@@ -190,10 +194,10 @@ class Session:
         self._row = row
         self.worlds, self._controls = worlds, dict(controls)
         # What pages can choose, the first model among it, with what it was given.
-        given = dict(worlds.settings[0])
+        given, self._first = dict(worlds.settings[0]), model_name(worlds.model)
         self._tasks: dict[str, Making] = {
-            model_name(worlds.model): lambda seed: (Worlds(worlds.model, [dict(given)], seed), dict(controls)),
-            **(tasks or {}),
+            self._first: lambda seed: (Worlds(worlds.model, [dict(given)], seed), dict(controls)),
+            **{name: one for name, one in (tasks or {}).items() if name != self._first},
         }
         self.board: dict[str, Any] = {}
         self.on_news: Callable[[], object] = lambda: None
@@ -207,6 +211,8 @@ class Session:
         self._state: dict[str, Any] = {}
         # Steps that are left to the next frame; and the tick of a link, to which the worlds run, or 0.
         self._left = self._goal = 0
+        # What that link says was done to each world until then, after how many steps.
+        self._acts: list[deque[tuple[int, Act]]] = []
         self._reported = self._reported_steps = 0.0
         self._number = 0
         # Another value shows pages that other worlds run, maybe of another server.
@@ -343,8 +349,8 @@ class Session:
         chosen = [one for one in times if first <= one <= last]
         if first < min(times) or last > max(times) or not chosen:
             raise ValueError(
-                f"ticks {first:,} to {last:,}: frames are kept of ticks {min(times):,} to {max(times):,}, and a film has "
-                "one at least; choose others"
+                f"ticks {first:,} to {last:,}: frames are kept of ticks {min(times):,} to {max(times):,}, and a film "
+                "has one at least; choose others"
             )
         every = -(-len(chosen) // most)
         return _Reel(kept, frozenset(chosen[::every]), len(chosen), first, last, min(times), max(times), most, ending)
@@ -580,13 +586,19 @@ class Session:
         self._rebuild(worlds.settings, f"Run {run} of the study, seed {worlds.seed}.", worlds.seed, (worlds, controls))
 
     @property
+    def _listed(self) -> list[str]:
+        """The names that pages offer: of a task and its class, CMOMMT and cmommt, that which is shown, or was first."""
+        shown = {_TASK_OF.get(name, name): name for name in (*self._tasks, self._first, model_name(self.worlds.model))}
+        return list(dict.fromkeys(shown[_TASK_OF.get(name, name)] for name in self._tasks))
+
+    @property
     def _presets(self) -> dict[str, list[dict[str, Any]]]:
         """What a page can show at once, by name: in what the two worlds differ from the settings."""
         control, found = self._controls.get("awareness"), dict[str, list[dict[str, Any]]]()
         degrees = control.choices if control is not None else {}
         if "none" in degrees and "pairwise" in degrees:
             found["Blind and aware"] = [{"awareness": "none"}, {"awareness": "pairwise"}]
-        if isinstance(self.worlds.model, type) and issubclass(self.worlds.model, CMOMMT):
+        if links.has_failures(self.worlds.model):
             found["Failures"] = [{}, {"events": Failures(200, 50)}]
         if {"ring", "pairwise"} <= degrees.keys() and "delta" in self._controls:
             for delta in (1, 2, 3):
@@ -608,16 +620,43 @@ class Session:
         try:
             found = links.read(link)
             worlds, controls = self._tasks[checks.choice("task", found.task, tuple(self._tasks))](self.worlds.seed)
-            settings, seed, tick = links.settings_of(found, controls, worlds.settings[0])
-            self._rebuild(settings, "Opened from a link.", seed, (worlds, controls))
+            to = links.opened(found, worlds.model, controls, worlds.settings[0])
+            # Components of the link bring controls for their options.
+            parts = {name for name, value in to.settings[0].items() if isinstance(value, Component)}
+            theirs = [one for one in controls_of(worlds.model, to.settings[0]) if one.name.partition(".")[0] in parts]
+            anew = {**controls, **{one.name: one for one in theirs}}
+            self._rebuild(to.settings, "Opened from a link.", to.seed, (worlds, anew))
         except (TypeError, ValueError) as error:
             raise ValueError(f"This link cannot be opened: {error}. The page goes on with the defaults.") from error
-        self.is_running, self._goal = False, tick
+        self.is_running, self._goal, self._acts = False, to.tick, [deque(acts) for acts in to.acts]
+        self._repeat(found.task)
+
+    def _repeat(self, task: str) -> None:
+        """Do what a link says was done after the steps that are made, before the next one."""
+        worlds = self.worlds
+        try:
+            for track, acts in zip(worlds.tracks, self._acts, strict=True):
+                while acts and acts[0][0] <= worlds.made:
+                    worlds.repeat(track, acts.popleft()[1])
+        except (Exception, SystemExit) as error:  # of a model, for whatever reason
+            made, anew = worlds.made, self._tasks[task](worlds.seed)
+            self._rebuild(anew[0].settings, "", None, anew)
+            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
+            raise ValueError(
+                f"This link cannot be followed beyond tick {made:,}: {said}. The page goes on with the defaults."
+            ) from error
+        self._show_frames(again=True)
+        self._show_controls()
 
     def _approach(self) -> None:
-        """Make a part of the steps to the tick of a link."""
-        began, steps = time.monotonic(), min(self._goal - self.worlds.made, self._pacer.part())
-        if not self._make_steps(steps):
+        """Make a part of the steps to the tick of a link, and do what it says was done."""
+        began, made = time.monotonic(), self.worlds.made
+        due = min([self._goal, *(acts[0][0] for acts in self._acts if acts)])
+        steps = min(due - made, self._pacer.part())
+        if steps and not self._make_steps(steps):
+            return
+        if self.worlds.made == due and any(self._acts):
+            self._attempt(self._repeat, task=model_name(self.worlds.model))
             return
         now = time.monotonic()
         self._pacer.took(steps, now - began)
@@ -637,9 +676,14 @@ class Session:
         self._note = ""
         self._show_frames(again=not self._left)
 
-    def copied(self, form: str) -> str:
-        """Return the worlds as a command or as a script; for other threads."""
-        return (command_of if form == "command" else script_of)(self.worlds)
+    def copied(self, form: str) -> tuple[str, list[str]]:
+        """Return the worlds as a command, as a script or as a link, and what is not in that; for other threads."""
+        if form == "link":
+            return links.written(self.worlds, self._controls, running=self.is_running)
+        if form == "Python":
+            return script_of(self.worlds), []
+        said = "What was done to the world is not in the command; it is in the Python."
+        return command_of(self.worlds), [said] * any(track.journal.entries for track in self.worlds.tracks)
 
     def _rebuild(
         self,
@@ -665,7 +709,7 @@ class Session:
                 track.world.close()
         self._on_drop()
         self._left, self._note, self._reported_steps, self._is_failed = 0, note, 0, False
-        self._goal = 0
+        self._goal, self._acts = 0, []
         self._pacer.forget()
         self._run = secrets.token_hex(4)
         self._scenes = []
@@ -727,10 +771,11 @@ class Session:
             "note": self._note, "failed": self._is_failed,
             "measured": max(measured, 0.0), "made": worlds.made, "two": len(building or worlds.tracks) == 2,
             "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
-            "tasks": list(self._tasks), "presets": list(self._presets),
+            "tasks": self._listed, "presets": list(self._presets),
             "study": self._row is not None,
             "measures": list(dict.fromkeys(name for track in worlds.tracks for name in track.measures)),
             "charted": list(worlds.charted),
+            "link": links.written(worlds, self._controls, running=self.is_running)[0] if worlds.tracks else "",
         }  # fmt: skip
         self._post("state", **self._state)
         self._post("events", tracks=[event_rows(track.world) for track in worlds.tracks])

@@ -8,7 +8,6 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from itertools import accumulate, islice
 from typing import Any
 
@@ -28,7 +27,7 @@ from teamsight.core.component import Component, declared
 from teamsight.core.references import failure
 from teamsight.live import interventions
 from teamsight.live.controls import model_name, seed_name
-from teamsight.live.interventions import Entry, Journal
+from teamsight.live.interventions import Act, Entry, Journal
 from teamsight.live.measures import Measures
 from teamsight.view.packing import from_raw, raw
 from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene
@@ -117,6 +116,36 @@ class Observer(FrameRecorder):
         return self._present
 
 
+def value_of(model: Callable[..., World], parameters: Mapping[str, Any], name: str) -> Any:
+    """Return the value of a parameter, or of a setting of a component: ``policy.gain``.
+
+    It is None if only the other world was given it, and the model takes any.
+    """
+    base, _, option = name.partition(".")
+    usual = declared(model).get(base)
+    value = parameters.get(base, None if usual is None else usual.default)
+    return getattr(value, option, None) if option else value
+
+
+def with_value(model: Callable[..., World], parameters: Mapping[str, Any], name: str, value: Any) -> dict[str, Any]:
+    """Return arguments with another value of a parameter, or of a setting of a component.
+
+    Raises
+    ------
+    ValueError
+        If the component is another one now.
+    """
+    base, _, option = name.partition(".")
+    if option:
+        component = value_of(model, parameters, base)
+        if not isinstance(component, Component) or option not in declared(type(component)):
+            shown = checks.shown(component)
+            raise ValueError(f"{name}: {base} is {shown} now, which has none; choose the other first")
+        again: Any = replace
+        value = again(component, **{option: value})
+    return {**parameters, base: value}
+
+
 class LiveTrack:
     """A world that runs, and can be built again.
 
@@ -162,7 +191,7 @@ class LiveTrack:
         self.made = self._bytes = 0
         self.journal = Journal(self.parameters)
         # What was set last, and is not noted yet.
-        self._set: tuple[str, Any] | None = None
+        self._set: Entry | None = None
         self.kept: deque[bytes] = deque()
         self._observer = Observer(world, every)
         # By which the frames that are kept are read.
@@ -209,29 +238,12 @@ class LiveTrack:
         return self._observer.measures.all()
 
     def value(self, name: str) -> Any:
-        """Return the value of a parameter; None if only the other world was given it, and the model takes any."""
-        base, _, option = name.partition(".")
-        usual = declared(self._model).get(base)
-        value = self.parameters.get(base, None if usual is None else usual.default)
-        return getattr(value, option, None) if option else value
+        """Return the value of a parameter."""
+        return value_of(self._model, self.parameters, name)
 
     def with_value(self, name: str, value: Any) -> dict[str, Any]:
-        """Return the arguments with another value of a parameter, or of a setting of a component: ``policy.gain``.
-
-        Raises
-        ------
-        ValueError
-            If the component is another one now.
-        """
-        base, _, option = name.partition(".")
-        if option:
-            component = self.value(base)
-            if not isinstance(component, Component) or option not in declared(type(component)):
-                shown = checks.shown(component)
-                raise ValueError(f"{name}: {base} is {shown} now, which has none; choose the other first")
-            again: Any = replace
-            value = again(component, **{option: value})
-        return {**self.parameters, base: value}
+        """Return the arguments with another value; see `with_value`."""
+        return with_value(self._model, self.parameters, name, value)
 
     def run(self, steps: int) -> None:
         """Make steps; fewer if the model stops."""
@@ -284,9 +296,12 @@ class LiveTrack:
             If the world refuses the value; nothing is changed then.
         """
         parameters, base, world = self.with_value(name, value), name.partition(".")[0], self.world
+        act = Act("set", {"name": name, "value": value})
+        # A setting that has no effect now may have one later: a link carries it, and a script need not.
+        self._set = Entry(self.made, act)
         if base not in _DEGREE or not isinstance(world, CMOMMT):
             setattr(world, base, parameters[base])
-            self._set = base, parameters[base]
+            self._set = Entry(self.made, act, (), base, parameters[base])
         else:
             # A degree by name has the present δ.
             degree, delta = (parameters[one] if one in parameters else self.value(one) for one in _DEGREE)
@@ -296,7 +311,7 @@ class LiveTrack:
                 degree = None
             if degree is not None:
                 world.awareness = degree
-                self._set = "awareness", degree
+                self._set = Entry(self.made, act, (), "awareness", degree)
         self.parameters = parameters
         self.renew()
 
@@ -309,19 +324,26 @@ class LiveTrack:
         """Note in the log of events and in the journal what `set` has set."""
         if self._set is None:
             return
-        (name, value), self._set = self._set, None
+        entry, self._set = self._set, None
         before, rows = self.journal.entries[-1:], self.world._data.sources.events.rows
+        name, value = entry.setting, entry.value
         shown = value if isinstance(value, (bool, int, float, str)) else checks.shown(value)
-        self.journal.note(Entry(self.made, (), name, value))
+        self.journal.check_room()
+        self.journal.note(entry)
+        if name is None:
+            return
         if before and before[0] not in self.journal.entries and rows and rows[-1].what == "set":
             # A slider that is moved.
             rows.pop()
         self.world.log("set", setting=name, value=shown)
 
-    def intervene(self, act: Callable[[World], list[str]]) -> None:
+    def intervene(self, act: Act) -> None:
         """Let something be done to the world, and note it."""
-        self.journal.note(Entry(self.made, tuple(act(self.world))))
-        self.renew()
+        self.journal.check_room()
+        lines = getattr(interventions, act.kind)(self.world, **act.fields)
+        self.journal.note(Entry(self.made, act, tuple(lines)))
+        with self._lock:
+            self._observer.is_stale = True
 
     def state(self) -> dict[str, Any]:
         """Return what the page shows beside the picture."""
@@ -486,29 +508,19 @@ class Worlds:
             given["place"] = interventions.place_of(self.tracks[track].world, given.pop("body"))
         if "group" in given:
             given["number"] = given.pop("group")
-        for one in chosen:
-            one.journal.check_room()
-            if "place" in given:
-                # What one of them refuses for this reason has not begun in the other.
-                interventions.check_there(one.world, given["place"])
-        act = partial(getattr(interventions, kind), **given)
-        # Those that cannot be put back come last.
-        before = sorted(map(_Before, chosen), key=lambda one: one.state is None)
-        try:
-            for world in before:
-                world.track.intervene(act)
-        except (Exception, SystemExit) as error:
-            kept = [self.tracks.index(one.track) for one in before if not one.is_put_back()]
-            if not kept:
-                raise
-            names = " and ".join(("left", "right")[number] for number in sorted(kept))
-            which = f"the {names} world" if len(self.tracks) > 1 else "the world"
-            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
-            raise ValueError(
-                f"{kind}: {said}; {which} may keep a part of it, since it has processes or planned functions "
-                "and cannot be put back; what is half done is not in Copy as Python; Reset starts again"
-            ) from error
+        act = Act(kind, given)
+        with _undoing(chosen[:-1]):
+            for one in chosen:
+                one.intervene(act)
         self.describe()
+
+    def repeat(self, track: LiveTrack, act: Act) -> None:
+        """Do to one world what a link says."""
+        if act.kind == "set":
+            self.change([track], **act.fields)
+        else:
+            track.intervene(act)
+            self.describe()
 
     def describe(self) -> None:
         """Let the titles of two worlds say in what they differ, and all scenes how often they are drawn."""

@@ -25,6 +25,7 @@ from teamsight.agents.engine import engine
 from teamsight.core.kernel.report import REPORT
 from teamsight.live import LivePage, session, watch
 from teamsight.live.protocol import KINDS, MOST_BYTES
+from teamsight.tasks.registry import TASKS
 
 _PATIENCE = 300.0  # seconds, against a hang
 
@@ -576,3 +577,117 @@ def test_closing_ends_its_threads(live: Callable[..., LivePage]) -> None:
         assert time.monotonic() < end
         time.sleep(0.01)
     assert "closed" in repr(page)
+
+
+def a_link(page: LivePage, socket: ClientConnection) -> tuple[str, list[str]]:
+    """Return the link of a page when all that it has asked for is done."""
+    for _ in range(2):
+        ask(socket, "copy", form="link")
+        copied = until(socket, "copied")
+        # The server had received what was asked before.
+        rest(page)
+    return copied["text"], copied["said"]
+
+
+def follow(page: LivePage, socket: ClientConnection, link: str, made: int) -> None:
+    ask(socket, "open", link=link)
+    until(socket, "state", lambda one: one["note"] == "Opened from a link." and one["made"] == made and not one["goal"])
+
+
+def state_of(page: LivePage) -> list[Any]:
+    """Return the bits of all worlds of a page, and their events."""
+    worlds = [track.world for track in page.session.worlds.tracks]
+    tables = [(world.recording.history.to_csv(), world.events.to_csv()) for world in worlds]
+    return [tables, [array.tobytes() for world in worlds for group in world.groups for array in (group.position, group.heading, group.active)]]
+
+
+def test_a_link_restores_what_was_done_on_another_server(live: Callable[..., LivePage]) -> None:
+    page, other = live(parameters={"robots": 5, "targets": 4, "seed": 9}, beside={"awareness": "none"}), live()
+    with opened(page) as socket:
+        run = until(socket, "scene")["run"]
+        where = {"track": 0, "both": True, "run": run}
+        identity = page.session.worlds.tracks[0].world.groups[0].identity.tolist()
+        ask(socket, "move", **where, body=identity[0], x=0.1, y=-0.3)
+        stepped(socket, 4)
+        for name, value, track in (("policy", "centroid", None), ("delta", 2, 1), ("awareness", "ring", 1), ("robot_speed", 0.21, 0)):
+            ask(socket, "set", name=name, value=value, track=track)
+        ask(socket, "switch", **where, body=identity[1], on=False)
+        ask(socket, "add", **where, group=1, x=0.5, y=0.5)
+        ask(socket, "step")
+        until(socket, "state", lambda one: one["made"] == 5)
+        ask(socket, "obstruct", **where, shape="circle", points=[[4.9, 0.0], [4.99, 0.0]])
+        ask(socket, "remove", **{**where, "both": False, "track": 1}, body=identity[2])
+        link, said = a_link(page, socket)
+        assert not said
+        # What the address shows is this link.
+        assert json.loads(page.session.board["state"])["link"] == link
+    assert [len(track.journal.entries) for track in page.session.worlds.tracks] == [6, 8]
+    with opened(other) as socket:
+        follow(other, socket, link, 5)
+        rest(other)
+        assert state_of(other) == state_of(page)
+        assert a_link(other, socket) == (link, [])
+        # It goes on as the other does.
+        ask(socket, "step")
+        until(socket, "state", lambda one: one["made"] == 6)
+    page.session.worlds.run(1)
+    assert state_of(other) == state_of(page)
+
+
+def test_options_of_a_link_become_controls(live: Callable[..., LivePage]) -> None:
+    page = live()
+    with opened(page) as socket:
+        follow(page, socket, "v=1&task=CMOMMT&robots=4&policy=a-cmommt&policy.gain=2&failures=50", 0)
+        assert json.loads(page.session.board["controls"])["values"][0]["policy.gain"] == 2
+        ask(socket, "set", name="policy.gain", value=3, track=None)
+        assert "failures=50.0&did=0+set+policy.gain+3" in a_link(page, socket)[0]
+        assert page.session.worlds.tracks[0].world.sources[0].time_to_failure.mean == 50
+        # While it runs, the link leads to the start, with the present settings.
+        ask(socket, "run")
+        until(socket, "state", lambda one: one["running"] and one["made"] > 0)
+        link, said = a_link(page, socket)
+        assert "policy.gain=3" in link
+        assert "did" not in link
+        assert "the link leads to their start" in said[0]
+        assert "What was done to the worlds is not in the link" in said[1]
+
+
+@pytest.mark.parametrize(
+    ("did", "said"),
+    [
+        ("2+move+7+0+1+1", "group=7: there are 2 groups"), ("2+move+0+99+1+1", "body 99 of robots"), ("2+move+0+0+99+0", "inside Disc"),
+        ("2+remove+0+0*2+switch+0+0+0", "body 0 of robots"), ("0+obstruct+circle+0+0+4+0", "would be in an obstacle"), ("2+clear", "there are no drawn obstacles"),
+        ("2+obstruct+polygon+0+0+1+1+1+0+0+1", "cross or touch"),
+    ],
+)  # fmt: skip
+def test_what_a_link_cannot_do_is_a_sentence_and_the_page_goes_on(live: Callable[..., LivePage], did: str, said: str) -> None:
+    page = live(parameters={"robots": 4})
+    with opened(page) as socket:
+        stepped(socket, 1)
+        ask(socket, "open", link=f"v=1&task=CMOMMT&seed=3&tick=4&robots=6&did={did}")
+        message = until(socket, "error")["message"]
+        assert message.startswith(f"This link cannot be followed beyond tick {did[0]}: ")
+        assert said in message
+        rest(page)
+        (track,) = page.session.worlds.tracks
+        assert (len(track.world.groups[0]), track.made, page.session._goal) == (4, 0, 0)
+        stepped(socket, 1)
+
+
+def test_a_task_is_listed_once_and_links_know_both_names(live: Callable[..., LivePage]) -> None:
+    page = live(parameters={"robots": 4})
+    with opened(page) as socket:
+        assert until(socket, "state")["tasks"] == ["CMOMMT", *[name for name in TASKS if name != "cmommt"]]
+        follow(page, socket, "v=1&task=cmommt&robots=3&treatment=explore", 0)
+        state = json.loads(page.session.board["state"])
+        assert state["task"] == "cmommt"
+        assert state["tasks"] == list(TASKS)
+    page = live("forage", {"robots": 4})
+    with opened(page) as socket:
+        assert until(socket, "state")["tasks"] == ["forage", *[name for name in TASKS if name != "forage"]]
+        follow(page, socket, "v=1&task=CMOMMT&robots=3", 0)
+        assert json.loads(page.session.board["state"])["tasks"] == ["forage", "CMOMMT", *[name for name in TASKS if name not in ("forage", "cmommt")]]
+        # As it was given.
+        ask(socket, "task", name="forage")
+        until(socket, "state", lambda one: one["task"] == "forage")
+    assert page.session.worlds.settings[0]["robots"] == 4

@@ -819,8 +819,8 @@ class Laboratory {
         controls.button("Remove the selected body", "The body that is selected", () => this.withSelected("remove")),
         controls.button("Add a body there", "Adds a body of the chosen group at x, y", () => this.add(0, this.typed())),
         controls.button("Add a circle there", "Adds an obstacle of this radius around x, y", () => this.typedCircle())));
-    this.copies = ["command", "Python"].map((form) =>
-      controls.button(`Copy as ${form}`, form === "Python" ? "A script that repeats this run, interventions included" : "The command that opens this page with the present settings", () => page.link.send("copy", { form })));
+    const copies = { command: "The command that opens this page with the present settings", Python: "A script that repeats this run, interventions included", link: "The address of this page, at this tick" };
+    this.copies = Object.entries(copies).map(([form, title]) => controls.button(`Copy as ${form}`, title, () => page.link.send("copy", { form })));
     this.text = make("textarea", { readonly: "", rows: 12, spellcheck: "false", "aria-label": "Copied text" });
     this.said = make("p", { role: "status" });
     this.dialog = make("dialog", { class: "ts-help tl-copied", "aria-labelledby": "tl-copied-title" },
@@ -970,14 +970,14 @@ class Laboratory {
     held.shape.setAttribute("d", (paths[this.tool] || (() => ""))());
   }
 
-  async showCopy({ form, text }) {
+  async showCopy({ form, text: copied, said: missing }) {
+    const text = form === "link" ? `${location.origin}${location.pathname}${location.search}#${copied}` : copied;
+    if (form === "link" && location.search) missing.push("It has the token of this page: who has it can open the page.");
     this.text.value = text;
     setText(this.dialog.querySelector("h2"), `Copy as ${form}`);
     let said = "Copied.";
     try { await navigator.clipboard.writeText(text); } catch { said = "The browser does not let this page copy; press Ctrl-C."; }
-    const { tracks } = this.page.state || { tracks: [] };
-    if (form === "command" && tracks.some(({ done }) => done)) said += " What was done to the world is not in the command; it is in the Python.";
-    setText(this.said, said);
+    setText(this.said, [said, ...missing].join(" "));
     if (!this.dialog.open) this.dialog.showModal();
     this.text.focus();
     this.text.select();
@@ -1028,30 +1028,31 @@ class Start {
 
 // Part: address.
 
-// The task, the settings, the seed and the tick after the # of the address; the server reads it.
-const LINK_VERSION = "1", ADDRESS_PAUSE = 500;
+// The task, the settings, the seed, the tick and the interventions after the # of the address; the server writes and reads it.
+const MOST_LINK = 4000, ADDRESS_PAUSE = 500;
 
 class Address {
   constructor(page) {
-    Object.assign(this, { page, isOpen: false, controls: null, timer: 0 });
+    Object.assign(this, { page, isOpen: false, isReady: false, timer: 0 });
     // A page that is loaded again shows what runs; only who comes by a link wants to go there.
     const [visit] = performance.getEntriesByType("navigation");
     this.wanted = !visit || visit.type === "navigate" ? location.hash.slice(1) : "";
     addEventListener("hashchange", () => { this.wanted = location.hash.slice(1); this.open(); });
   }
 
-  describe(message) {
-    this.controls = message;
+  ready() {
+    this.isReady = true;
     this.open();
   }
 
   // Goes where the address leads, once the server can.
   open() {
-    if (!this.controls) return;
+    if (!this.isReady) return;
     this.isOpen = true;
     const { wanted } = this;
     this.wanted = "";
-    if (wanted) this.page.link.send("open", { link: wanted.slice(0, 2000) });
+    if (wanted.length > MOST_LINK) this.page.fail(`This link cannot be opened: it has ${wanted.length.toLocaleString("en")} characters, at most ${MOST_LINK.toLocaleString("en")}. The page goes on with the defaults.`);
+    else if (wanted) this.page.link.send("open", { link: wanted });
     this.soon();
   }
 
@@ -1064,16 +1065,7 @@ class Address {
   show() {
     const { state } = this.page;
     if (!state || state.goal || this.wanted) return;
-    const { controls, values: [left, right] } = this.controls, fields = new URLSearchParams({ v: LINK_VERSION, task: state.task });
-    if ("seed" in left) fields.set("seed", left.seed);
-    if (!state.running && state.made) fields.set("tick", state.made);
-    if (right) fields.set("two", "yes");
-    for (const { name, default: usual } of controls) {
-      if (name === "seed" || name.includes(".")) continue;
-      if (left[name] !== usual) fields.set(name, left[name]);
-      if (right && right[name] !== left[name]) fields.set(`right.${name}`, right[name]);
-    }
-    const hash = `#${fields}`;
+    const hash = `#${state.link}`;
     if (hash !== location.hash) history.replaceState(null, "", `${location.pathname}${location.search}${hash}`);
   }
 }
@@ -1233,7 +1225,7 @@ class Page {
 
   on_controls(message) {
     this.controls.describe(message);
-    this.address.describe(message);
+    this.address.ready();
   }
 
   on_events({ tracks }) { this.log.show(tracks); }
