@@ -250,7 +250,8 @@ class _Texts:
                 kind = found.get(base, before.get(base, self._controls[base].declared.default))
                 found[name] = {} if texts == {name: ""} else _options(self._controls[base], kind, texts)
             elif name == _FAILURES[0] and self._has_failures(_EVENTS):
-                found[_EVENTS] = Failures(*(_TIME(one, number_in(texts.get(one, ""))) for one in _FAILURES[: len(texts)]))
+                times = (_TIME(one, number_in(texts.get(one, ""))) for one in _FAILURES[: len(texts)])
+                found[_EVENTS] = Failures(*times)
             else:
                 found[name] = self._setting(name, texts)
         return found

@@ -342,8 +342,7 @@ class LiveTrack:
         self.journal.check_room()
         lines = getattr(interventions, act.kind)(self.world, **act.fields)
         self.journal.note(Entry(self.made, act, tuple(lines)))
-        with self._lock:
-            self._observer.is_stale = True
+        self.renew()
 
     def state(self) -> dict[str, Any]:
         """Return what the page shows beside the picture."""
@@ -508,10 +507,28 @@ class Worlds:
             given["place"] = interventions.place_of(self.tracks[track].world, given.pop("body"))
         if "group" in given:
             given["number"] = given.pop("group")
+        for one in chosen:
+            one.journal.check_room()
+            if "place" in given:
+                # What one of them refuses for this reason has not begun in the other.
+                interventions.check_there(one.world, given["place"])
         act = Act(kind, given)
-        with _undoing(chosen[:-1]):
-            for one in chosen:
-                one.intervene(act)
+        # Those that cannot be put back come last.
+        before = sorted(map(_Before, chosen), key=lambda one: one.state is None)
+        try:
+            for world in before:
+                world.track.intervene(act)
+        except (Exception, SystemExit) as error:
+            kept = [self.tracks.index(one.track) for one in before if not one.is_put_back()]
+            if not kept:
+                raise
+            names = " and ".join(("left", "right")[number] for number in sorted(kept))
+            which = f"the {names} world" if len(self.tracks) > 1 else "the world"
+            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
+            raise ValueError(
+                f"{kind}: {said}; {which} may keep a part of it, since it has processes or planned functions "
+                "and cannot be put back; what is half done is not in Copy as Python; Reset starts again"
+            ) from error
         self.describe()
 
     def repeat(self, track: LiveTrack, act: Act) -> None:
