@@ -174,7 +174,9 @@ def _options(model: Any, name: str, value: Any, unknown: list[str]) -> list[str]
 
 
 def _text(value: Any) -> str | None:
-    """Return a number, a truth value or a text as a command line has it."""
+    """Return a number, a truth value, a text or a member of an Enum as a command line has it."""
+    if isinstance(value, enum.Enum):
+        return value.name
     if isinstance(value, bool):
         return str(value).lower()
     return str(value) if isinstance(value, (int, float, str)) else None

@@ -311,6 +311,10 @@ def worlds_of(
         both.append({**parameters, **beside})
     for values in both:
         check_parameters(model, values)
+        for called, one in declared(model).items():
+            if one.kind == "choice" and isinstance(values.get(called), str):
+                # From a command line a member of an Enum comes as its name.
+                values[called] = one.checked(values[called])
     found = controls_of(model, parameters)
     if name is not None:
         digits = Declared(SEED, "integer", 0, meaning="All random numbers follow from it.")

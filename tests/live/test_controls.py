@@ -13,6 +13,8 @@ from teamsight.agents.awareness import RingAwareness
 from teamsight.agents.world import World
 from teamsight.core.component import declared
 from teamsight.live.controls import controls_of
+from teamsight.live.copying import command_of
+from teamsight.live.live_page import worlds_of
 
 
 def named(model: Any, parameters: Any = None) -> dict[str, Any]:
@@ -103,3 +105,23 @@ def test_signatures_become_controls() -> None:
 def test_values_that_are_given_replace_defaults() -> None:
     (control,) = [one for one in controls_of(live_models.hives, {"hives": -5}) if one.name == "hives"]
     assert control.checked(-7) == -7
+
+
+class Painted(CMOMMT):
+    """A model with choices of its own."""
+
+    def __init__(self, colour: Colour = Colour.RED, shape: Literal["disc", "box"] = "disc", seed: int = 0) -> None:
+        super().__init__(robots=2, targets=2, seed=seed)
+        self.colour, self.shape = colour, shape
+
+
+def test_a_command_gives_members_of_an_enum_by_name_and_no_text_that_is_no_choice() -> None:
+    worlds, _ = worlds_of(Painted, {"colour": "BLUE", "shape": "box"}, {"colour": "RED"})
+    assert [one["colour"] for one in worlds.settings] == [Colour.BLUE, Colour.RED]
+    assert "--set colour=BLUE --set shape=box" in command_of(worlds)
+    assert command_of(worlds).endswith("--beside colour=RED")
+    for name, text in (("colour", "MAUVE"), ("shape", "cube")):
+        with pytest.raises(ValueError, match=f"^{name}='{text}': unknown"):
+            worlds_of(Painted, {name: text}, None)
+        with pytest.raises(ValueError, match=f"^{name}='{text}': unknown"):
+            worlds_of(Painted, {}, {name: text})
