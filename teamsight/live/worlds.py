@@ -446,7 +446,8 @@ class Worlds:
             If no world has it.
         """
         known = dict.fromkeys(one for track in self.tracks for one in track.measures)
-        checks.choice("chart", name, tuple(known) or ("nothing",))
+        # One of events is not there again before the first of them.
+        checks.choice("chart", name, (*known, *self.charted) or ("nothing",))
         if not on:
             self.charted.pop(name, None)
             return

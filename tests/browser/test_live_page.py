@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from live_pages import PATIENCE, press, settled, shown, until, world_of
 
-from teamsight import CMOMMT
+from teamsight import CMOMMT, Failures
 from teamsight.core.kernel.report import REPORT
 from teamsight.live import LivePage, session
 from teamsight.live.protocol import Message
@@ -416,6 +416,10 @@ def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[
     page.goto(server.url)
     page.get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").first.wait_for()
     assert not server.session.is_running
+    # What has failed is gone after a new start, and so is what was said of it.
+    page.get_by_role("button", name="Reset").click()
+    page.get_by_text("The model failed at tick 5").first.wait_for(state="hidden")
+    page.wait_for_function("() => teamsight.live.controls.alertBox.hidden")
     page.locator("#tl-breaks_at").fill("1000")
     page.locator("#tl-breaks_at").press("Enter")
     page.get_by_role("button", name="Run", exact=True).click()
@@ -664,6 +668,15 @@ def test_any_measure_is_a_chart_with_a_running_mean_and_a_csv(page: Page, live: 
     assert [row[0] for row in rows[1:]] == list("012345")
     assert [row[4] for row in rows[1:]] == ["", "", "", "30", "40", "50"]
     assert float(rows[-1][1]) == pytest.approx(world_of(server).observed, abs=1e-7)
+    # 24 bits are no reason for nine digits: a share of 0.2 is not 0.200000003.
+    digits = page.evaluate("""() => {
+      const { view } = teamsight, track = view.tracks[0], { frames } = track;
+      track.frames = [0.2, 85.3, 1 / 3, 16777217, NaN].map((value, time) => ({ time, value: () => Math.fround(value) }));
+      const text = view.csv();
+      track.frames = frames;
+      return text.trim().split("\\r\\n").slice(1).map((line) => line.split(",")[1]);
+    }""")
+    assert digits[:5] == ["0.2", "85.3", "0.33333334", "16777216", ""]
     # A page that is opened later has it too, from where it was chosen.
     other = page.context.new_page()
     shown(other, server)
@@ -690,6 +703,27 @@ def test_many_robots_have_a_neighbour_graph_in_space(page: Page, live: Callable[
     places, dots = world_of(server).robots.position, np.array(nodes)
     scale = (dots[:, 0] - dots[:, 0].mean()) @ (places[:, 0] - places[:, 0].mean()) / np.var(places[:, 0]) / 61
     np.testing.assert_allclose(dots - dots.mean(axis=0), (places - places.mean(axis=0)) * [scale, -scale], atol=0.1)
+
+
+def test_lines_that_are_left_out_of_the_graph_are_said(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 120, "targets": 2, "radius": 4.0, "awareness_range": 3.0})
+    shown(page, server)
+    page.get_by_text(re.compile(r"120 robots at their places, [\d,]+ links, too many to draw; neighbours")).wait_for()
+
+
+def test_a_chart_of_events_can_be_taken_off_before_they_come_again(page: Page, live: Callable[..., LivePage]) -> None:
+    server = live(parameters={"robots": 20, "targets": 2, "events": Failures(5.0, 5.0)}, running=True, rate=200.0)
+    page.goto(server.url)
+    page.get_by_text("Charts", exact=True).click()
+    page.get_by_role("checkbox", name="Events failed").check()
+    page.wait_for_function("() => teamsight.view.charts.some(({ name }) => name === 'events failed')")
+    page.get_by_role("button", name="Pause the run").first.click()
+    page.get_by_role("button", name="Reset").click()
+    until(lambda: world_of(server).tick == 0)
+    settled(page, server)
+    page.get_by_role("checkbox", name="Events failed").uncheck()
+    page.wait_for_function("() => !teamsight.view.charts.some(({ name }) => name === 'events failed')")
+    page.wait_for_function("() => !teamsight.live.state.charted.length")
 
 
 def test_a_band_of_other_seeds_lies_behind_what_is_observed(page: Page, live: Callable[..., LivePage]) -> None:

@@ -176,7 +176,7 @@ class Controls {
     return make("div", {},
       make("div", { class: "tl-row" }, this.runButton,
         this.button("Step", "One step (→ at the newest frame)", () => page.step()),
-        this.button("Reset", "Start again with the same seed", () => page.link.send("reset"))),
+        this.button("Reset", "Start again with the same seed", () => { this.alert(""); page.link.send("reset"); })),
       this.ticks, this.note, this.rest);
   }
 
@@ -344,7 +344,7 @@ class Controls {
     const { view } = this.page, series = [...new Set(view.tracks.flatMap(({ scene }) => scene.series))];
     const always = series.filter((name) => !measures.includes(name) && !this.chosen.has(name));
     for (const name of [...measures, ...charted]) this.chosen.add(name);
-    const names = [...always, ...measures], on = (name) => (always.includes(name) ? !this.hidden.has(name) : charted.includes(name));
+    const names = [...new Set([...always, ...measures, ...charted])], on = (name) => (always.includes(name) ? !this.hidden.has(name) : charted.includes(name));
     const key = JSON.stringify([names, names.map(on)]);
     const hidden = series.filter((name) => !on(name));
     view.hideSeries(hidden);
@@ -682,7 +682,8 @@ class Graph {
     });
     this.histogram(to, degrees, left, size, accent, text, soft);
     const mean = team.length ? source.length / team.length : 0;
-    return `${team.length} robots${inSpace ? " at their places" : ""}, ${source.length} links; ${this.neighbours(mean, most, t)}`;
+    const links = `${source.length.toLocaleString("en")} links${source.length > MOST_CHORDS ? ", too many to draw" : ""}`;
+    return `${team.length} robots${inSpace ? " at their places" : ""}, ${links}; ${this.neighbours(mean, most, t)}`;
   }
 
   // What remains to be said where a frame does not hold the links.

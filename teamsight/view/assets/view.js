@@ -2182,7 +2182,10 @@ class View {
     const cell = ({ t, s }, time) => {
       const frame = tracks[t].frames[lastAt(tracks[t].frames, time, (one) => one.time)];
       const value = frame && frame.time === time ? frame.value(s) : NaN;
-      return Number.isFinite(value) ? String(Number(value.toPrecision(9))) : "";
+      if (!Number.isFinite(value)) return "";
+      // A frame has 24 bits of it: the fewest digits that say so.
+      const digits = [6, 7, 8].find((count) => Math.fround(value.toPrecision(count)) === Math.fround(value)) ?? 9;
+      return String(Number(value.toPrecision(digits)));
     };
     const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
     const rows = this.times.map((time) => [time, ...columns.map((one) => cell(one, time))].join());
