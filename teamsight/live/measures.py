@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -44,16 +45,18 @@ class Measures:
 
     They follow from the world: what it measures so far; each property of its class whose annotation is a number; of
     each group how many are active, and the mean of each column of the user's; how many events of each kind there were;
-    and the model reporters of a mesa ``datacollector``.
+    the model reporters of a mesa ``datacollector``; and the metrics of its task.
 
     Parameters
     ----------
     world : World
         The world.
+    metrics : mapping of str to callable
+        The metrics of its task.
     """
 
-    def __init__(self, world: World) -> None:
-        self._world = world
+    def __init__(self, world: World, metrics: Mapping[str, Callable[[Any], Any]] = MappingProxyType({})) -> None:
+        self._world, self._metrics = world, metrics
         self._counted, self._events = 0, Counter[str]()
 
     def all(self) -> dict[str, Callable[[], Any]]:
@@ -61,6 +64,10 @@ class Measures:
         world = self._world
         named = SO_FAR | {name.replace("_", " "): name for name in _properties(type(world))}
         found: dict[str, Callable[[], Any]] = {shown: partial(getattr, world, name) for shown, name in named.items()}
+        found |= {
+            name.replace("_", " "): partial(metric, world) for name, metric in self._metrics.items()
+            if name not in SO_FAR.values()
+        }  # fmt: skip
         for group in world.groups:
             found[f"{group.name} active"] = partial(_active, group)
             for name, column in group.columns.items():
@@ -79,11 +86,12 @@ class Measures:
         return found
 
     def read(self, names: Iterable[str]) -> list[float]:
-        """Return the present values of measures; NaN of one that is not there, or is no number."""
+        """Return the present values of measures; NaN of one that is not there, is no number, or has not ended yet."""
         known, found = self.all(), list[float]()
         for name in names:
             try:
-                found.append(float(known[name]()))
+                value = float(known[name]())
+                found.append(value if math.isfinite(value) else math.nan)
             except Exception:  # whatever the code of a user raises: a chart has a gap there, and the run goes on
                 found.append(math.nan)
         return found

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import accumulate, islice
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,8 @@ from teamsight.live import interventions
 from teamsight.live.controls import model_name, seed_name
 from teamsight.live.interventions import Act, Entry, Journal
 from teamsight.live.measures import Measures
+from teamsight.tasks.model import TaskModel
+from teamsight.tasks.task import Metric
 from teamsight.view.packing import from_raw, raw
 from teamsight.view.scene import MOST_LINKS, MOST_SLOTS, Frame, Scene
 
@@ -55,6 +58,8 @@ class Observer(FrameRecorder):
         The world.
     every : int
         What its scene says about the ticks from one frame to the next.
+    metrics : mapping of str to callable
+        The metrics of its task, which can be charted too.
 
     Attributes
     ----------
@@ -71,10 +76,10 @@ class Observer(FrameRecorder):
     # Ranges that controls allow make millions of links, of four bytes each, which no page could draw.
     most_links = MOST_LINKS
 
-    def __init__(self, world: World, every: int) -> None:
+    def __init__(self, world: World, every: int, metrics: Mapping[str, Metric] = MappingProxyType({})) -> None:
         super().__init__(world._data, world._engine, type(world).__name__, every=_NEVER)
         self.shown_every, self.is_stale = every, True
-        self.measures, self.charted = Measures(world), tuple[str, ...]()
+        self.measures, self.charted = Measures(world, metrics), tuple[str, ...]()
         self._present: Scene | None = None
         self.begin()
 
@@ -193,7 +198,7 @@ class LiveTrack:
         # What was set last, and is not noted yet.
         self._set: Entry | None = None
         self.kept: deque[bytes] = deque()
-        self._observer = Observer(world, every)
+        self._observer = Observer(world, every, model.task.metrics if isinstance(model, TaskModel) else {})
         # By which the frames that are kept are read.
         self._packed = self._observer.present
         # Held while the scene and the frames change together.
