@@ -22,7 +22,7 @@ from teamsight.live.controls import SEEDS, Control, check_parameters, controls_o
 from teamsight.live.recorded import Choice, Desk, read_recorded
 from teamsight.live.security import access_to
 from teamsight.live.server import Server
-from teamsight.live.session import SEED, Session
+from teamsight.live.session import SEED, Making, Session
 from teamsight.live.worlds import Worlds
 from teamsight.tasks.model import TaskModel
 from teamsight.tasks.named import task_of
@@ -181,7 +181,8 @@ def watch(
     worlds.every = checks.count("every", every, most=protocol.MOST_EVERY)
     made = None if row is None else partial(_worlds_of_row, row)
     # A link may name the class, whatever this page was started with.
-    tasks: dict[str, Making] = {CMOMMT.__name__: _worlds_of_class, **{name: partial(_worlds_of_task, name) for name in TASKS}}
+    tasks: dict[str, Making] = {CMOMMT.__name__: _worlds_of_class}
+    tasks |= {name: partial(_worlds_of_task, name) for name in TASKS}
     session = Session(
         worlds, controls, rate=speed, running=checks.flag("running", running), tasks=tasks, row=made
     )  # fmt: skip

@@ -190,7 +190,9 @@ class Controls {
     this.rate.addEventListener("input", () => { this.full.checked = false; this.showRate(); this.soon("rate", () => send(rateOf(this.rate.value))); });
     this.full.addEventListener("change", () => { send(this.full.checked ? null : rateOf(this.rate.value)); this.showRate(); });
     this.every.addEventListener("change", () => {
-      if (this.every.checkValidity() && this.every.value) page.link.send("every", { value: Number(this.every.value) });
+      if (this.every.checkValidity() && this.every.value) return page.link.send("every", { value: Number(this.every.value) });
+      this.alert(`draw every ${this.every.value} steps: must be a whole number from ${this.every.min} to ${Number(this.every.max).toLocaleString("en")}`);
+      this.every.value = this.state ? this.state.every : 1;
     });
     return make("fieldset", {}, make("legend", {}, "Rate"),
       make("div", { class: "tl-field" }, make("label", { for: "tl-rate" }, "steps/s"), this.rate, this.rateText),
@@ -815,11 +817,11 @@ class Laboratory {
     this.exact = make("details", { class: "tl-exact" }, make("summary", {}, "By numbers"),
       make("div", { class: "tl-place" }, field("x", this.x), field("y", this.y), field("radius", this.size)),
       make("div", { class: "tl-row" },
-        controls.button("Move the selected body there", "Moves the body that is selected to x, y", () => this.withSelected("move", this.typed())),
+        controls.button("Move the selected body there", "Moves the body that is selected to x, y", () => this.withTyped((place) => this.withSelected("move", place))),
         controls.button("Fail or repair the selected body", "The body that is selected", () => this.switchSelected()),
         controls.button("Remove the selected body", "The body that is selected", () => this.withSelected("remove")),
-        controls.button("Add a body there", "Adds a body of the chosen group at x, y", () => this.add(0, this.typed())),
-        controls.button("Add a circle there", "Adds an obstacle of this radius around x, y", () => this.typedCircle())));
+        controls.button("Add a body there", "Adds a body of the chosen group at x, y", () => this.withTyped((place) => this.add(0, place))),
+        controls.button("Add a circle there", "Adds an obstacle of this radius around x, y", () => this.withTyped((place) => this.typedCircle(place)))));
     const copies = { command: "The command that opens this page with the present settings", Python: "A script that repeats this run, interventions included", link: "The address of this page, at this tick" };
     this.copies = Object.entries(copies).map(([form, title]) => controls.button(`Copy as ${form}`, title, () => page.link.send("copy", { form })));
     this.text = make("textarea", { readonly: "", rows: 12, spellcheck: "false", "aria-label": "Copied text" });
@@ -861,12 +863,17 @@ class Laboratory {
     return this.page.link.send(type, { track: side ?? track, both: side === null, run: this.page.run, ...fields });
   }
 
-  typed() { return { x: Number(this.x.value), y: Number(this.y.value) }; }
+  // An empty field is no 0.
+  withTyped(act) {
+    if ([this.x, this.y].some(({ value }) => value === "")) return this.page.controls.alert("x and y: must be numbers.");
+    return act({ x: Number(this.x.value), y: Number(this.y.value) });
+  }
+
   add(track, place) { this.send("add", track, { group: Number(this.group.value), ...place }); }
 
-  typedCircle() {
-    const { x, y } = this.typed();
-    this.send("obstruct", 0, { shape: "circle", points: [[x, y], [x + Number(this.size.value), y]] });
+  typedCircle({ x, y }) {
+    if (!(Number(this.size.value) > 0)) return this.page.controls.alert("radius: must be a number above 0.");
+    return this.send("obstruct", 0, { shape: "circle", points: [[x, y], [x + Number(this.size.value), y]] });
   }
 
   withSelected(type, fields = {}) {
@@ -1006,7 +1013,7 @@ class Start {
     const buttons = presets.map((name) => page.controls.button(name, `${name}: two worlds on the same noise`, () => page.link.send("preset", { name })));
     this.element.replaceChildren(
       make("div", { class: "tl-field" }, make("label", { for: "tl-task", title: "Another task, under the same seed" }, "task"), select),
-      ...(study ? [this.buildRow()] : []),
+      ...(study ? [this.buildRow(this.element.querySelector("#tl-study")?.value)] : []),
       make("div", { class: "tl-row tl-presets", role: "group", "aria-label": "Presets" }, ...buttons));
     document.title = `teamsight: ${task}`;
     page.view.title = document.title;
@@ -1015,8 +1022,8 @@ class Start {
   }
 
   // A run of the study that the command named.
-  buildRow() {
-    const { page } = this, run = make("input", { type: "text", id: "tl-study", placeholder: "0123456789abcdef-7", spellcheck: "false" });
+  buildRow(typed = "") {
+    const { page } = this, run = make("input", { type: "text", id: "tl-study", placeholder: "0123456789abcdef-7", spellcheck: "false", value: typed });
     const send = () => {
       page.controls.alert("");
       page.link.send("row", { run: run.value.trim() });
