@@ -241,6 +241,23 @@ def test_what_is_refused_is_said_and_changes_nothing(page: Page, live: Callable[
     alert.get_by_text("hives: must be a whole number from 0 to").wait_for()
 
 
+@pytest.mark.parametrize("size", [browsing.WIDE, browsing.PHONE])
+def test_what_is_refused_is_said_in_view(new_page: browsing.Pages, live: Callable[..., LivePage], size: Any) -> None:
+    server, page = live(), new_page(size=size)
+    shown(page, server)
+    page.locator(".tl-tools input[value=remove]").check()
+    # The panel at its end on a wide screen, the arena above it on a phone.
+    page.evaluate("() => { document.querySelector('.ts-controls').scrollTop = 9999; scrollTo(0, 0); }")
+    page.evaluate("() => teamsight.live.link.send('task', { name: 'nothing' })")
+    page.get_by_text("task='nothing': unknown").wait_for()
+    assert page.evaluate("""() => {
+      const { left, top } = document.querySelector(".tl-alert").getBoundingClientRect();
+      return Boolean(document.elementFromPoint(left + 20, top + 12)?.closest(".tl-alert"));
+    }""")
+    page.get_by_role("button", name="Dismiss").click()
+    assert page.get_by_role("alert").is_hidden()
+
+
 def test_the_graph_counts_robots_that_work(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(live_models.hives, {"hives": 9})
     shown(page, server)
