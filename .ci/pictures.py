@@ -16,6 +16,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import matplotlib
 import numpy as np
@@ -106,7 +107,7 @@ def _awareness() -> bytes:
         ("shared, o(N)", degrees.SharedAwareness(), "and the targets that they sense"),
         ("relayed over 2 hops, o(N)", degrees.RelayedAwareness(2), "and what they hear from others"),
     ]
-    figure = Figure((9.6, 4.6), layout="constrained")
+    figure = Figure((7.4, 4.0), dpi=200, layout="constrained")
     for axes, (name, degree, meaning) in zip(figure.subplots(2, 3).flat, panels, strict=True):
         world = World(Box(8, 8), rng=1)
         robots = world.add(
@@ -131,7 +132,7 @@ def _awareness() -> bytes:
                 axes.plot(*place, "o", color=colour, markersize=7 if colour == "C0" else 6)
         axes.plot(0, 0, marker=(3, 0, -90), color="black", markersize=11)
         axes.set(aspect="equal", xlim=(-2.2, 2.6), ylim=(-1.15, 1.25))
-        axes.set_title(f"{name}\n{meaning}", fontsize=10)
+        axes.set_title(f"{name}\n{meaning}", fontsize=9.5)
         axes.axis("off")
     return to_picture(figure)
 
@@ -236,26 +237,20 @@ def _lidar() -> bytes:
 
 def _tasks() -> bytes:
     """Draw each task after some steps of its team with skill, or of one that explores where skill has to be learned."""
-    import io
-
-    from PIL import Image
+    from matplotlib.figure import Figure
 
     from teamsight import TASKS
     from teamsight.view.drawing import Drawing
 
-    tiles = []
-    for name, task in TASKS.items():
+    figure = Figure((7.4, 4.0), dpi=200, layout="constrained")
+    for axes, (name, task) in zip(figure.subplots(2, 4).flat, TASKS.items(), strict=True):
         world = task.build("explore" if callable(task.skilled) else "skilled", rng=3)
         replay = world.record(steps=60, title=name)
-        # With the title, without the chart and the legend.
-        tiles.append(Image.fromarray(Drawing(replay.tracks, 300).show(len(replay.frames) - 1)[:-108]))
-    width, height = 300, max(tile.height for tile in tiles)
-    sheet = Image.new("RGB", (4 * width, -(-len(tiles) // 4) * height), "white")
-    for number, tile in enumerate(tiles):
-        sheet.paste(tile, (number % 4 * width, number // 4 * height))
-    buffer = io.BytesIO()
-    sheet.save(buffer, "png")
-    return buffer.getvalue()
+        # Without the title, the chart and the legend.
+        axes.imshow(Drawing(replay.tracks, 360).show(len(replay.frames) - 1)[44:-108])
+        axes.set_title(name, fontsize=11)
+        axes.axis("off")
+    return to_picture(figure)
 
 
 def _social_card() -> bytes:
@@ -431,8 +426,35 @@ def _tutorial() -> bytes:
     assert call is not None
     found: dict[str, Any] = {}
     exec(f"from teamsight.analysis.delta import choose_delta\n{call[0]}", found)
-    picture: bytes = found["report"].to_png()
+    # Sharp on screens of two pixels a point.
+    with mock.patch("teamsight.analysis.plot.style._DPI", 200):
+        picture: bytes = found["report"].to_png()
     return picture
+
+
+def _closed_form() -> bytes:
+    """Draw the predicted δ against the radius, with the simulated ones of the table of the page."""
+    from matplotlib.figure import Figure
+
+    from teamsight.analysis.delta.closed_form import predict
+    from teamsight.analysis.plot.style import RADIUS_LABEL, plain, shades
+
+    page = (ROOT / "docs" / "closed-form.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d+) \| ([\d.]+) \| [^|]+ \| [^|]+ \| (\d+) / \d+ \|", page, re.MULTILINE)
+    radii = np.arange(1.5, 8.01, 0.05)
+    figure = Figure((6.4, 3.6), dpi=220, layout="constrained")
+    axes = figure.add_subplot()
+    for robots, colour in zip((5, 10, 30, 50), shades(4), strict=True):
+        deltas = [predict(robots, radius).delta(0.01) for radius in radii]
+        axes.step(radii, deltas, where="mid", color=colour)
+        axes.text(radii[0] - 0.1, deltas[0], f"N = {robots}", ha="right", va="center")
+    simulated = [(float(radius), int(delta)) for robots, radius, delta in rows]
+    axes.plot(*np.transpose(simulated), "ko", ms=5)
+    axes.annotate("simulated", simulated[1], (8, 6), textcoords="offset points")
+    axes.set(xlabel=RADIUS_LABEL.replace("sensing", "awareness"), ylabel="δ for a risk of 0.01")
+    axes.set(xlim=(0.7, 8.2), ylim=(0, None))
+    plain(axes)
+    return to_picture(figure)
 
 
 #: What draws a picture at once, most from the committed tables.
@@ -441,6 +463,7 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "avoiding.png": _avoiding,
     "awareness.png": _awareness,
     "bodies.png": _bodies,
+    "closed-form.png": _closed_form,
     "controllers.png": _controllers,
     "delta.png": _delta,
     "drives.png": _drives,
