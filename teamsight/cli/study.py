@@ -446,17 +446,17 @@ def rerun(settings: RerunSettings) -> int:
     except Exception as error:
         return _show_failure(planned, error, settings)
     stored = found.stored or {}
-    for name, value in found.measures.items():
-        say(f"{name} = {value!r}" + (f"   stored: {stored.get(name)!r}" if name in found.differing else ""))
-    for name in found.differing:
-        if name not in found.measures:
-            say(f"{name} is stored as {stored[name]!r} and was not measured now")
     if found.error is not None:
         say(f"it failed in the sweep: {found.error}")
     elif found.stored is None:
         say("nothing is stored of this run")
     else:
         say("differs from what is stored" if found.differing else "the same as what is stored, to the last bit")
+    for name, value in found.measures.items():
+        say(f"{name} = {value!r}" + (f"   stored: {stored.get(name)!r}" if name in found.differing else ""))
+    for name in found.differing:
+        if name not in found.measures:
+            say(f"{name} is stored as {stored[name]!r} and was not measured now")
     return 1 if found.differing else 0
 
 
