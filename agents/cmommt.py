@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Never, TypeAlias
 
@@ -34,7 +35,7 @@ from teamsight.core import checks
 from teamsight.core.component import built_from, declared, defaults_of
 from teamsight.policies import Policy, Stationary
 from teamsight.policies.percept_of_one import Rule
-from teamsight.world.arena import Disc
+from teamsight.world.arena import Arena, Box, Disc, Torus
 from teamsight.world.limits import Limits
 from teamsight.world.noise import Stream, stream_number, uniforms
 from teamsight.world.placement import Starts
@@ -73,10 +74,16 @@ def _delta_of(model: Any, name: str) -> Any:
     return getattr(model.awareness, name, model.settings.get(name))
 
 
+def _arena_of(shape: str, radius: float) -> Arena:
+    """Return a disc of a radius, or a square of the same area."""
+    side = math.sqrt(math.pi) * radius
+    return Disc(radius) if shape == "disc" else Torus(side, side) if shape == "torus" else Box(side, side)
+
+
 class _Numbers(NamedTuple):
     """The arena, the ranges and the speeds of a plan, within the limits of the arena."""
 
-    arena: Disc
+    arena: Arena
     limits: Limits
     sensing_range: float
     awareness_range: float
@@ -85,7 +92,7 @@ class _Numbers(NamedTuple):
 
     @classmethod
     def of(cls, plan: Mapping[str, Any]) -> _Numbers:
-        arena = Disc(plan["radius"])
+        arena = _arena_of(plan["arena_shape"], plan["radius"])
         limits = Limits(arena)
         ranges = (limits.range(name, plan[name]) for name in ("sensing_range", "awareness_range"))
         return cls(
@@ -196,6 +203,7 @@ class CMOMMT(World):
     target_speed: Setting[Floats, Numbers] = _live("targets", "speed")
     cycle: Setting[Cycle, CycleLike] = _live("robots", "cycle")
     radius: _Fixed = _fixed("build another model")
+    arena_shape: _Fixed = _fixed("build another model")
     range_shape: _Fixed = _fixed("build another model")
     drive: _Fixed = _fixed("build another model")
     robot_radius: _Fixed = _fixed("build another model")
@@ -256,9 +264,11 @@ class CMOMMT(World):
     def _take_numbers(self, plan: Mapping[str, Any]) -> None:
         """Set the arena, the ranges and the speeds with which the next run begins; an error changes nothing.
 
-        The plan has all settings; only those of `REWRITTEN` may differ from those of this model.
+        The plan has the settings of `REWRITTEN`; all others are those of this model.
         """
-        numbers, lidar = _Numbers.of(plan), self.robots.lidar
+        # As a new model keeps them: a speed of 0 is 0.0.
+        plan = {name: declared(Settings)[name].checked(value) for name, value in plan.items()}
+        numbers, lidar = _Numbers.of({**self.settings, **plan}), self.robots.lidar
         if lidar is not None:
             numbers.limits.range("lidar.range", lidar.range)
         self.settings.update(plan)
@@ -270,9 +280,9 @@ class CMOMMT(World):
             group.members.sensing_range[:] = numbers.sensing_range
             group.founders = [one._replace(spacing=numbers.sensing_range) for one in group.founders]
         self.robots.members.awareness_range[:] = numbers.awareness_range
-        # The width of cells is the range; and bodies and rays meet the walls of the arena.
+        # The width of cells is the range; bodies and rays meet the walls of the arena; and searches know its period.
         has_cells = any(relation.search.has_cells for relation in self._engine.relations)
-        if has_cells or self._data.solid or lidar is not None:
+        if has_cells or self._data.solid or lidar is not None or any(numbers.arena.period):
             self._engine.is_bound = False
 
     def _target_speeds(self, member: npt.NDArray[np.int64]) -> Any:

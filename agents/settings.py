@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from teamsight.world.drive import Drive
 
 RangeShape: TypeAlias = Literal["disc", "square"]
+ArenaShape: TypeAlias = Literal["disc", "square", "torus"]
 PresetName: TypeAlias = Literal["touzet2000"]
 
 #: Agents of a group.
@@ -69,6 +70,9 @@ class Settings(Component):
         Number of targets.
     radius : float
         Radius of the arena.
+    arena_shape : {"disc", "square", "torus"}
+        Shape of the arena: a disc of this radius, or a square of the same area, with walls or, as a torus, without:
+        what leaves on one side enters on the other. On a torus ranges are at most half of the side.
     policy : str or Policy
         Policy of the robots: a name, "module:Class", or an object. Stationary robots are spread over the arena; all
         others are placed uniformly.
@@ -130,6 +134,7 @@ class Settings(Component):
     ] = 16  # fmt: skip
     sensing_range: Annotated[_RANGE, _TEAM] = 1.0
     awareness_range: Annotated[_RANGE, _TEAM] = 1.0
+    arena_shape: Annotated[ArenaShape, _WORLD] = "disc"
     range_shape: Annotated[RangeShape, _WORLD] = "disc"
     contact: Annotated[Contact | ContactName, _WORLD, Allowed(choices=CONTACTS)] = "pass"
     drive: Annotated[Drive | DriveName, _TEAM, Allowed(choices=DRIVES)] = "free"

@@ -13,6 +13,7 @@ import numpy as np
 
 from teamsight.agents.awareness.registry import AWARENESS
 from teamsight.agents.cmommt import CMOMMT
+from teamsight.agents.components.durations import Exponential
 from teamsight.agents.components.failures import Failures
 from teamsight.core import checks
 from teamsight.core.component import Component, declared
@@ -25,6 +26,9 @@ from teamsight.tasks.registry import TASKS
 if TYPE_CHECKING:
     from teamsight.agents.world import World
     from teamsight.live.worlds import Worlds
+
+
+_OPTIONS = "_options"
 
 
 class Code:
@@ -150,10 +154,15 @@ def _options(model: Any, name: str, value: Any, unknown: list[str]) -> list[str]
     """Return the words of a command for a parameter."""
     is_option = model is CMOMMT or name == TREATMENT
     option = f"--{name.replace('_', '-')}"
-    if model is CMOMMT and name == "events" and isinstance(value, Failures):
-        times = ("failures", value.time_to_failure), ("repair", value.time_to_repair)
-        means = [(one, getattr(time, "mean", time)) for one, time in times if time is not None]
-        return [word for one, mean in means for word in (f"--{one}", f"{mean:.17g}")]
+    if model is CMOMMT and name == "events" and type(value) is Failures:
+        times = {"failures": value.time_to_failure, "repair": value.time_to_repair}
+        # Other times than exponential ones have a mean too, and are others.
+        means = {one: time.mean for one, time in times.items() if isinstance(time, Exponential)}
+        if len(means) == sum(time is not None for time in times.values()):
+            return [word for one, mean in means.items() for word in (f"--{one}", f"{mean:.17g}")]
+    if model is CMOMMT and name.endswith(_OPTIONS) and isinstance(value, Mapping):
+        base = name.removesuffix(_OPTIONS).replace("_", "-")
+        return [word for key, one in value.items() for word in (f"--{base}.{key.replace('_', '-')}", str(one))]
     if isinstance(value, bool) and is_option:
         return [option] if value else []
     if value is None:

@@ -9,7 +9,7 @@ import pytest
 from arenas import Cylinder, Ellipse, Hall
 from scipy.spatial import cKDTree
 
-from teamsight import Box, Circle, Polygon, Robot, Target, Torus, World
+from teamsight import CMOMMT, Box, Circle, Disc, Polygon, Robot, Target, Torus, World
 from teamsight.analysis.delta.resample import neighbours_over_time
 from teamsight.analysis.neighbour_graph import over_trajectory
 from teamsight.policies import ACmommt, RandomWalk
@@ -134,3 +134,25 @@ def test_neighbours_on_a_cylinder_are_those_of_scipy(size: int) -> None:
         teammates = world.groups[0].neighbours("teammates")
         assert len(teammates.distance) == 2 * len(tree.query_pairs(1.0)), seed
     assert crossed or size < 200, seed
+
+
+@pytest.mark.parametrize(("shape", "kind"), [("disc", Disc), ("square", Box), ("torus", Torus)])
+def test_the_shape_of_an_arena_keeps_its_area(shape: str, kind: type) -> None:
+    model = CMOMMT(40, 40, 2.0, arena_shape=shape, seed=4)
+    assert type(model.arena) is kind
+    assert model.arena.area == pytest.approx(4 * np.pi, rel=1e-12)
+    model.run(30)
+    model.step()
+    places = np.concatenate([model.robots.position, model.targets.position])
+    assert model.arena.contains(places).all()
+    # In the corners of the square there are bodies, where the disc has none; and the disc reaches beyond its sides.
+    assert (np.hypot(*places.T) > 2.0).any() == (shape != "disc")
+    with pytest.raises(AttributeError, match="is fixed when the model is built"):
+        model.arena_shape = "disc"
+
+
+def test_wrong_shapes_of_an_arena_are_refused() -> None:
+    with pytest.raises(ValueError, match="arena_shape='hexagon': unknown; known are disc, square, torus"):
+        CMOMMT(arena_shape="hexagon")
+    with pytest.raises(ValueError, match="range=1: on a torus a range must be at most half of the shorter side, here 0.886"):
+        CMOMMT(radius=1.0, arena_shape="torus")

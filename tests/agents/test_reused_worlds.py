@@ -35,6 +35,8 @@ KINDS: list[dict[str, Any]] = [
     {"policy": "a-cmommt", "awareness": "pairwise", "sensor": Sensor(field_of_view=2.0, range_noise=0.1, delay=2)},
     {"policy": "centroid", "awareness": "none", "sensor": Sensor(missed=0.2, false_positives=0.1)},
     {"policy": SheppardLazyQ(inputs=32, capacity=30), "awareness": RingAwareness(16)},
+    {"policy": "a-cmommt", "awareness": "pairwise", "arena_shape": "square"},
+    {"policy": "a-cmommt", "awareness": "ring", "arena_shape": "torus", "radius": 3.0},
 ]  # fmt: skip
 
 NUMBERS = st.fixed_dictionaries(
@@ -76,6 +78,9 @@ def test_a_reused_world_gives_the_bits_of_a_new_one(data: st.DataObject) -> None
     numbers: list[dict[str, Any]] = [{}]
     for _ in seeds:
         numbers.append(numbers[-1] if data.draw(st.booleans()) else data.draw(NUMBERS))
+        if kind.get("arena_shape") == "torus":
+            # A range is at most half of the side, which is 1.77 radii long.
+            numbers[-1] = {**numbers[-1], "radius": max(numbers[-1].get("radius", 3.0), 2.5)}
     runs = [(kind | some, seed) for some, seed in zip(numbers[1:], seeds, strict=True)]
     worlds.expect(runs[data.draw(st.integers(0, 1)) :])
     for parameters, seed in runs:

@@ -15,6 +15,7 @@ from teamsight.agents.sensing.sensor import Sensor
 from teamsight.live import LivePage
 from teamsight.policies import ACmommt
 from teamsight.tasks.registry import TASKS
+from teamsight.world import Torus
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -355,6 +356,30 @@ def test_all_tasks_can_be_chosen_without_a_restart(page: Page, live: Callable[..
     page.evaluate("address => { location.hash = new URL(address).hash; }", address)
     until(lambda: server.session.worlds.model is not CMOMMT)
     until(lambda: world_of(server).tick == 1)
+
+
+def test_the_arena_is_chosen_without_a_restart(new_page: browsing.Pages, live: Callable[..., LivePage], shot: Any) -> None:
+    server, page = live(parameters={"robots": 6}), new_page()
+    shown(page, server)
+    page.get_by_label("arena shape").select_option("torus")
+    until(lambda: type(world_of(server).arena) is Torus)
+    page.wait_for_function("() => location.hash.includes('arena_shape=torus')")
+    page.get_by_role("button", name="Step", exact=True).click()
+    until(lambda: world_of(server).tick == 1)
+    settled(page, server)
+    shot(page, "live-torus")
+    for form, said in (("Python", "arena_shape='torus'"), ("command", "--arena-shape torus"), ("link", "arena_shape=torus&tick=1")):
+        page.get_by_role("button", name=f"Copy as {form}").click()
+        page.wait_for_function(
+            "words => { const { value } = document.querySelector('.tl-copied textarea'); return words.every((word) => value.includes(word)); }",
+            arg=said.split("&"),
+        )
+        page.get_by_role("button", name="Close the copy").click()
+    # A range that reaches around it is refused, and the torus stays.
+    page.locator("#tl-radius").fill("0.9")
+    page.locator("#tl-radius").press("Enter")
+    page.get_by_role("alert").get_by_text("on a torus a range must be at most half of the shorter side").wait_for()
+    assert world_of(server).radius == 5.0
 
 
 def test_presets_show_two_worlds(page: Page, live: Callable[..., LivePage], shot: Any) -> None:

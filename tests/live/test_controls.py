@@ -25,11 +25,11 @@ def test_controls_of_cmommt_are_its_parameters() -> None:
     controls = named(CMOMMT)
     assert set(controls) == {
         "policy", "awareness", "delta", "robots", "awareness_range", "sensing_range", "robot_speed", "cycle", "targets",
-        "target_policy", "target_speed", "uniform_target_speed", "radius", "range_shape",
+        "target_policy", "target_speed", "uniform_target_speed", "radius", "range_shape", "arena_shape",
         "contact", "drive", "robot_radius", "target_radius",
     }  # fmt: skip
     assert {name for name, one in controls.items() if not one.live} == {
-        "robots", "targets", "radius", "uniform_target_speed", "range_shape", "contact", "drive", "robot_radius", "target_radius",
+        "robots", "targets", "radius", "uniform_target_speed", "arena_shape", "range_shape", "contact", "drive", "robot_radius", "target_radius",
     }  # fmt: skip
     # A slider with a step of 0 would move by 1.
     steps = {name: one.as_json()["step"] for name, one in controls.items()}

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from teamsight import CMOMMT, Disc, Failures, World
+from teamsight.agents.components.durations import Weibull
 from teamsight.cli.look import WatchSettings
 from teamsight.cli.options import Command
 from teamsight.live import interventions
@@ -94,6 +95,7 @@ def a_session(worlds: Worlds) -> None:
     [
         {"seed": 5}, {"seed": 2, "policy": "centroid", "uniform_target_speed": True, "events": Failures(60, 20)},
         {"seed": 7, "awareness": "ring", "delta": 4, "contact": "slide", "robot_radius": 0.05, "robots": 5, "targets": 5},
+        {"seed": 3, "arena_shape": "torus"}, {"seed": 3, "arena_shape": "square"},
     ],
 )  # fmt: skip
 def test_the_copied_python_gives_the_same_world(closing: list[Worlds], parameters: dict[str, Any]) -> None:
@@ -295,16 +297,28 @@ def test_a_task_is_repeated(closing: list[Worlds], name: str) -> None:
 def test_the_command_is_read_as_these_settings(closing: list[Worlds]) -> None:
     parameters = {
         "robots": 7, "policy": ACmommt(), "robot_speed": 0.25, "uniform_target_speed": True, "events": Failures(60, 20), "seed": 9,
+        "arena_shape": "torus",
     }  # fmt: skip
     worlds = built(closing, CMOMMT, parameters, {"policy": "centroid", "radius": 4.5})
     words, found = shlex.split(command_of(worlds)), []
     assert words[:2] == ["teamsight", "watch"]
     Command(found.append, WatchSettings).main(words[2:], standalone_mode=False)
     (settings,) = found
-    assert settings.world() == {"robots": 7, "policy": "a-cmommt", "robot_speed": 0.25, "uniform_target_speed": True}
+    assert settings.world() == {"robots": 7, "policy": "a-cmommt", "robot_speed": 0.25, "uniform_target_speed": True, "arena_shape": "torus"}
     assert repr(settings.source_of_failures()) == repr(Failures(60, 20))
     assert settings.seed == 9
     assert settings.beside == {"policy": "centroid", "radius": 4.5}
+
+
+def test_the_command_has_options_of_policies_and_says_what_it_has_not(closing: list[Worlds]) -> None:
+    options = {"policy_options": {"weights": "shared", "gain": 2.5}, "target_policy_options": {"turn_probability": 0.25}}
+    words, found = shlex.split(command_of(built(closing, CMOMMT, options))), []
+    Command(found.append, WatchSettings).main(words[2:], standalone_mode=False)
+    assert found[0].world() == options
+    # A mean is not all of a duration.
+    said = command_of(built(closing, CMOMMT, {"events": Failures(Weibull(50, 2))}))
+    assert "--failures" not in said
+    assert "# not given: events=Failures(" in said
 
 
 def test_words_of_a_shell_are_quoted(closing: list[Worlds]) -> None:

@@ -83,7 +83,7 @@ def built() -> Iterator[Callable[..., tuple[Worlds, Any]]]:
         ({"policy": "a-cmommt", "policy_options": {"gain": 2.0, "weights": "shared"}}, None),
         ({"target_policy_options": {"turn_probability": 0.25}}, {"target_policy": "evasive", "target_policy_options": {}}),
         ({"drive": "car", "contact": "slide", "robot_radius": 0.05, "uniform_target_speed": True}, {"radius": 4.25}),
-        ({"robots": 2000, "radius": 70.5}, {"robots": 10}),
+        ({"robots": 2000, "radius": 70.5}, {"robots": 10}), ({"arena_shape": "torus"}, {"arena_shape": "disc"}),
     ],
 )  # fmt: skip
 def test_what_is_written_is_read_again(built: Any, parameters: Any, beside: Any) -> None:

@@ -835,7 +835,7 @@ class Laboratory {
       make("div", { class: "tl-field" }, make("label", { for: "tl-group" }, "add to"), this.group),
       this.hint, this.exact,
       make("div", { class: "tl-row" }, controls.button("Remove drawn obstacles", "The arena is again as it was built", () => this.send("clear", 0))),
-      make("div", { class: "tl-row" }, ...this.copies));
+      make("div", { class: "tl-row tl-presets" }, ...this.copies));
   }
 
   choose(tool) {
@@ -982,6 +982,7 @@ class Laboratory {
     const text = form === "link" ? `${location.origin}${location.pathname}${location.search}#${copied}` : copied;
     if (form === "link" && location.search) missing.push("It has the token of this page: who has it can open the page.");
     this.text.value = text;
+    this.text.classList.toggle("tl-wrapped", form === "link");
     setText(this.dialog.querySelector("h2"), `Copy as ${form}`);
     let said = "Copied.";
     try { await navigator.clipboard.writeText(text); } catch { said = "The browser does not let this page copy; press Ctrl-C."; }
