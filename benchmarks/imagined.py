@@ -36,7 +36,7 @@ from teamsight.analysis.runs.simulate import run_all
 from teamsight.analysis.stats.paired import interval_of
 from teamsight.policies import ACmommt
 from teamsight.policies.group_forces import BY_HAND as START
-from teamsight.policies.group_forces import GroupForces, by_name, in_order
+from teamsight.policies.group_forces import GroupForces
 
 ROOT = root("imagination: report")
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
@@ -127,7 +127,7 @@ def _show(done: float, total: float) -> None:
 def experiments(name: str, made: Mapping[tuple[str, int], Any], count: int) -> list[Experiment]:
     """Return the teams of a world; each exploration runs every cell once."""
     others = {
-        UNLEARNED: (GroupForces(in_order(START)), RingAwareness()),
+        UNLEARNED: (GroupForces(GroupForces.vector(START)), RingAwareness()),
         DESIGNED: BY_HAND[DESIGNED],
         EVOLVED: ("evolved", "ring"),
         STRONGEST: (ACmommt(idle="wander", weights="shared", turn_probability=0, gain=4), "pairwise"),
@@ -206,9 +206,9 @@ WHOLE, NONE = "nothing", "everything"
 
 def parts() -> pd.DataFrame:
     """Return runs of the shipped constants, and of those of which a part is as it was at the start, on other worlds."""
-    shipped, degree = by_name(GroupForces().constants), RingAwareness()
-    changed = {PARTS[name]: GroupForces(in_order({**shipped, name: START[name]})) for name in shipped}
-    policies = {WHOLE: GroupForces(), **changed, NONE: GroupForces(in_order(START))}
+    shipped, degree = GroupForces.parts(GroupForces().constants), RingAwareness()
+    changed = {PARTS[name]: GroupForces(GroupForces.vector({**shipped, name: START[name]})) for name in shipped}
+    policies = {WHOLE: GroupForces(), **changed, NONE: GroupForces(GroupForces.vector(START))}
     teams = [
         Experiment(name, {"policy": one, "awareness": degree}, GRID.cells, replicates=EXPLORATIONS)
         for name, one in policies.items()
