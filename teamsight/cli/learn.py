@@ -424,14 +424,16 @@ def imagine(settings: ImagineSettings) -> None:
     memory, plan = LazyMemory.load(settings.memory), settings.part(Imagining)
     about = {"memory": memory.digest, "imagining": as_json(plan)}
     check_replaceable(settings.out, about, force=settings.force)
-    model = imagination.learn_model(memory)
-    say(", ".join(f"{name} = {value:.4g}" for name, value in model._asdict().items()))
     explored = memory.settings["radius"]
     with working(settings) as (watch, pool):
+        watch("learning", 0, 1)
+        model = imagination.learn_model(memory)
+        watch("learning", 1, 1)
         policy = imagination.imagine(model, plan, explored, pool, partial(watch, "imagining"))
     content = {"software": "teamsight", "settings": about, "model": model._asdict()}
     constants = {name: part.tolist() for name, part in policy.parts(policy.constants).items()}
     write_json(settings.out, content | {"constants": constants}, force=settings.force)
+    say(", ".join(f"{name} = {value:.4g}" for name, value in model._asdict().items()))
     say(f"constants in {settings.out}")
 
 

@@ -182,13 +182,11 @@ class TouzetPaper(Reproduction[Touzet, Results]):
             yield {"ledger.parquet": found.runs, "ledger.md": text, "ledger.json": values}, {}
 
     def summary(self, found: Results, plan: Touzet) -> list[str]:
-        from textwrap import wrap
-
         from teamsight.analysis.papers.touzet2000.figures import FIGURES
 
         lines: list[str] = []
         if (ledger := found.ledger) is not None:
-            lines += [*ledger.lines(), "", *(part for text in ledger.summaries() for part in wrap(text, 80))]
+            lines += [*ledger.summaries(), "", *ledger.lines()]
         said = {name: FIGURES[name].summarise for name in found.figures}
         return lines + [f"figure {name}: {say(found.figures[name])}" for name, say in said.items() if say]
 

@@ -13,6 +13,7 @@ from teamsight.analysis.papers.touzet2000.experiments import EXPERIMENTS
 from teamsight.analysis.plot import markdown
 from teamsight.analysis.runs.experiment import Tables
 from teamsight.analysis.stats.paired import CELL
+from teamsight.core.plain_text import text_table
 from teamsight.core.version import __version__
 
 if TYPE_CHECKING:
@@ -187,17 +188,16 @@ class Ledger:
             others = f"{len(self.claims) - decidable} more undecidable"
             yield f"{setting}: {sum(reasons.values())} of {decidable} claims hold ({others}): {counts}"
 
-    def lines(self) -> Iterator[str]:
-        """Yield one line of at most 80 columns for each claim: its judgements, its name, and the key number."""
-        rows = [[*self.settings, "claim", f"under {self.settings[0]}"]]
+    def lines(self) -> list[str]:
+        """Return a table of 80 columns with a row for each claim: its judgements, its name, and the key number."""
+        rows = []
         for one in self.claims:
             of = list(one["settings"].values())
             key = of[0]["measured"].partition(";")[0]
             rows.append([*(_WORDS[judgement["holds"]] for judgement in of), one["claim"], key])
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        for row in rows:
-            line = "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-            yield line if len(line) <= _WIDEST else line[: _WIDEST - 1] + "…"
+        titles = [*self.settings, "claim", f"under {self.settings[0]}"]
+        table = text_table(rows, titles, left=range(len(titles)), width=_WIDEST)
+        return [*table.head, *table.body]
 
     def to_json(self) -> dict[str, Any]:
         """Return the whole ledger, fit for JSON."""
