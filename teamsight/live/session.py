@@ -10,6 +10,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Hashable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
@@ -45,6 +46,8 @@ _SCALES = {".mp4": 2, ".gif": 1}
 FRAMES_A_SECOND = 60.0
 # Seconds between two messages about the state while the worlds run.
 _BETWEEN_STATES = 0.25
+# Seconds over which steps are counted, at least, before a page says how many are made in one.
+_MEASURED = 0.5
 # Bytes of the frames of each world that a new page gets.
 _MOST_HISTORY = 4 * 2**20
 # Seconds that a part of a stretch may take, after which messages of pages are read.
@@ -74,6 +77,10 @@ class Pacer:
         self.rate, self.every = rate, every
         self._due = -1.0
         self.forget()
+
+    def start(self, now: float) -> None:
+        """Note that a run begins: it does not catch up on the time in which it stood still."""
+        self._due = max(self._due, now)
 
     def forget(self) -> None:
         """Forget what steps cost, since the worlds are others now."""
@@ -213,7 +220,11 @@ class Session:
         self._left = self._goal = 0
         # What that link says was done to each world until then, after how many steps.
         self._acts: list[deque[tuple[int, Act]]] = []
-        self._reported = self._reported_steps = 0.0
+        self._reported = 0.0
+        # Since when steps are counted, and how many were made then; None while the worlds stand still. And the steps
+        # in a second, once they have been counted.
+        self._counted: tuple[float, int] | None = None
+        self._measured: float | None = None
         self._number = 0
         # Another value shows pages that other worlds run, maybe of another server.
         self._run = secrets.token_hex(4)
@@ -260,6 +271,10 @@ class Session:
     def watched_by(self, pages: int) -> None:
         """Say how many pages are open; without one the worlds stand still."""
         with self._news:
+            if not self._viewers:
+                # While nobody watches, nothing is made.
+                self._counted = None
+                self._pacer.start(time.monotonic())
             self._viewers = pages
             if not pages:
                 self._waiting["drop"] = Message("drop", {})
@@ -380,8 +395,10 @@ class Session:
                     if self.said:
                         self._report()
                 except (Exception, SystemExit) as error:  # of a model, for whatever reason
-                    self.is_running, self._left = False, 0
+                    self.is_running, self._left, self._goal = False, 0, 0
                     self._show_error(error)
+                    with suppress(Exception):  # it may be the state that cannot be read
+                        self._report()
                 self.begun.set()
 
     def _take(self) -> list[Message]:
@@ -466,7 +483,7 @@ class Session:
         try:
             self.worlds.run(steps)
         except StoppedError as error:
-            self._is_failed = True
+            self._is_failed = error.__cause__ is not None
             self._on_pause(f"{error}; Reset starts again.")
             self._show_frames()
             return False
@@ -477,6 +494,7 @@ class Session:
     def _on_run(self) -> None:
         if not all(track.world.running for track in self.worlds.tracks):
             raise ValueError("run: the model has stopped; Reset starts again")
+        self._pacer.start(time.monotonic())
         self.is_running, self._note, self._is_failed, self._goal = True, "", False, 0
 
     def _on_pause(self, note: str = "") -> None:
@@ -708,9 +726,10 @@ class Session:
             for track in before.tracks:
                 track.world.close()
         self._on_drop()
-        self._left, self._note, self._reported_steps, self._is_failed = 0, note, 0, False
-        self._goal, self._acts = 0, []
+        self._left, self._note, self._is_failed, self._goal, self._counted = 0, note, False, 0, None
+        self._acts = []
         self._pacer.forget()
+        self._pacer.start(time.monotonic())
         self._run = secrets.token_hex(4)
         self._scenes = []
         self._engines.clear()
@@ -762,14 +781,14 @@ class Session:
     def _report(self, building: list[dict[str, Any]] | None = None) -> None:
         """Show the state and the event logs; which worlds are being built, if any."""
         now, worlds = time.monotonic(), self.worlds
-        passed = now - self._reported
-        measured = (worlds.made - self._reported_steps) / passed if self.is_running and passed else 0.0
-        self._reported, self._reported_steps, self.said = now, worlds.made, ""
+        self._measure(now)
+        self._reported, self.said = now, ""
         self._state = {
             "running": self.is_running, "rate": self._pacer.rate, "every": self._pacer.every,
             "busy": "Building …" if building else f"Running to tick {self._goal:,} …" if self._goal else "",
             "note": self._note, "failed": self._is_failed,
-            "measured": max(measured, 0.0), "made": worlds.made, "two": len(building or worlds.tracks) == 2,
+            "ended": not all(track.world.running for track in worlds.tracks),
+            "measured": self._measured, "made": worlds.made, "two": len(building or worlds.tracks) == 2,
             "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
             "tasks": self._listed, "presets": list(self._presets),
             "study": self._row is not None,
@@ -779,3 +798,14 @@ class Session:
         }  # fmt: skip
         self._post("state", **self._state)
         self._post("events", tracks=[event_rows(track.world) for track in worlds.tracks])
+
+    def _measure(self, now: float) -> None:
+        """Count the steps in a second, over a time that says something."""
+        made = self.worlds.made
+        if not self._is_moving or self._counted is None:
+            self._measured = None
+            self._counted = (now, made) if self._is_moving else None
+            return
+        passed, steps = now - self._counted[0], made - self._counted[1]
+        if passed >= _MEASURED and steps:
+            self._measured, self._counted = steps / passed, (now, made)

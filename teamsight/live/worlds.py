@@ -429,7 +429,7 @@ class Worlds:
             If one fails, or stops before.
         """
         target = self.made + steps
-        for track in self.tracks:
+        for number, track in enumerate(self.tracks):
             cause: BaseException | None = None
             try:
                 track.run(max(target - track.made, 0))
@@ -439,7 +439,8 @@ class Worlds:
                 # Worlds that did not come as far as others follow before the next step.
                 self.made = max(one.made for one in self.tracks)
                 what, why = ("failed", f": {failure(cause)}") if cause else ("stopped", "")
-                raise StoppedError(f"The model {what} at tick {track.world.tick}{why}") from cause
+                which = f"The world on the {('left', 'right')[number]}" if len(self.tracks) > 1 else "The model"
+                raise StoppedError(f"{which} {what} at tick {track.world.tick}{why}") from cause
         self.made = target
 
     def chart(self, name: str, on: bool) -> None:

@@ -433,10 +433,17 @@ def test_a_model_that_fails_is_said_and_starts_again(page: Page, live: Callable[
     page.goto(server.url)
     page.get_by_text("The model failed at tick 5: RuntimeError: the battery is on fire").first.wait_for()
     assert not server.session.is_running
-    # What has failed is gone after a new start, and so is what was said of it.
-    page.get_by_role("button", name="Reset").click()
-    page.get_by_text("The model failed at tick 5").first.wait_for(state="hidden")
-    page.wait_for_function("() => teamsight.live.controls.alertBox.hidden")
+    assert page.locator(".tl-ticks").text_content() == "tick 5, failed"
+    # Said once: in the alert, and below the buttons when that is dismissed.
+    assert page.get_by_text("The model failed at tick 5").count() == 1
+    page.get_by_role("button", name="Dismiss").click()
+    assert page.locator(".tl-note").first.text_content().startswith("The model failed at tick 5")
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.get_by_role("alert").get_by_text("The model failed at tick 5").wait_for()
+    # Whoever starts again, what was said of the run before is past.
+    server.session.ask(Message("reset", {}))
+    page.wait_for_function("() => document.querySelector('.tl-ticks').textContent === 'tick 0, paused'")
+    assert page.get_by_role("alert").is_hidden()
     page.locator("#tl-breaks_at").fill("1000")
     page.locator("#tl-breaks_at").press("Enter")
     page.get_by_role("button", name="Run", exact=True).click()

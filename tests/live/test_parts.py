@@ -46,6 +46,17 @@ def test_a_slow_simulation_does_not_catch_up_for_long() -> None:
     assert at_once < 40
 
 
+def test_a_run_does_not_catch_up_on_the_time_before_it() -> None:
+    pacer = Pacer(100.0, 1)
+    pacer.begin(0.0, 1)
+    pacer.start(60.0)
+    pacer.begin(60.0, 1)
+    assert pacer.wait(60.0) == pytest.approx(0.01)
+    # Nor does a second start make it wait less.
+    pacer.start(60.0)
+    assert pacer.wait(60.0) == pytest.approx(0.01)
+
+
 def test_as_fast_as_possible_adapts_to_what_steps_cost() -> None:
     pacer = Pacer(None, 1)
     for _ in range(50):

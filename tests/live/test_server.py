@@ -25,6 +25,7 @@ from teamsight.agents.engine import engine
 from teamsight.core.kernel.report import REPORT
 from teamsight.live import LivePage, session, watch
 from teamsight.live.protocol import KINDS, MOST_BYTES
+from teamsight.live.worlds import LiveTrack
 from teamsight.tasks.registry import TASKS
 
 _PATIENCE = 300.0  # seconds, against a hang
@@ -400,6 +401,66 @@ def test_a_clock_may_stand_still_between_two_reports(live: Callable[..., LivePag
         ask(socket, "reset")
         ask(socket, "every", value=2)
         assert until(socket, "state", lambda one: one["every"] == 2)["running"]
+
+
+def test_a_rate_is_measured_before_it_is_said(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    page = live(running=True)
+    real = time.monotonic
+    start = real()
+    # A slow clock: twice as many steps in what it calls a second.
+    monkeypatch.setattr(session, "time", SimpleNamespace(monotonic=lambda: start + (real() - start) / 2))
+    with opened(page) as socket:
+        seen: list[dict[str, Any]] = []
+        while not seen or seen[-1]["measured"] is None:
+            seen.append(until(socket, "state", lambda one: one["running"]))
+        first = [one["made"] for one in seen if one["measured"] is None]
+        assert first[0] <= 30 * session._MEASURED
+        assert seen[-1]["made"] - first[0] >= 5
+        ask(socket, "pause")
+        assert until(socket, "state", lambda one: not one["running"])["measured"] is None
+        ask(socket, "run")
+        assert until(socket, "state", lambda one: one["running"])["measured"] is None
+        until(socket, "state", lambda one: one["measured"] is not None)
+        ask(socket, "reset")
+        assert until(socket, "state", lambda one: one["made"] == 0 and not one["busy"])["measured"] is None
+
+
+@pytest.mark.parametrize(("model", "parameters", "state", "said"), [
+    (live_models.Failing, {"breaks_at": 5}, {"failed": True, "ended": False}, "The model failed at tick 5: RuntimeError"),
+    (live_models.stopping, {"seed": 5}, {"failed": False, "ended": True}, "The model stopped at tick 5; Reset"),
+])  # fmt: skip
+def test_an_end_is_no_failure(live: Callable[..., LivePage], model: Any, parameters: Any, state: Any, said: str) -> None:
+    page = live(model, parameters, running=True, rate=None)
+    with opened(page) as socket:
+        found = until(socket, "state", lambda one: one["note"])
+        assert found["note"].startswith(said)
+        assert found | state | {"running": False} == found
+        ask(socket, "reset")
+        found = until(socket, "state", lambda one: not one["made"])
+        assert (found["failed"], found["ended"], found["running"]) == (False, False, False)
+
+
+def test_what_fails_between_steps_is_no_run_any_more(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
+    page = live(running=True)
+    with opened(page) as socket:
+        until(socket, "state", lambda one: one["running"])
+
+        def look(track: Any, *, again: bool = False) -> bytes:
+            raise RuntimeError("no light")
+
+        monkeypatch.setattr(LiveTrack, "look", look)
+        assert "RuntimeError: no light" in until(socket, "error")["message"]
+    end = time.monotonic() + _PATIENCE
+    while json.loads(page.session.board["state"])["running"]:
+        assert time.monotonic() < end, "the page shows a run that has ended"
+        time.sleep(0.01)
+
+
+def test_of_two_worlds_the_one_that_failed_is_named(live: Callable[..., LivePage]) -> None:
+    page = live(live_models.Failing, {"breaks_at": 90}, beside={"breaks_at": 7}, running=True, rate=None)
+    with opened(page) as socket:
+        said = until(socket, "state", lambda one: one["failed"])["note"]
+    assert said.startswith("The world on the right failed at tick 7: RuntimeError")
 
 
 def test_a_page_that_saves_is_answered_meanwhile(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -162,6 +162,7 @@ class Controls {
   alert(text) {
     this.alertBox.hidden = !text;
     setText(this.alertText, text);
+    this.showNote();
   }
 
   buildRun() {
@@ -419,9 +420,8 @@ class Controls {
     // The button below the arena, which also plays the past, is called Pause.
     this.runButton.setAttribute("aria-label", state.running ? "Pause the run" : "Run");
     this.runButton.title = state.running ? "Pause the run (space)" : "Run (space)";
-    setText(this.note, state.busy || state.note);
-    const [one] = state.tracks, speed = state.running ? `, ${state.measured < 10 ? state.measured.toFixed(1) : Math.round(state.measured).toLocaleString("en")} steps/s` : "";
-    setText(this.ticks, `tick ${one.tick.toLocaleString("en")}${speed}`);
+    this.showNote();
+    setText(this.ticks, `tick ${state.tracks[0].tick.toLocaleString("en")}, ${this.pace(state)}`);
     if (!this.isTouched("rate of steps")) {
       this.full.checked = state.rate === null;
       if (state.rate !== null) this.rate.value = Math.round(100 * Math.log10(state.rate));
@@ -435,6 +435,20 @@ class Controls {
       this.sides.querySelector("input").checked = true;
       this.showValues();
     }
+  }
+
+  // What the worlds do: how fast they are, once that is measured, or why they stand still.
+  pace({ running, measured, busy, failed, ended }) {
+    if (!running) return busy ? "…" : failed ? "failed" : ended ? "ended" : "paused";
+    if (measured === null) return "running";
+    const rounded = measured < 10 ? measured.toFixed(1) : Number(measured.toPrecision(measured < 1000 ? 3 : 2)).toLocaleString("en", { maximumFractionDigits: 0 });
+    return `${rounded} steps/s`;
+  }
+
+  // What an alert says is not said twice.
+  showNote() {
+    const { busy, note } = this.state || { busy: "", note: "" };
+    setText(this.note, busy || (this.alertText.textContent === note ? "" : note));
   }
 
   save() {
@@ -1124,6 +1138,7 @@ class Page {
 
   startRun() {
     this.hasAsked = true;
+    this.controls.alert("");
     return this.link.send("run");
   }
 
@@ -1165,6 +1180,7 @@ class Page {
       if (this.transport.running) this.link.send("pause");
       return false;
     }
+    this.controls.alert("");
     return this.link.send("step");
   }
 
@@ -1174,6 +1190,8 @@ class Page {
     document.documentElement.dataset.connected = String(isOpen);
     if (!isOpen) {
       this.setRunning(false);
+      // What the server does now is not known.
+      if (this.state) this.controls.showState({ ...this.state, running: false });
       this.controls.saved();
       this.controls.film.end("The connection was lost; make it again.");
     }
@@ -1222,6 +1240,8 @@ class Page {
     if (!state.tracks.length) return;
     // Also on a page that is opened later.
     if (state.failed && !(this.state && this.state.failed)) this.fail(state.note);
+    // Somebody has started again, maybe on another page.
+    if (!state.failed && this.state && this.state.failed && this.controls.alertText.textContent === this.state.note) this.fail("");
     this.state = state;
     this.restOrFollow(state.running);
     this.setRunning(state.running);
