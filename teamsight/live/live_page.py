@@ -181,8 +181,8 @@ def watch(
     worlds.every = checks.count("every", every, most=protocol.MOST_EVERY)
     made = None if row is None else partial(_worlds_of_row, row)
     # A link may name the class, whatever this page was started with.
-    tasks: dict[str, Making] = {name: partial(_worlds_of_task, name) for name in TASKS}
-    tasks[CMOMMT.__name__] = _worlds_of_class
+    tasks: dict[str, Making] = {CMOMMT.__name__: _worlds_of_class}
+    tasks |= {name: partial(_worlds_of_task, name) for name in TASKS}
     session = Session(
         worlds, controls, rate=speed, running=checks.flag("running", running), tasks=tasks, row=made
     )  # fmt: skip
