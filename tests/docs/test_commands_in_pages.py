@@ -18,7 +18,9 @@ PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").r
 
 
 def lines_of(page: Path) -> Iterator[list[str]]:
-    """Yield the words of each line in a block that calls teamsight, without the program."""
+    """Yield the words of each line in a block, and of each cell of a table, that calls teamsight, without the program."""
+    for cell in re.findall(r"(?<=\| )`teamsight (\w[^`]*)`(?= \|)", page.read_text(encoding="utf-8")):
+        yield shlex.split(cell)
     for block in re.findall(r"^ *```(?:sh)?\n(.*?)^ *```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE):
         for line in block.replace("\\\n", " ").splitlines():
             # What follows belongs to the shell.

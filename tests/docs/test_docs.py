@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import teamsight
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
 SET_UP = "python3 -m venv .venv && .venv/bin/pip install -e"
@@ -37,6 +39,17 @@ def test_the_first_example_of_the_readme_prints_what_it_says(
 ) -> None:
     run(blocks(ROOT / "README.md")[0], tmp_path)
     assert capsys.readouterr().out == blocks(ROOT / "README.md", "text")[0]
+
+
+def test_what_the_readme_says_to_write_works_in_a_clone() -> None:
+    written = re.findall(r"^\| [^|]+ \| `(teamsight[^`]+)` \|", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(written) == 6
+    pytest.importorskip("teamsight.env")
+    for line in written:
+        if line.startswith("teamsight."):
+            assert eval(line, {"teamsight": teamsight}) is not None
+        files = [word.partition(":")[0] for word in line.split() if "/" in word]
+        assert [file for file in files if not (ROOT / file).is_file()] == []
 
 
 @pytest.mark.filterwarnings("ignore:run\\(\\) makes its steps one by one")
