@@ -1138,7 +1138,8 @@ class Page {
 
   startRun() {
     this.hasAsked = true;
-    this.controls.alert("");
+    // A model that fails again at once says nothing new, so what it said stays.
+    if (!this.state?.failed) this.controls.alert("");
     return this.link.send("run");
   }
 
