@@ -28,7 +28,7 @@ from teamsight.analysis.plot import markdown
 from teamsight.analysis.plot.style import minus
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.experiment import Experiment, Variant, make_tables
-from teamsight.analysis.runs.files import prepare_folder
+from teamsight.analysis.runs.files import prepare_folder, write_json
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.analysis.runs.seeds import model_seed, root
@@ -56,6 +56,8 @@ WORLDS: Mapping[str, Mapping[str, Any]] = {
 DEFAULT = next(iter(WORLDS))
 #: A model that nobody learned: the default world's with speeds and turns half as large again.
 GUESS = WorldModel(0.15, 0.1125, 1.0, 0.075, EXPLORED["radius"])
+#: How the shipped constants were sought, in worlds of a learned model.
+SHIPPED = Imagining(generations=60, robots=(5, 10, 15, 20, 25, 30))
 LEARNED, LEARNED_ELSEWHERE, GUESSED, UNLEARNED = "learned", "learned in the default world", "guessed model", "start"
 DESIGNED, EVOLVED, STRONGEST = "by hand, f = d", "evolved", "strongest A-CMOMMT"
 
@@ -94,7 +96,13 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, default=len(WORLDS), help="only the first so many")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--parts", action="store_true", help="only: what each part of the shipped constants is worth")
+    parser.add_argument("--guess", type=Path, help="only: write here what the shipped search finds in guessed worlds")
     options = parser.parse_args()
+    if options.guess:
+        with WorkerPool(options.workers) as pool:
+            constants = GroupForces.parts(imagine(GUESS, SHIPPED, EXPLORED["radius"], pool).constants)
+        write_json(options.guess, {"constants": {name: part.tolist() for name, part in constants.items()}})
+        return
     folder, names = prepare_folder(options.out), list(WORLDS)[: options.worlds]
     if options.parts:
         rows = parts()
