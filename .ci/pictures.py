@@ -107,7 +107,7 @@ def _awareness() -> bytes:
         ("shared, o(N)", degrees.SharedAwareness(), "and the targets that they sense"),
         ("relayed over 2 hops, o(N)", degrees.RelayedAwareness(2), "and what they hear from others"),
     ]
-    figure = Figure((7.4, 4.0), dpi=200, layout="constrained")
+    figure = Figure((7.4, 3.5), dpi=200, layout="constrained")
     for axes, (name, degree, meaning) in zip(figure.subplots(2, 3).flat, panels, strict=True):
         world = World(Box(8, 8), rng=1)
         robots = world.add(
@@ -450,7 +450,7 @@ def _closed_form() -> bytes:
         axes.text(radii[0] - 0.1, deltas[0], f"N = {robots}", ha="right", va="center")
     simulated = [(float(radius), int(delta)) for robots, radius, delta in rows]
     axes.plot(*np.transpose(simulated), "ko", ms=5)
-    axes.annotate("simulated", simulated[1], (8, 6), textcoords="offset points")
+    axes.annotate("simulated", simulated[2], (-8, -12), textcoords="offset points", ha="right")
     axes.set(xlabel=RADIUS_LABEL.replace("sensing", "awareness"), ylabel="δ for a risk of 0.01")
     axes.set(xlim=(0.7, 8.2), ylim=(0, None))
     plain(axes)
