@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import hashlib
 import re
+import runpy
 import sys
 import zlib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from unittest import mock
 
 import matplotlib
@@ -23,6 +24,9 @@ import numpy as np
 import pandas as pd
 
 from teamsight.analysis.plot.style import to_picture
+
+if TYPE_CHECKING:
+    from teamsight.live import LivePage
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -483,8 +487,8 @@ DRAWN: dict[str, Callable[[], bytes]] = {
 }
 
 
-def _watch() -> bytes:
-    """Take a picture of a live page by Chromium, after 300 ticks, with a robot selected."""
+def _page(open_page: Callable[[], LivePage], shown: str, prepare: str, width: int, scale: float) -> bytes:
+    """Take a picture of a page by Chromium, once a condition holds and a statement was run."""
     import io
     import sys
 
@@ -493,16 +497,12 @@ def _watch() -> bytes:
     sys.path.append(str(ROOT / "tests"))
     import browsing
 
-    from teamsight import CMOMMT
-    from teamsight.live import watch
-
     with browsing.started() as (browser, loop), browsing.driving(loop):
-        server = watch(CMOMMT, {"seed": 1}, port=0, browser=False, wait=False, rate=200.0)
-        view = browser.new_page(viewport={"width": 1200, "height": 800}, device_scale_factor=1.5)
+        server = open_page()
+        view = browser.new_page(viewport={"width": width, "height": 800}, device_scale_factor=scale)
         view.goto(server.url)
-        view.wait_for_function("() => teamsight.view?.tracks[0]?.frames.at(-1)?.time >= 300")
-        view.get_by_role("button", name="Pause the run").click()
-        view.evaluate("() => { teamsight.view.look(300); teamsight.view.select(0, 5); }")
+        view.wait_for_function(shown)
+        view.evaluate(prepare)
         view.wait_for_timeout(1000)
         shot = Image.open(io.BytesIO(view.screenshot())).convert("RGB")
         view.close()
@@ -512,17 +512,48 @@ def _watch() -> bytes:
     return buffer.getvalue()
 
 
+def _watch() -> bytes:
+    """Return a live page after 300 ticks, with a robot selected."""
+    from teamsight import CMOMMT
+    from teamsight.live import watch
+
+    return _page(
+        lambda: watch(CMOMMT, {"seed": 1}, port=0, browser=False, wait=False, rate=200.0),
+        "() => teamsight.view?.tracks[0]?.frames.at(-1)?.time >= 300",
+        "() => { teamsight.live.link.send('pause'); teamsight.view.look(300); teamsight.view.select(0, 5); }",
+        1200, 1.5,
+    )  # fmt: skip
+
+
+def _recorded() -> bytes:
+    """Return the page of recorded robots with the file of the example."""
+    import tempfile
+
+    from teamsight.live import watch_trajectories
+
+    example = runpy.run_path(str(ROOT / "examples" / "delta_from_trajectories.py"))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "trajectories.csv"
+        example["record"](path)
+        return _page(
+            lambda: watch_trajectories(path, 1.0, port=0, browser=False, wait=False),
+            "() => document.body.innerText.includes('for a risk of')",
+            "() => { teamsight.view.pause(); teamsight.view.look(605); }", 1280, 1.0,
+        )  # fmt: skip
+
+
+#: Those that show a page, which `.ci/pictures.py NAME.png` takes again.
+_PAGES = {"recorded.png": _recorded, "watch.png": _watch}
 #: What runs for long, and the text that makes it, by picture: a file, and its first part that matches.
 RUN: dict[str, tuple[str, str]] = {
     "contacts.png": ("docs/contacts.md", r"(?s)```python.*```"),
     "field-of-view.png": ("examples/field_of_view.py", r"(?s).*"),
     "gathering.png": ("docs/tasks/gathering-index.parquet", r"(?s).*"),
-    # A window of teamsight watch --trajectories trajectories.csv --awareness-range 1; see docs/recorded.md.
     "recorded.png": ("teamsight/live/assets/recorded.js", r"(?s).*"),
     "study.png": ("docs/studies.md", r"(?s)```toml.*?```sh.*?```"),
     "train_team.png": ("examples/train_team.py", r"(?s).*"),
     "train_ppo.png": ("examples/train_ppo.py", r"(?s).*"),
-    # `.ci/pictures.py watch.png` takes it again; it is what the part of the page describes.
+    # What the part of the page describes.
     "watch.png": ("docs/watch.md", r"(?s)## On the page.*?## Interventions"),
     "two-teams.webp": (".ci/film.py", r"(?s).*"),
 }
@@ -576,7 +607,7 @@ def main(names: list[str]) -> None:
     """Draw pictures again; those of `RUN` are only marked, once their command has drawn them."""
     for name in names or DRAWN:
         place = IMAGES / name
-        content = {**DRAWN, "watch.png": _watch}[name]() if name in DRAWN or name == "watch.png" else place.read_bytes()
+        content = (DRAWN | _PAGES).get(name, place.read_bytes)()
         mark = f"matplotlib {matplotlib.__version__}" if name in DRAWN else made_by(name)
         place.write_bytes(marked(_small(content), mark))
 

@@ -33,7 +33,7 @@ def test_every_picture_has_a_command() -> None:
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_a_picture_is_what_its_command_draws(name: str) -> None:
-    shipped, drawn = (IMAGES / name).read_bytes(), DRAWN[name]()
+    shipped, drawn = (IMAGES / name).read_bytes(), PICTURES["_small"](DRAWN[name]())
     if PICTURES["mark_of"](shipped) == f"matplotlib {matplotlib.__version__}":
         assert differing(shipped, drawn) <= _PIXELS, f"{name}: run .ci/pictures.py {name}"
     else:
