@@ -263,3 +263,16 @@ def test_a_world_of_a_users_own_policy_reads_its_constants_again() -> None:
     new.add(Robot, 3, policy=Mine(0.5), awareness="none")
     new.run(20)
     assert np.array_equal(world.groups[0].position, new.groups[0].position)
+
+
+@pytest.mark.parametrize("shape", ["square", "torus"])
+def test_a_reused_world_knows_the_size_of_its_square(shape: str) -> None:
+    worlds = ReusedWorlds()
+    for seed, radius in enumerate([3.0, 4.0, 2.5]):
+        parameters = {"policy": "centroid", "awareness": "ring", "arena_shape": shape, "radius": radius}
+        world, new = worlds.begin(CMOMMT, parameters, seed), CMOMMT(**parameters, rng=seed)
+        for each in (world, new):
+            each.run(40)
+        assert isinstance(world, CMOMMT)
+        assert same(left_behind(world), left_behind(new))
+    worlds.close()
