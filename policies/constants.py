@@ -29,7 +29,12 @@ def ends(blocks: Blocks) -> list[int]:
 
 @dataclass(frozen=True, repr=False)
 class ConstantsPolicy(CompiledPolicy):
-    """A policy whose kernel reads a vector of constants; by default those shipped.
+    """A policy whose kernel reads a vector of constants.
+
+    Parameters
+    ----------
+    constants : sequence of float, optional
+        The constants, in the order of `blocks`; by default those shipped.
 
     Attributes
     ----------
