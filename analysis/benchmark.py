@@ -159,7 +159,7 @@ class Entrant:
     learned : int
         The number of transitions from which it learns before each run; 0 for a policy that is given.
     transitions : float
-        Transitions, robot-steps in all, from which it was learned or evolved.
+        Transitions, robot-steps in all, from which it was learned or evolved; None if nobody says.
     most : int
         The most runs in a scenario: planners take seconds for each.
     about : str
@@ -170,7 +170,7 @@ class Entrant:
     awareness: Any = "none"
     options: Mapping[str, Any] = field(default_factory=dict)
     learned: int = 0
-    transitions: float = 0.0
+    transitions: float | None = 0.0
     most: int = RUNS
     about: str = ""
 
@@ -672,7 +672,7 @@ def fitting(policy: Any, options: Mapping[str, Any] | None = None) -> Entrant:
         except ValueError as error:
             refused.append(error)
         else:
-            return Entrant(policy, name, options or {})
+            return Entrant(policy, name, options or {}, transitions=None)
     raise refused[0]
 
 
@@ -810,7 +810,9 @@ def _findings(results: Results) -> dict[str, str]:
     }  # fmt: skip
 
 
-def _count(transitions: float) -> str:
+def _count(transitions: float | None) -> str:
+    if transitions is None:
+        return ""
     if not transitions:
         return "0"
     power = int(math.log10(transitions))

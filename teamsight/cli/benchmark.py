@@ -155,7 +155,8 @@ def _entrant(settings: BenchmarkSettings) -> Entrant:
     options = settings.own("policy")
     if settings.awareness is None:
         return fitting(settings.policy, options)
-    return Entrant(settings.policy, AWARENESS[settings.awareness](**settings.own("awareness")), options)
+    degree = AWARENESS[settings.awareness](**settings.own("awareness"))
+    return Entrant(settings.policy, degree, options, transitions=None)
 
 
 def _show(results: Results, name: str | None) -> None:
@@ -171,11 +172,12 @@ def _show(results: Results, name: str | None) -> None:
     standings = results.standings(name)
     for one in standings:
         team = results.teams[one.team]
-        cpu, inputs = team["cpu_us_per_decision"], team["inputs"]
+        cpu, inputs, transitions = team["cpu_us_per_decision"], team["inputs"], team["transitions"]
         rows.append((
             one.rank or "", one.team, team["order"] or "", inputs["10"] if inputs else "",
-            f"{team['transitions']:.3g}", written(one.score), *((written(one.less, "+.1f"),) if name else ()),
-            (way := bench.way_text(one.way)) and f"{way} %", "" if cpu is None else f"{cpu:.3g}",
+            "" if transitions is None else f"{transitions:.3g}", written(one.score),
+            *((written(one.less, "+.1f"),) if name else ()), (way := bench.way_text(one.way)) and f"{way} %",
+            "" if cpu is None else f"{cpu:.3g}",
         ))  # fmt: skip
         if one.team == name:
             rank = f"rank {one.rank} of {sum(bool(other.rank) for other in standings)}: " if one.rank else ""

@@ -30,7 +30,7 @@ from teamsight.analysis.papers.tan1993 import (
     runs_of,
     verdicts,
 )
-from teamsight.analysis.papers.tan1993_readings import Readings, counts, levers
+from teamsight.analysis.papers.tan1993_readings import Readings, at_most_half, counts, levers
 from teamsight.analysis.papers.tan1993_readings import verdicts as scanned
 from teamsight.analysis.runs.simulate import run_rows
 from teamsight.analysis.stats.verdicts import FAILS, HOLDS, UNDECIDED
@@ -229,7 +229,11 @@ def test_the_scan_counts_each_value_once_under_each_reading() -> None:
         "in_turn": (0, 0.0), "legal_prey": (1, 20 / 36), "legal_hunters": (0, 0.0), "sides": (0, 0.0),
         "no_value": (0, -0.5), "short": (0, 0.0), "soft": (1, 1.0),
     }  # fmt: skip
-    assert [one.verdict for one in scanned(table, plan)] == [FAILS, FAILS]
+    assert [one.verdict for one in scanned(table, plan)] == [UNDECIDED, FAILS]
+
+
+def test_the_largest_of_many_counts_of_one_run_decides_only_far_from_half() -> None:
+    assert [at_most_half(most, 34) for most in (11, 12, 15, 18, 22, 23)] == [HOLDS, *[UNDECIDED] * 4, FAILS]
 
 
 def test_the_page_says_how_many_values_agree_under_each_reading() -> None:
