@@ -107,7 +107,7 @@ class Band:
                     found[world, number, : len(shown)] = observed[shown]
                 self._report(number + 1)
             self._report(self._runs, [_summary(self._ticks, one) for one in found])
-        except (Exception, SystemExit) as error:  # of a model, for whatever reason
+        except BaseException as error:  # of a model, for whatever reason
             with self._lock:
                 if self._is_wanted:
                     self._post("band", runs=0)

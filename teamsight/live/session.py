@@ -394,10 +394,10 @@ class Session:
                         self._advance()
                     if self.said:
                         self._report()
-                except (Exception, SystemExit) as error:  # of a model, for whatever reason
+                except BaseException as error:  # of a model, for whatever reason; Ctrl-C comes to the main thread
                     self.is_running, self._left, self._goal = False, 0, 0
                     self._show_error(error)
-                    with suppress(Exception):  # it may be the state that cannot be read
+                    with suppress(BaseException):  # it may be the state that cannot be read
                         self._report()
                 self.begun.set()
 
@@ -427,7 +427,7 @@ class Session:
         """Carry a message out; an error is shown on the pages, and the worlds stay as they are."""
         try:
             act(**fields)
-        except (Exception, SystemExit) as error:  # of a model that refuses its arguments, for whatever reason
+        except BaseException as error:  # of a model that refuses its arguments, for whatever reason
             self._show_error(error)
             # The pages show the values that hold, not the one that was refused.
             self._show_controls()
@@ -656,7 +656,7 @@ class Session:
             for track, acts in zip(worlds.tracks, self._acts, strict=True):
                 while acts and acts[0][0] <= worlds.made:
                     worlds.repeat(track, acts.popleft()[1])
-        except (Exception, SystemExit) as error:  # of a model, for whatever reason
+        except BaseException as error:  # of a model, for whatever reason
             made, anew = worlds.made, self._tasks[task](worlds.seed)
             self._rebuild(anew[0].settings, "", None, anew)
             said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)

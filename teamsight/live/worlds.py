@@ -433,7 +433,7 @@ class Worlds:
             cause: BaseException | None = None
             try:
                 track.run(max(target - track.made, 0))
-            except (Exception, SystemExit) as error:  # whatever the code of a user raises
+            except BaseException as error:  # whatever the code of a user raises
                 cause = error
             if cause or track.made < target:
                 # Worlds that did not come as far as others follow before the next step.
@@ -475,7 +475,7 @@ class Worlds:
         for number, track in enumerate(tracks):
             try:
                 track.set(name, value)
-            except Exception:
+            except BaseException:
                 for earlier, old in zip(tracks[:number], before, strict=False):
                     earlier.set(name, old)
                 raise
@@ -525,7 +525,7 @@ class Worlds:
         try:
             for world in before:
                 world.track.intervene(act)
-        except (Exception, SystemExit) as error:
+        except BaseException as error:
             kept = [self.tracks.index(one.track) for one in before if not one.is_put_back()]
             if not kept:
                 raise
@@ -585,7 +585,7 @@ class _Before:
                     return False
                 world.arena = self._arena
                 world.restore(self.state)
-        except (Exception, SystemExit):  # of a user's class
+        except BaseException:  # of a user's class
             return False
         self.track.journal.entries[:] = self._entries
         self.track.renew()

@@ -391,6 +391,25 @@ def test_a_model_that_has_failed_runs_after_what_mends_it(live: Callable[..., Li
         until(socket, "state", lambda one: one["running"] and one["made"] > 10)
 
 
+class Interrupted(live_models.Failing):
+    """A model whose code raises what is no `Exception`."""
+
+    def _decide(self, percept: Any, rng: Any) -> tuple[float, float]:
+        if self.tick >= self._breaks_at:
+            raise KeyboardInterrupt
+        return 0.1, 0.05
+
+
+def test_a_model_that_raises_no_exception_pauses_and_can_be_reset(live: Callable[..., LivePage]) -> None:
+    page = live(Interrupted, running=True, rate=None)
+    with opened(page) as socket:
+        state = until(socket, "state", lambda one: one["failed"])
+        assert not state["running"]
+        assert "failed at tick 5: KeyboardInterrupt" in state["note"]
+        ask(socket, "reset")
+        until(socket, "state", lambda one: one["made"] == 0 and not one["failed"])
+
+
 def test_a_clock_may_stand_still_between_two_reports(live: Callable[..., LivePage], monkeypatch: pytest.MonkeyPatch) -> None:
     """That of Windows does so for 16 ms."""
     page = live(running=True)
