@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from teamsight.agents.body import Body
+from teamsight.agents.body import Body, checked_positions
 from teamsight.agents.group import Group
 from teamsight.agents.world import World
 from teamsight.world.shapes import Circle, Polygon
@@ -117,6 +117,7 @@ def check_there(world: World, place: Place) -> None:
 def move(world: World, place: Place, x: float, y: float) -> list[str]:
     """Move a body."""
     agent, its_name = _agent(world, place)
+    x, y = _in_cell(world, x, y)
     agent.position = (x, y)
     world.log("moved", agent, x=x, y=y)
     return [f"{its_name}.position = ({x!r}, {y!r})", f'{MODEL}.log("moved", {its_name}, x={x!r}, y={y!r})']
@@ -146,6 +147,7 @@ def remove(world: World, place: Place) -> list[str]:
 def add(world: World, number: int, x: float, y: float) -> list[str]:
     """Add a body to a group; what the bodies of the group do not share, such as a speed, is that of the first."""
     group, its_name = _group(world, number)
+    x, y = _in_cell(world, x, y)
     logged = len(world._data.sources.events)
     given = {name: float(group.bodies[name][0]) for name in _ABILITIES if len(np.unique(group.bodies[name])) > 1}
     (agent,) = group.add(1, position=(x, y), **given)  # type: ignore[arg-type]
@@ -180,6 +182,17 @@ def clear(world: World) -> list[str]:
     world.arena = first
     world.log("obstacles removed")
     return [f"{MODEL}.arena = first_arena", f'{MODEL}.log("obstacles removed")']
+
+
+def _in_cell(world: World, x: float, y: float) -> tuple[float, float]:
+    """Return the centre of the cell of a place in a world whose bodies began in cells; in any other the place."""
+    placements = [one.placement for group in world.groups for one in group.founders]
+    if not any(isinstance(one, str) and one == "cells" for one in placements):
+        return x, y
+    low, high = (np.asarray(corner, float) for corner in world.arena.bounds)
+    # The upper walls belong to the last cells.
+    cell = np.clip(np.floor(checked_positions(world.arena, (x, y), (2,)) - low), 0, np.floor(high - low) - 1)
+    return float(low[0] + cell[0] + 0.5), float(low[1] + cell[1] + 0.5)
 
 
 def _logged(world: World, before: int, what: str, agent: Body, its_name: str) -> list[str]:

@@ -22,6 +22,7 @@ from teamsight.live.worlds import Worlds
 from teamsight.policies import ACmommt
 from teamsight.tasks.model import TaskModel
 from teamsight.tasks.named import task_of
+from teamsight.tasks.pursuit import Pursuit
 
 
 @pytest.fixture
@@ -283,6 +284,23 @@ def test_wrong_messages_are_refused(message: dict[str, Any], said: str) -> None:
     with pytest.raises((TypeError, ValueError)) as error:
         parsed(json.dumps(message if message["type"] == "copy" else {**message, "run": ""}))
     assert said in str(error.value)
+
+
+def test_bodies_of_a_world_of_cells_stay_in_their_centres(closing: list[Worlds]) -> None:
+    worlds = built(closing, Pursuit, {"seed": 4})
+    world = worlds.tracks[0].world
+    do(worlds, "move", body=body(world, 0, 1), x=1.3, y=1.2)
+    do(worlds, "add", group=1, x=-4.9, y=5.0)
+    assert world.groups[0].position[1].tolist() == [1.5, 1.5]
+    assert world.groups[1].position[-1].tolist() == [-4.5, 4.5]
+    with pytest.raises(ValueError, match=r"\(5\.2, 0\.0\)"):
+        do(worlds, "add", group=1, x=5.2, y=0.0)
+    worlds.run(20)
+    assert all((group.position % 1 == 0.5).all() for group in world.groups)
+    again = repeated(worlds)["model"]
+    for one, other in zip(again.groups, world.groups, strict=True):
+        np.testing.assert_array_equal(one.position, other.position)
+    assert again.events.equals(world.events)
 
 
 @pytest.mark.parametrize("name", ["cmommt", "forage", "push"])
