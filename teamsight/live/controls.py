@@ -185,6 +185,13 @@ def controls_of(model: Callable[..., Any], parameters: Mapping[str, Any]) -> lis
     return [one for one in found if one is not None]
 
 
+def unset_choices(model: Callable[..., Any]) -> dict[str, Control]:
+    """Return what checks the choices of a model that may be left out, such as ``preset``: no control until given."""
+    unset = [one for one in declared(model).values() if one.kind == "choice" and one.is_optional]
+    found = [_control(one, MISSING, one.allowed.section or model_name(model), live=False) for one in unset]
+    return {one.name: one for one in found if one is not None}
+
+
 def control_of_option(control: Control, kind: Any, option: str) -> Control | None:
     """Return what checks an option of a component, such as ``policy.gain``; None if a page cannot set it.
 

@@ -18,7 +18,7 @@ from teamsight.agents.components.failures import Failures
 from teamsight.core import checks
 from teamsight.core.component import Component, declared, number_in, of_name
 from teamsight.live import protocol
-from teamsight.live.controls import GIVEN, Control, control_of_option, model_name
+from teamsight.live.controls import GIVEN, Control, control_of_option, model_name, unset_choices
 from teamsight.live.interventions import Act, Entry, Journal, Place
 from teamsight.live.worlds import value_of, with_value
 
@@ -202,7 +202,8 @@ class _Texts:
     """
 
     def __init__(self, model: Callable[..., Any], controls: Mapping[str, Control]) -> None:
-        self._model, self._controls = model, controls
+        # Another page may have been started with what is no control of this one.
+        self._model, self._controls = model, {**unset_choices(model), **controls}
 
     def said(self, name: str, value: Any, said: list[str], *, usual: bool = False) -> dict[str, str]:
         """Return the texts `of` an argument; what another page cannot read is noted."""

@@ -639,8 +639,9 @@ class Session:
             found = links.read(link)
             worlds, controls = self._tasks[checks.choice("task", found.task, tuple(self._tasks))](self.worlds.seed)
             to = links.opened(found, worlds.model, controls, worlds.settings[0])
-            # Components of the link bring controls for their options.
-            parts = {name for name, value in to.settings[0].items() if isinstance(value, Component)}
+            # Components of the link bring controls for their options, and what may be left out one of its own.
+            left = to.settings[0]
+            parts = {name for name, value in left.items() if isinstance(value, Component) or name not in controls}
             theirs = [one for one in controls_of(worlds.model, to.settings[0]) if one.name.partition(".")[0] in parts]
             anew = {**controls, **{one.name: one for one in theirs}}
             self._rebuild(to.settings, "Opened from a link.", to.seed, (worlds, anew))

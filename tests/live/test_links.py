@@ -97,6 +97,14 @@ def test_what_is_written_is_read_again(built: Any, parameters: Any, beside: Any)
     assert not said
 
 
+def test_a_preset_is_written_and_read_where_none_was_given(built: Any) -> None:
+    text, said = links.written(*built({"preset": "touzet2000"}), running=False)
+    assert not said
+    assert opened(text).settings == [{"preset": "touzet2000"}]
+    with pytest.raises(ValueError, match="preset='/etc/passwd': unknown"):
+        opened(text.replace("touzet2000", "/etc/passwd"))
+
+
 def test_failures_are_written(built: Any) -> None:
     worlds, controls = built({"robots": 3}, {"events": Failures(200, 50)})
     text, said = links.written(worlds, controls, running=False)

@@ -717,7 +717,8 @@ def test_a_link_restores_what_was_done_on_another_server(live: Callable[..., Liv
 def test_options_of_a_link_become_controls(live: Callable[..., LivePage]) -> None:
     page = live()
     with opened(page) as socket:
-        follow(page, socket, "v=1&task=CMOMMT&robots=4&policy=a-cmommt&policy.gain=2&failures=50", 0)
+        follow(page, socket, "v=1&task=CMOMMT&preset=touzet2000&robots=4&policy=a-cmommt&policy.gain=2&failures=50", 0)
+        assert json.loads(page.session.board["controls"])["values"][0]["preset"] == "touzet2000"
         assert json.loads(page.session.board["controls"])["values"][0]["policy.gain"] == 2
         ask(socket, "set", name="policy.gain", value=3, track=None)
         assert "failures=50.0&did=0+set+policy.gain+3" in a_link(page, socket)[0]
