@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,6 +30,13 @@ _APART = 2.0
 _USUAL = 0.99
 # Longest step [medians], unless it hardly changes who is a neighbour, however still the robots are [awareness ranges].
 _LONG, _FAR = 10.0, 0.5
+# Median speeds of robots that move [m/s]: small robots, of 3 cm, make 1 cm a second, and hardly a drone makes 50 m.
+_SLOWEST, _FASTEST = 3e-3, 50.0
+# Degrees of latitude and longitude: a team is within 10 km, and farther from the origin than that by this factor.
+_MOST_DEGREES, _DEGREES_AWAY = 0.1, 100.0
+# Times since 1970, by the number of units in a second; of this century until 2100.
+_EPOCHS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+_FROM, _UNTIL = 946_684_800.0, 4_102_444_800.0
 
 
 class TrajectoryWarning(UserWarning):
@@ -74,6 +82,39 @@ def motion_of(trajectories: pd.DataFrame, grid: Grid, arena: Arena | None = None
     # NaN stands for robots that are not there.
     span = tuple(float(np.nanmax(values) - np.nanmin(values)) for values in (x, y))
     return Motion(np.flatnonzero(own) + 1, wait, length, float(np.median(move)) if len(move) else 0.0, span)
+
+
+def epoch(trajectories: pd.DataFrame) -> tuple[str, float]:
+    """Say the unit of times that look like times since 1970, and return how many are a second; 1 if unknown."""
+    begin, end = float(trajectories["time"].min()), float(trajectories["time"].max())
+    for unit, per_second in _EPOCHS.items():
+        if _FROM * per_second <= begin and end <= _UNTIL * per_second:
+            date = datetime.fromtimestamp(begin / per_second, UTC)
+            return f"times look like {unit} since 1970 and begin on {date:%Y-%m-%d %H:%M} UTC", per_second
+    return "", 1.0
+
+
+def speed_doubt(trajectories: pd.DataFrame, motion: Motion) -> str:
+    """Say if robots would be faster or slower than any are, were the units metres and seconds; nothing if not.
+
+    No caution of a report: δ is the same in any units, if the awareness range and the window have the same.
+    """
+    speeds = (motion.length / motion.wait)[motion.length > 0]
+    speed = float(np.median(speeds)) * epoch(trajectories)[1] if len(speeds) else 0.0
+    if not speed or _SLOWEST <= speed <= _FASTEST or _looks_like_degrees(trajectories, motion):
+        return ""
+    which, limit = ("fast", f"above {_FASTEST:g}") if speed > _FASTEST else ("slow", f"below {_SLOWEST:g}")
+    return (
+        f"Check the units: in metres and seconds robots would move {_rounded(speed)} m/s (median of those that move), "
+        f"{limit}, too {which} for robots. Are times in days or milliseconds, or positions in millimetres or pixels? "
+        "The awareness range and the window must have the units of the file."
+    )
+
+
+def _looks_like_degrees(trajectories: pd.DataFrame, motion: Motion) -> bool:
+    far = [float(trajectories[name].abs().max()) for name in ("x", "y")]
+    within = max(far) <= 180 and min(far) <= 90 and 0 < max(motion.span) < _MOST_DEGREES
+    return within and max(far) > _DEGREES_AWAY * max(motion.span)
 
 
 def check_motion(motion: Motion, grid: Grid, awareness_range: float, frames: int | None) -> None:
@@ -192,6 +233,11 @@ def _of_unit(record: Record) -> list[str]:
             f"{_rounded(found.farthest)} apart, {_rounded(found.farthest / reach)} ranges ({span})."
         )
     doubts = [f"Check the unit: {sentence}" for sentence in said]
+    if _looks_like_degrees(record.trajectories, motion):
+        doubts.insert(0, (
+            f"Check the units: x and y look like degrees of latitude and longitude ({span}), of which one is shorter "
+            "than the other: distances are wrong. Convert them to metres east and north of a point."
+        ))  # fmt: skip
     if groups := record.trajectories.attrs.get("groups"):
         listed = ", ".join(groups)
         doubts.append(f"Check the groups: all agents of {listed} count as one team; leave out the rows of others.")
@@ -282,6 +328,7 @@ def notes(record: Record, chosen: bool) -> tuple[str, ...]:
     several, length = gaps > 1, f"{tried.frames * grid.step:g}"
     part = "a twentieth of the record" if pieces == 1 else "at most a twentieth of the record"
     few = "with few robots present" + " or short" * (tried.kind == "piece")
+    doubt = speed_doubt(record.trajectories, record.motion)
     move, width, height = (_rounded(one / reach) for one in (record.motion.typical, *record.motion.span))
     said = [
         (
@@ -331,6 +378,7 @@ def notes(record: Record, chosen: bool) -> tuple[str, ...]:
             f"{move} from one sample to the next (median).",
         ),
         (found.range_shape == "square", SQUARE_RANGES),
+        (doubt, doubt),
     ]
     return tuple(text for holds, text in said if holds)
 

@@ -18,7 +18,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,6 +52,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from teamsight.analysis.delta import DeltaReport
+    from teamsight.analysis.delta.trajectory_notes import Motion
     from teamsight.analysis.runs.simulate import Progress
 
 Ints = npt.NDArray[np.int64]
@@ -77,9 +77,6 @@ _GUESSED = 0.2
 _OTHER_RATE = 1.5
 # A robot that moves, and has one position for a larger share of the time, is named.
 _STOOD = 0.1
-# Times since 1970, by the number of units in a second; of this century until 2100.
-_EPOCHS = {"seconds": 1.0, "milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
-_FROM, _UNTIL = 946_684_800.0, 4_102_444_800.0
 _COLOUR = "#1f77b4"
 # The longest name of a robot [characters].
 _LONGEST = 40
@@ -191,13 +188,17 @@ class RecordedTeam:
         choices = (float(f"{factor}e{power}") for factor in (1, 2, 5, 10))
         return min(choices, key=lambda one: abs(math.log(one / wanted)))
 
+    @cached_property
+    def _motion(self) -> Motion:
+        from teamsight.analysis.delta.trajectory_notes import motion_of
+
+        return motion_of(self.table, self.grid)
+
     def facts(self) -> list[tuple[str, str]]:
         """Return what was understood of the file, as names and texts."""
         return [(name, text) for name, text in self._facts() if text]
 
     def _facts(self) -> Iterator[tuple[str, str]]:
-        from teamsight.analysis.delta.trajectory_notes import motion_of
-
         grid, table = self.grid, self.table
         names = [_name(one) for one in table["robot"].cat.categories]
         listed = ", ".join(names[:6]) + ", …" * (len(names) > 6)
@@ -217,7 +218,7 @@ class RecordedTeam:
         yield "Gaps", self._gaps()
         yield "Clocks", self._clocks()
         yield "Standing", self._standing()
-        motion = motion_of(table, grid)
+        motion = self._motion
         speeds = (motion.length / motion.wait)[motion.length > 0]
         speed = float(np.median(speeds)) if len(speeds) else 0.0
         width, height = map(_short, motion.span)
@@ -292,13 +293,10 @@ class RecordedTeam:
         return f"robot {_name(who[k])} starts {_short(abs(late[k]))} {when} the others (their median)"
 
     def _epoch(self) -> tuple[str, float]:
-        """Say the unit of times that look like times since 1970, and return how many are a second; 1 if unknown."""
-        begin, end = float(self.table["time"].min()), float(self.table["time"].max())
-        for unit, per_second in _EPOCHS.items():
-            if _FROM * per_second <= begin and end <= _UNTIL * per_second:
-                date = datetime.fromtimestamp(begin / per_second, UTC)
-                return f"times look like {unit} since 1970 and begin on {date:%Y-%m-%d %H:%M} UTC", per_second
-        return "", 1.0
+        """Return what `trajectory_notes.epoch` does."""
+        from teamsight.analysis.delta.trajectory_notes import epoch
+
+        return epoch(self.table)
 
     def report(self, choice: Choice, progress: Progress = lambda done, total: None) -> DeltaReport:
         """Return the report on δ; another risk needs no other count.
@@ -331,6 +329,8 @@ class RecordedTeam:
 
     def answer(self, choice: Choice, progress: Progress = lambda done, total: None) -> dict[str, Any]:
         """Return δ as a page shows it: the answer, its cautions, the curve and further notes."""
+        from teamsight.analysis.delta.trajectory_notes import speed_doubt
+
         report = self.report(choice, progress)
         answer, *more = report.sentences()[len(report.cautions) :]
         assert report.over_time is not None
@@ -343,6 +343,7 @@ class RecordedTeam:
                 f"The awareness range of {self.guess:g} is a guess, a fifth of the area: set the distance within which "
                 "your robots are to know of each other."
             ))  # fmt: skip
+        cautions += [text for text in (speed_doubt(self.table, self._motion),) if text]
         cautions += report.advice
         named = re.match(r"δ = (\d+)", answer)
         return {

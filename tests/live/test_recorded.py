@@ -189,6 +189,13 @@ def test_a_guessed_range_is_called_a_guess() -> None:
     assert not any("guess" in text for text in team.answer(Choice(awareness_range=team.guess))["cautions"])
 
 
+def test_speeds_of_no_robot_are_a_caution() -> None:
+    table = table_of()
+    for second, number in ((1.0, 0), (1 / 86_400, 1), (1e3, 1)):
+        cautions = team_of(table.assign(time=table["time"] * second)).answer(Choice())["cautions"]
+        assert sum(text.startswith("Check the units") for text in cautions) == number, second
+
+
 def test_each_run_is_played_and_all_count() -> None:
     table = pd.concat([table_of(run="a"), table_of(robots=3, frames=80, run="b")])
     team = team_of(table)

@@ -129,3 +129,34 @@ def test_groups_that_are_counted_as_one_team_are_named(tmp_path: Path) -> None:
     with pytest.warns(TrajectoryWarning, match=r"differs between runs, from 3 \(in 1\) to 4"):
         parted = delta_from_trajectories(mixed.assign(run=mixed["group"]), 1.0, risk=0.9)
     assert not any("groups" in caution for caution in parted.cautions)
+
+
+@pytest.mark.parametrize(
+    ("second", "metre", "word"),
+    [
+        (1.0, 1.0, ""),
+        (1 / 86_400, 1.0, "too fast"),  # days of a spreadsheet
+        (1e3, 1.0, "too slow"),  # milliseconds
+        (1.0, 1e3, "too fast"),  # millimetres
+    ],
+)
+def test_speeds_of_no_robot_are_a_note_since_the_number_is_right_in_any_units(second: float, metre: float, word: str) -> None:
+    walked = walk(metre)
+    report = delta_from_trajectories(walked.assign(time=0.1 * second * walked["time"]), metre, risk=0.5)
+    assert report.cautions == ()
+    said = [text for text in report.notes if text.startswith("Check the units")]
+    assert len(said) == bool(word)
+    assert all(word in text for text in said)
+    # Times since 1970 have a unit that is known.
+    now = walked.assign(time=(1.7e9 + 0.1 * walked["time"]) * 1e9)
+    assert not any("units" in text for text in delta_from_trajectories(now, metre, risk=0.5).notes) or metre > 1
+
+
+def test_degrees_are_doubted_once() -> None:
+    walked = walk(1e-5)
+    degrees = walked.assign(x=11.57 + walked["x"], y=48.14 + walked["y"])
+    with pytest.warns(TrajectoryWarning, match="degrees of latitude"):
+        report = delta_from_trajectories(degrees, 1e-5, risk=0.5)
+    assert not any("units" in text for text in report.notes)
+    # Metres about an origin, however few, are none.
+    assert delta_from_trajectories(walked, 1e-5, risk=0.5).cautions == ()
