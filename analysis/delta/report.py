@@ -246,6 +246,16 @@ class DeltaReport:
         """How many trials the stated risk needs, and how to get them; nothing if these support it."""
         return [] if self.supported else _advice(self)
 
+    @property
+    def time_needed(self) -> float | None:
+        """For trajectories, the length of a record like this that supports the risk [time]; None if more is no cure."""
+        if self.recorded is None:
+            return None
+        columns = self.maxima[["max_neighbours", "mean_neighbours"]]
+        if self.independent == 1 and self.trials > 1 and (columns.nunique() == 1).all():
+            return None
+        return self.recorded * max(1.0, self.trials_needed / self.independent)
+
     def to_markdown(self) -> str:
         """Return the report as Markdown."""
         parts = [f"# δ for {self.subject}", "\n".join(f"- {sentence}" for sentence in self.sentences())]
@@ -428,8 +438,7 @@ def _advice(report: DeltaReport) -> list[str]:
     )
     if report.recorded is None:
         return [lacks, f"Simulate at least {needed:,} runs, {needed - report.trials:,} more."]
-    columns = report.maxima[["max_neighbours", "mean_neighbours"]]
-    if report.independent == 1 and report.trials > 1 and (columns.nunique() == 1).all():
+    if report.time_needed is None:
         cure = "record while the robots move, or runs that start afresh, marked by a column run"
         return [lacks, f"All {report.trial}s are the same, so that they count as one: {cure}."]
     factor = needed / report.independent
@@ -437,7 +446,7 @@ def _advice(report: DeltaReport) -> list[str]:
     frames = "" if report.frame is None else f", about {report.recorded * (factor - 1) / report.frame:,.0f} more frames"
     return [
         lacks,
-        f"At this rate the record must be {factor:.3g} times as long, {_long(report.recorded * factor)} instead of "
+        f"At this rate the record must be {factor:.3g} times as long, {_long(report.time_needed)} instead of "
         f"{_long(report.recorded)}: {more:,} more {report.trial}s{frames}.",
     ]
 

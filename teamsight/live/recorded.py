@@ -350,7 +350,7 @@ class RecordedTeam:
             "answer": answer,
             "cautions": cautions,
             "notes": [*(one for one in more if one not in cautions), report.subject],
-            "delta": int(named[1]) if named else None,
+            "delta": int(named[1]) if named else None, "seen": "" if named else self._seen(report),
             "largest": report.largest, "robots": report.robots, "trials": report.trials, "trial": report.trial,
             "length": report.length, "confidence": report.confidence, "independent": report.independent,
             "curve": [
@@ -358,6 +358,18 @@ class RecordedTeam:
                 for delta, *shares in rows[["delta", *_SHARES]].to_numpy().tolist()
             ],
         }  # fmt: skip
+
+    def _seen(self, report: DeltaReport) -> str:
+        """Say that what was seen is no estimate of δ, and how long a record would be that supports one."""
+        if report.time_needed is None or report.recorded is None:
+            return "What was seen is no estimate of δ."
+        known, per_second = self._epoch()
+        needed, now = (_short(time / per_second) for time in (report.time_needed, report.recorded))
+        unit = " s" * bool(known)
+        return (
+            f"What was seen is no estimate of δ: a risk of {100 * report.risk:g} % needs a record of about "
+            f"{needed}{unit}, and this one has {now}{unit}."
+        )
 
     def play(self, choice: Choice, progress: Progress = lambda done, total: None) -> RecordedTrack:
         """Return the frames of a run; a tick is a frame of the record, and gaps are left out."""

@@ -196,3 +196,14 @@ def test_a_phone_has_the_answer_first_and_no_overflow(
     above = "() => document.querySelector('.tr-panel').getBoundingClientRect().top < document.querySelector('canvas').getBoundingClientRect().top"
     assert page.evaluate(above)
     shot(page, f"recorded-phone-{'dark' if dark else 'light'}")
+
+
+def test_a_record_of_one_observation_shows_what_was_seen(served: Callable[..., LivePage], page: Page) -> None:
+    text = csv_of(frames=60)
+    team = read_recorded("team.csv", content=text.encode())
+    answer = team.answer(Choice(awareness_range=1.0))
+    assert answer["delta"] is None
+    page.goto(served(text, awareness_range=1.0).url)
+    page.wait_for_selector(".tr-delta-text")
+    assert page.inner_text(".tr-delta-text") == f"{answer['largest']} seen, δ = ?"
+    assert answer["seen"] in page.inner_text(".tr-panel")

@@ -189,6 +189,19 @@ def test_a_guessed_range_is_called_a_guess() -> None:
     assert not any("guess" in text for text in team.answer(Choice(awareness_range=team.guess))["cautions"])
 
 
+def test_a_record_of_one_observation_says_what_is_known_and_what_is_needed() -> None:
+    team = team_of(table_of(speed=0.07))
+    answer = team.answer(Choice(awareness_range=1.0, risk=0.01))
+    assert answer["delta"] is None
+    report = team.report(Choice(awareness_range=1.0, risk=0.01))
+    assert report.time_needed == pytest.approx(report.recorded * report.trials_needed / report.independent)
+    assert f"needs a record of about {report.time_needed:,.0f}, and this one has {report.recorded:.3g}" in answer["seen"]
+    # Of robots that never move, more of the same says nothing.
+    still = table_of(speed=0.0)
+    assert "needs" not in team_of(still).answer(Choice(awareness_range=1.0))["seen"]
+    assert team_of(table_of(6, speed=0.15)).answer(Choice(awareness_range=1.0, risk=0.4))["seen"] == ""
+
+
 def test_speeds_of_no_robot_are_a_caution() -> None:
     table = table_of()
     for second, number in ((1.0, 0), (1 / 86_400, 1), (1e3, 1)):

@@ -219,10 +219,10 @@ class Panel {
   }
 
   show(message) {
-    const { answer, cautions, notes, delta, trial, length } = message;
-    const meaning = delta === null ? "" : `It is exceeded in a ${trial} if any robot has more than ${delta} neighbours at any time of these ${short(length)}.`;
+    const { answer, cautions, notes, delta, seen, largest, trial, length } = message;
+    const meaning = delta === null ? seen : `It is exceeded in a ${trial} if any robot has more than ${delta} neighbours at any time of these ${short(length)}.`;
     this.answer.replaceChildren(
-      make("p", { class: "tr-delta-text" }, delta === null ? "δ = ?" : `δ = ${delta}`),
+      make("p", { class: "tr-delta-text" }, delta === null ? `${largest} seen, δ = ?` : `δ = ${delta}`),
       make("p", {}, answer), make("p", { class: "ts-soft" }, meaning),
       make("ul", { class: "tr-cautions", "aria-label": "Cautions" }, ...cautions.map((text) => make("li", {}, text))));
     const open = this.rest.querySelector("details[open]") !== null;
