@@ -31,6 +31,8 @@ _OTHER_NAMES = {
 _POSITION = r"(.*[^a-z])?pos(e|ition)?[\W_]*{0}|{0}[\W_]*(m|mm|cm)?[\W_]*|{0}[\W_]?pos(ition)?"
 # A column of the x of one robot, as in x3, robot3_x or /a/odom/x.
 _ONE_OF_MANY = r"(.*[^a-z])?x([^a-z].*)?"
+# Words above the columns of an export of motion capture (OptiTrack Motive, Vicon Nexus, Qualisys).
+_CAPTURE = r"Format Version|Capture Frame Rate|Export Frame Rate|Take Name|Rigid Body|NO_OF_FRAMES|\A\W*Trajectories\b"
 # Text columns with more distinct values are not read as categories.
 _NAMES = 100_000
 
@@ -101,6 +103,8 @@ def _read(place: Path, kind: str, content: bytes | None) -> pd.DataFrame:
     def source() -> Any:
         return place if content is None else pa.BufferReader(content)
 
+    if kind == "CSV":
+        _refuse_other_text(place, _beginning(place, content))
     try:
         if kind == "CSV":
             with csv.open_csv(source()) as reader:
@@ -142,9 +146,21 @@ def _read(place: Path, kind: str, content: bytes | None) -> pd.DataFrame:
 
 def _beginning(place: Path, content: bytes | None) -> bytes:
     if content is not None:
-        return content[:2]
+        return content[:4096]
     with place.open("rb") as file:
-        return file.read(2)
+        return file.read(4096)
+
+
+def _refuse_other_text(place: Path, beginning: bytes) -> None:
+    """Raise an error if a CSV file begins as an export of motion capture does."""
+    text = beginning.decode(errors="replace")
+    if set(COLUMNS) <= set(text.partition("\n")[0].replace('"', "").strip().split(",")):
+        return
+    if found := re.search(_CAPTURE, text):
+        raise ValueError(
+            f"{place}: looks like an export of motion capture ({found[0].strip()!r}), with lines above the table and "
+            f"all robots side by side; give each robot its own rows, {','.join(COLUMNS)}: docs/recorded.md has the code"
+        )
 
 
 def _first_line(error: Exception) -> str:

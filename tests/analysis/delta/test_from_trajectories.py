@@ -95,6 +95,8 @@ def test_both_kinds_of_file_hold_the_same(tmp_path: Path, name: str) -> None:
         (GOOD + "1,a,5,5\n", "robot 'a' twice at time 1, in rows 2 and 5; keep one"),
         (GOOD + "0.5,b,5,5\n", "robot 'b' goes back from time 1 in row 4 to 0.5 in row 5; .*column run.*--sort"),
         ("time,robot,x,y\n0,7,0,0\n1,7,0,0\n", "only robot 7; a neighbour graph needs at least 2"),
+        ("Format Version,1.23,Take Name,walk\n\n,,Rigid Body,Rigid Body\n", "export of motion capture .*docs/recorded.md"),
+        ("Trajectories\n100\n,a:m1,,,b:m1,,\nFrame,Sub Frame,X,Y,Z,X,Y\n", "export of motion capture"),
         (GOOD + "2,a,0\n", "not a readable CSV file .*Expected 4 columns"),
     ],
 )
@@ -103,6 +105,11 @@ def test_bad_files_are_refused_in_one_line(tmp_path: Path, text: str, message: s
         trajectory_files.read_trajectories(_write(tmp_path, text))
     assert "\n" not in str(error.value)
     assert "trajectories.csv" in str(error.value)
+
+
+def test_words_of_motion_capture_may_be_in_a_file(tmp_path: Path) -> None:
+    text = GOOD.replace("y\n", "y,Take Name\n", 1).replace("\n", ",Rigid Body\n").replace("Name,Rigid Body", "Name", 1)
+    assert len(trajectory_files.read_trajectories(_write(tmp_path, text))) == 4
 
 
 def test_text_of_another_encoding_is_named(tmp_path: Path) -> None:
