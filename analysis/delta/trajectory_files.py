@@ -66,7 +66,8 @@ def read_trajectories(
     DataFrame
         time (float64), robot (category), x, y (float64), robot by robot, in the order of time; with runs also run
         (category), run by run in the order in which they first appear. If a column group has several values in one run,
-        they are in ``attrs["groups"]``; the names of columns that are ignored are in ``attrs["ignored"]``.
+        they are in ``attrs["groups"]``; the names of columns that are ignored are in ``attrs["ignored"]``, the number
+        of rows whose time was before that of the row before, of the same robot, in ``attrs["sorted"]``.
 
     Raises
     ------
@@ -228,7 +229,9 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
         column: _numbers(trajectories[column], name, away & (column != "time")) for column in ("time", "x", "y")
     }
     place = np.asarray(run.codes, np.int64) * (int(robot.codes.max()) + 1) + robot.codes
-    order = np.lexsort((columns["time"], place)) if sort else np.argsort(place, kind="stable")
+    kept = np.argsort(place, kind="stable")
+    order = np.lexsort((columns["time"], place)) if sort else kept
+    back = int(((np.diff(columns["time"][kept]) < 0) & (np.diff(place[kept]) == 0)).sum())
     run, robot = run[order], robot[order]
     columns = {column: values[order] for column, values in columns.items()}
     _check_times(run, robot, columns["time"], order + 1, name)
@@ -238,6 +241,7 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
     found = pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
     others = [str(column) for column in trajectories.columns if column not in (*COLUMNS, RUN, GROUP)]
     found.attrs["ignored"] = trajectories.attrs.get("ignored") or others
+    found.attrs["sorted"] = trajectories.attrs.get("sorted") or back
     found.attrs["groups"] = trajectories.attrs.get("groups") or _mixed_groups(trajectories)
     return found
 

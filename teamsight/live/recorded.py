@@ -208,6 +208,11 @@ class RecordedTeam:
         away = int(table["x"].isna().sum())
         yield "Positions", f"{len(table) - away:,}" + f"; rows that say that a robot is away: {away:,}" * bool(away)
         yield "Not read", ", ".join(_name(one) for one in table.attrs.get("ignored", ()) if str(one).strip())
+        if back := table.attrs.get("sorted"):
+            yield "Sorted by time", (
+                f"times went back {back:,} time{'s' * (back > 1)}: check for a clock that was set, two robots of one name "
+                "or a new recording, which a column run marks"
+            )
         yield "Rate", self._rate()
         spans = (grid.length - 1) * grid.step
         pieces = f" in {len(spans):,} {'runs or ' * several}pieces" * (len(spans) > 1)
@@ -799,7 +804,7 @@ class Visit:
         try:
             if len(coming.content) != coming.size:
                 raise ValueError(f"{coming.name}: is longer than it was said to be; send it again")
-            team = read_recorded(coming.name, content=bytes(coming.content), progress=go_on)
+            team = read_recorded(coming.name, content=bytes(coming.content), sort=True, progress=go_on)
         finally:
             # Another one may be coming already.
             if self.coming is coming:

@@ -261,6 +261,17 @@ def test_a_file_is_sent_and_opened_by_its_key(page: LivePage) -> None:
         assert heard(socket, "record")["name"] == "sent.csv"
 
 
+def test_a_file_in_disorder_is_sorted_and_says_so(page: LivePage) -> None:
+    with opened(page) as socket:
+        for table, number in ((table_of(), 0), (table_of().iloc[::-1], 4 * 199)):
+            send(socket, table.to_csv(index=False).encode())
+            heard(socket, "kept")
+            facts = dict(heard(socket, "record")["facts"])
+            assert facts.get("Sorted by time", "times went back 0 times").startswith(f"times went back {number:,} times")
+            assert "goes back" not in heard(socket, "answer")["answer"]
+            heard(socket, "track")
+
+
 def test_the_oldest_file_makes_room_but_not_the_first(page: LivePage) -> None:
     content = table_of(frames=20).to_csv(index=False).encode()
     keys = []
@@ -291,7 +302,6 @@ _BAD: dict[str, tuple[bytes, str]] = {
     "nan": ((_ROWS + "0,a,1,1\n0,b,2,\n1,a,1,1\n1,b,2,1\n").encode(), "y is missing in row 2"),
     "infinite": ((_ROWS + "0,a,1,1\n0,b,2,inf\n1,a,1,1\n1,b,2,1\n").encode(), "row 2"),
     "twice": ((_ROWS + "0,a,1,1\n0,a,1,1\n1,a,1,1\n1,b,2,1\n").encode(), "twice at time 0"),
-    "back": ((_ROWS + "1,a,1,1\n0,a,1,1\n1,b,2,1\n").encode(), "goes back"),
     "dates": ((_ROWS + "2026-01-01,a,1,1\n2026-01-02,a,1,1\n").encode(), "must be a number"),
     "semicolons": (b"time;robot;x;y\n0;1;2;3\n", "separated by commas"),
     "binary": (bytes(range(256)) * 8, ""),
