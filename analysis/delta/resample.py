@@ -129,19 +129,19 @@ def make_grid(trajectories: pd.DataFrame, step: float | None = None, max_gap: fl
         If no robot has two samples in a run, no two robots have samples in one piece, or the record would make more
         than ten million frames.
     """
-    time = trajectories["time"].to_numpy()
+    time, name = trajectories["time"].to_numpy(), trajectories.attrs.get("name", "trajectories")
     own = np.ones(len(time) - 1, dtype=bool)
     own[trajectory_starts(trajectories)[1:-1] - 1] = False  # from one trajectory's last sample to the next one's first
     interval = np.diff(time)[own]
     if not len(interval):
-        raise ValueError("trajectories: every robot has a single sample; motion needs at least 2 of one robot in a run")
+        raise ValueError(f"{name}: every robot has a single sample; motion needs at least 2 of one robot in a run")
     median = float(np.median(interval))
     step = median if step is None else checks.number("step", step, above=0.0)
     gap = max(_BRIDGED * median, step) if max_gap is None else checks.number("max_gap", max_gap, above=0.0)
     start, end, run, gaps, robots = _pieces(trajectories, gap)
     if robots < 2:
         raise ValueError(
-            f"trajectories: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs "
+            f"{name}: a single robot in each piece between gaps of more than {gap:g}; a neighbour graph needs "
             "2 robots at one time; give a longer max_gap, or check whether the column run separates robots of one run"
         )
     with np.errstate(over="ignore"):

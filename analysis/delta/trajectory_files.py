@@ -153,8 +153,14 @@ def _beginning(place: Path, content: bytes | None) -> bytes:
 
 
 def _refuse_other_text(place: Path, beginning: bytes) -> None:
-    """Raise an error if a CSV file begins as an export of motion capture does."""
+    """Raise an error if a CSV file begins as JSON or an export of motion capture does, or with blank lines only."""
     text = beginning.decode(errors="replace")
+    first = text.lstrip()[:1]
+    if text and first in ("", "{", "["):
+        raise ValueError(
+            f"{place}: {'is JSON' if first else 'begins with blank lines only'}; write a CSV with the columns "
+            f"{', '.join(COLUMNS)}, a row for each robot and time"
+        )
     if set(COLUMNS) <= set(text.partition("\n")[0].replace('"', "").strip().split(",")):
         return
     if found := re.search(_CAPTURE, text):
@@ -241,6 +247,7 @@ def check_trajectories(trajectories: pd.DataFrame, *, sort: bool = False, name: 
     found = pd.DataFrame(checked | ({RUN: run} if RUN in trajectories else {}), copy=False)
     others = [str(column) for column in trajectories.columns if column not in (*COLUMNS, RUN, GROUP)]
     found.attrs["ignored"] = trajectories.attrs.get("ignored") or others
+    found.attrs["name"] = trajectories.attrs.get("name", name)
     found.attrs["sorted"] = trajectories.attrs.get("sorted") or back
     found.attrs["groups"] = trajectories.attrs.get("groups") or _mixed_groups(trajectories)
     return found

@@ -210,8 +210,8 @@ class RecordedTeam:
         yield "Not read", ", ".join(_name(one) for one in table.attrs.get("ignored", ()) if str(one).strip())
         if back := table.attrs.get("sorted"):
             yield "Sorted by time", (
-                f"times went back {back:,} time{'s' * (back > 1)}: check for a clock that was set, two robots of one name "
-                "or a new recording, which a column run marks"
+                f"times went back {back:,} time{'s' * (back > 1)}: check for a clock that was set, two robots of one "
+                "name or a new recording, which a column run marks"
             )
         yield "Rate", self._rate()
         spans = (grid.length - 1) * grid.step
