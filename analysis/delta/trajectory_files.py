@@ -23,6 +23,10 @@ RUN = "run"
 #: Column of trajectories that a world has recorded. All rows count as one team, whatever is in it.
 GROUP = "group"
 _EXTENSIONS = (".csv", ".csv.gz", ".parquet", ".pq")
+# Of the words for what is missing, those that are no names: of a robot "NA" is one.
+_MISSING = ["", "nan", "NaN"]
+# Other endings of tables as text.
+_TEXTS, _RENAME = (".txt", ".tsv", ".dat"), "; if it is text separated by commas, rename it to .csv"
 # What loggers call these columns; an x or y may be of any message, as in pose.position.x.
 _OTHER_NAMES = {
     "time": ("t", "stamp", "timestamp", "secs", "seconds", "header.stamp"),
@@ -83,7 +87,8 @@ def read_trajectories(
     place = Path(path)
     name = place.name.lower()
     if not name.endswith(_EXTENSIONS):
-        raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}")
+        cure = _RENAME * name.endswith(_TEXTS)
+        raise ValueError(f"{place}: unknown kind of file {place.suffix!r}; known are {', '.join(_EXTENSIONS)}{cure}")
     progress(0, 2)
     try:
         table = _read(place, "CSV" if name.endswith((".csv", ".csv.gz")) else "Parquet", content)
@@ -122,6 +127,13 @@ def _read(place: Path, kind: str, content: bytes | None) -> pd.DataFrame:
                 auto_dict_max_cardinality=_NAMES,
             )
             table = csv.read_csv(source(), convert_options=options)
+            for column in {"robot", RUN} & set(wanted):
+                read = table.column(column)
+                if read.null_count and not (pa.types.is_integer(read.type) or pa.types.is_floating(read.type)):
+                    # NA may be a name.
+                    options.include_columns, options.null_values = [column], _MISSING
+                    named = csv.read_csv(source(), convert_options=options)
+                    table = table.set_column(wanted.index(column), column, named[0])
         else:
             table = parquet.read_table(source(), columns=wanted)
     except (pa.ArrowException, UnicodeDecodeError) as error:

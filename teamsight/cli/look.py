@@ -291,7 +291,7 @@ class WatchSettings(WorldOptions):
         """Refuse settings that do not go together, and worlds that are too large."""
         if self.trajectories:
             self.refuse(
-                self.given - {"trajectories", *_RECORDED, *_SERVED}, "has no effect on recorded positions; leave it out"
+                self.given - {"trajectories", *_RECORDED, *_SERVED}, "has no effect on recorded positions"
             )
             return
         self.refuse(_RECORDED[2:], "is for recorded positions, and needs --trajectories")

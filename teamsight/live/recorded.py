@@ -787,7 +787,10 @@ class Visit:
         # Only for people, and for its ending; nothing of this name is opened.
         name = "".join(c for c in name.replace("\\", "/").rsplit("/", 1)[-1] if c.isprintable())[-120:] or "file"
         if not name.lower().endswith(".csv"):
-            raise ValueError(f"{name}: is not a CSV file; drop a .csv with the columns time, robot, x, y")
+            raise ValueError(
+                f"{name}: is not a CSV file; drop a .csv with the columns time, robot, x, y; if it is one, "
+                "rename it to .csv"
+            )
         if size > MOST_FILE:
             raise ValueError(
                 f"{name}: has {size / 2**20:,.0f} MiB, and a page can send {MOST_FILE // 2**20}; open it by teamsight "

@@ -112,7 +112,7 @@ def test_recorded_robots_are_served_until_ctrl_c(tmp_path: Path) -> None:
     [
         (["--trajectories", "no.csv"], "no.csv: cannot be read"),
         (["--trajectories", "bad.csv"], "no column 'time'"),
-        (["--trajectories", "team.csv", "--robots", "3"], "no effect on recorded positions"),
+        (["--trajectories", "team.csv", "--robots", "3"], "no effect on recorded positions; leave --robots out"),
         (["--trajectories", "team.csv", "--paused"], "no effect on recorded positions"),
         (["--trajectories", "team.csv", "--window", "1e9"], "window"),
         (["--risk", "0.1"], "needs --trajectories"),

@@ -336,6 +336,7 @@ def test_bad_files_are_refused_and_the_page_goes_on(page: LivePage, name: str) -
     ("name", "size", "reason"),
     [
         ("picture.png", 100, "drop a .csv"),
+        ("team.txt", 100, "rename it to .csv"),
         ("team.csv.gz", 100, "drop a .csv"),
         ("/etc/passwd", 100, "passwd: is not a CSV file"),
         ("big.csv", recorded.MOST_FILE + 1, "teamsight watch --trajectories"),

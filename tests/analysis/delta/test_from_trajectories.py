@@ -126,11 +126,25 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         trajectory_files.read_trajectories(tmp_path / "none.csv")
     with pytest.raises(ValueError, match=r"unknown kind of file '.xlsx'; known are .csv"):
         trajectory_files.read_trajectories(tmp_path / "t.xlsx")
+    for ending in ("txt", "tsv"):
+        with pytest.raises(ValueError, match="if it is text separated by commas, rename it to .csv"):
+            trajectory_files.read_trajectories(tmp_path / f"t.{ending}")
     with pytest.raises(ValueError, match="not a readable Parquet file"):
         trajectory_files.read_trajectories(_write(tmp_path, "no parquet", "t.parquet"))
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(ValueError, match="cannot be read"):
         trajectory_files.read_trajectories(tmp_path / "folder.csv")
+
+
+def test_a_name_may_be_a_word_for_what_is_missing(tmp_path: Path) -> None:
+    text = GOOD.replace(",a,", ",NA,")
+    assert list(trajectory_files.read_trajectories(_write(tmp_path, text))["robot"].cat.categories) == ["NA", "b"]
+    both = "run,time,robot,x,y\nNA,0,a,0,0\nNA,1,a,0,0\nNA,0,b,0,0\nN/A,0,NA,NA,NA\n"
+    found = trajectory_files.read_trajectories(_write(tmp_path, both))
+    assert [list(found[name].cat.categories) for name in ("run", "robot")] == [["NA", "N/A"], ["a", "b", "NA"]]
+    # Beside numbers it is none.
+    with pytest.raises(ValueError, match="robot is missing in row 1"):
+        trajectory_files.read_trajectories(_write(tmp_path, "time,robot,x,y\n0,NA,0,0\n0,1,0,0\n1,1,0,0\n"))
 
 
 def test_sorting_on_request(tmp_path: Path) -> None:
