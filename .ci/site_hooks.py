@@ -32,10 +32,10 @@ NOT_FOUND_BY_SEARCH = "search:\n  exclude: true\n"
 # What counts more, or less, among the pages that a search finds.
 BOOSTS = {
     "tutorial.md": 8.0, "studies.md": 6.0, "policies.md": 4.0, "sensors.md": 4.0, "delta.md": 4.0, "recordings.md": 4.0,
-    "watch.md": 4.0, "benchmarks.md": 0.7, "reference/": 0.5, "gallery/": 0.5, "changelog.md": 0.2,
+    "watch.md": 4.0, "learning.md": 2.0, "benchmarks.md": 0.7, "reference/": 0.5, "gallery/": 0.5, "changelog.md": 0.2,
 }  # fmt: skip
 # What people type that pages say otherwise.
-SOUGHT = {"delta.md": ["delta"]}
+SOUGHT = {"delta.md": ["delta"], "studies.md": ["study"]}
 # The tutorial as a notebook, beside its page.
 NOTEBOOK = "tutorial.ipynb"
 # Code is wide, and needs no table of contents.

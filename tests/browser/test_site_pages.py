@@ -70,6 +70,7 @@ def test_the_search_finds_what_explains_first(page: Page, folder: Path, served: 
     assert number < 25
     assert first[0] == "tutorial"
     assert found(page, "delta")[1][0] == found(page, "δ")[1][0] == "delta"
+    assert [found(page, word)[1][0] for word in ("study", "learning")] == ["studies", "learning"]
     assert found(page, "class World")[1][0] == "teamsight.World"
     assert found(page, "real robot")[1][0] == "controllers"
     # A beginning, another spelling, a plural.
