@@ -31,7 +31,7 @@ VERSION = "1"
 MOST_TICK = 1_000_000
 #: Characters of the interventions in a link, at most; a longer log is left out.
 MOST_LOG = 2000
-_MOST_FIELDS = 200
+_MOST_FIELDS, _MOST_QUOTED = 200, 80
 _OWN = ("v", "task", "seed", "tick", "two", "did")
 _RIGHT, _OPTIONS = "right.", "_options"
 # What stands in a link for a source of failures, and the parameter that it is.
@@ -95,7 +95,9 @@ def read(text: str) -> Link:
     try:
         pairs = parse_qsl(text, keep_blank_values=True, strict_parsing=True, max_num_fields=_MOST_FIELDS)
     except ValueError as error:
-        raise ValueError(f"it is damaged ({error})") from None
+        said = str(error)
+        # It quotes the field, which may be all of the link.
+        raise ValueError(f"it is damaged ({said if len(said) < _MOST_QUOTED else said[:_MOST_QUOTED] + '…'})") from None
     fields = dict(pairs)
     if len(fields) < len(pairs) or "v" not in fields or "task" not in fields:
         raise ValueError("it is damaged: it must have v and task, and each name once")

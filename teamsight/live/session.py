@@ -635,6 +635,9 @@ class Session:
 
     def _on_open(self, link: str) -> None:
         """Go where a link leads: other settings, another seed, and a tick, to which the worlds then run."""
+        if not self._is_failed:
+            # That of a link before.
+            self._note = ""
         try:
             found = links.read(link)
             worlds, controls = self._tasks[checks.choice("task", found.task, tuple(self._tasks))](self.worlds.seed)
@@ -646,7 +649,7 @@ class Session:
             anew = {**controls, **{one.name: one for one in theirs}}
             self._rebuild(to.settings, "Opened from a link.", to.seed, (worlds, anew))
         except (TypeError, ValueError) as error:
-            raise ValueError(f"This link cannot be opened: {error}. The page goes on with the defaults.") from error
+            raise ValueError(f"This link cannot be opened: {error}. The page goes on with what ran.") from error
         self.is_running, self._goal, self._acts = False, to.tick, [deque(acts) for acts in to.acts]
         self._repeat(found.task)
 

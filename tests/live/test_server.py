@@ -755,6 +755,21 @@ def test_what_a_link_cannot_do_is_a_sentence_and_the_page_goes_on(live: Callable
         stepped(socket, 1)
 
 
+def test_a_refused_link_is_quoted_in_short_and_what_ran_goes_on(live: Callable[..., LivePage]) -> None:
+    page = live()
+    with opened(page) as socket:
+        follow(page, socket, "v=1&task=CMOMMT&robots=4", 0)
+        assert "Opened from a link" in json.loads(page.session.board["state"])["note"]
+        ask(socket, "open", link="x" * 2000)
+        message = until(socket, "error")["message"]
+        assert message.startswith("This link cannot be opened: it is damaged (bad query field: 'xxx")
+        assert message.endswith("xxx…). The page goes on with what ran.")
+        assert len(message) < 200
+        rest(page)
+        assert json.loads(page.session.board["state"])["note"] == ""
+    assert len(page.session.worlds.tracks[0].world.robots) == 4
+
+
 def test_a_task_is_listed_once_and_links_know_both_names(live: Callable[..., LivePage]) -> None:
     page = live(parameters={"robots": 4})
     with opened(page) as socket:

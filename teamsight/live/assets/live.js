@@ -1074,7 +1074,7 @@ class Address {
     this.isOpen = true;
     const { wanted } = this;
     this.wanted = "";
-    if (wanted.length > MOST_LINK) this.page.fail(`This link cannot be opened: it has ${wanted.length.toLocaleString("en")} characters, at most ${MOST_LINK.toLocaleString("en")}. The page goes on with the defaults.`);
+    if (wanted.length > MOST_LINK) this.page.fail(`This link cannot be opened: it has ${wanted.length.toLocaleString("en")} characters, at most ${MOST_LINK.toLocaleString("en")}. The page goes on with what ran.`);
     else if (wanted) this.page.link.send("open", { link: wanted });
     this.soon();
   }
