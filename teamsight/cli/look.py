@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import combinations, zip_longest
@@ -346,7 +347,8 @@ def watch(settings: WatchSettings) -> None:
     from teamsight.cli.show import say
     from teamsight.core import browsers
 
-    with _served(settings) as page:
+    # From the first line on Ctrl-C is the usual way to end it.
+    with _served(settings) as page, suppress(KeyboardInterrupt):
         say(page.url)
         is_open = not settings.no_browser and browsers.show(page.url)
         say("open in the browser; Ctrl-C ends" if is_open else "open this address in a browser; Ctrl-C ends")

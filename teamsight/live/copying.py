@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import inspect
+import math
 import shlex
 import sys
 from collections.abc import Callable, Mapping
@@ -79,8 +80,11 @@ class Code:
         return "..."
 
 
-def script_of(worlds: Worlds) -> str:
-    """Return a script that builds the worlds of a page and makes their steps and interventions again."""
+def script_of(worlds: Worlds, unknown: list[str] | None = None) -> str:
+    """Return a script that builds the worlds of a page and makes their steps and interventions again.
+
+    What it cannot write is in a comment of it, and is added to `unknown`.
+    """
     code, body, tracks = Code(), list[str](), list(worlds.tracks)
     made, seed = _maker(code, worlds.model), seed_name(worlds.model)
     names = ["model"] if len(tracks) == 1 else ["left", "right"]
@@ -105,11 +109,16 @@ def script_of(worlds: Worlds) -> str:
                 code.imports |= {("teamsight", shape)} if any(f"({shape}(" in line for line in entry.lines) else set()
         if until > tick:
             body.append(f"{name}.run({until - tick})")
-        body += [f'print(f"{name}: tick {{{name}.tick}}, mean observed fraction {{{name}.observed_fraction:.4f}}")', ""]
+        # Where nobody senses targets there is no fraction.
+        is_known = math.isfinite(track.world.observed_fraction)
+        mean = f", mean observed fraction {{{name}.observed_fraction:.4f}}" if is_known else ""
+        body += [f'print(f"{name}: tick {{{name}.tick}}{mean}")', ""]
     head = [
         f"from {module} import {', '.join(sorted(name for home, name in code.imports if home == module))}"
         for module in sorted({module for module, _ in code.imports})
     ]
+    if unknown is not None:
+        unknown += dict.fromkeys(code.unknown)
     head += [f"# Write this yourself: {' '.join(one.split())}" for one in dict.fromkeys(code.unknown)]
     return "\n".join([*head, "", *body])
 
@@ -123,9 +132,12 @@ def _maker(code: Code, model: Callable[..., World]) -> str:
     return f"TaskModel(task_of({model.task.name!r}))"
 
 
-def command_of(worlds: Worlds) -> str:
-    """Return the command that shows worlds with the present settings from tick 0; interventions are not in it."""
-    model, unknown, words = worlds.model, list[str](), ["teamsight", "watch"]
+def command_of(worlds: Worlds, unknown: list[str] | None = None) -> str:
+    """Return the command that shows worlds with the present settings from tick 0; interventions are not in it.
+
+    What it cannot give is in a comment of it, and is added to `unknown`.
+    """
+    model, words, unknown = worlds.model, ["teamsight", "watch"], [] if unknown is None else unknown
     if isinstance(model, TaskModel):
         words += ["--task", model.task.name]
         if model.task.name not in TASKS:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from teamsight.agents.body import Body, checked_positions
 from teamsight.agents.group import Group
@@ -167,11 +168,20 @@ def obstruct(world: World, shape: str, points: Sequence[tuple[float, float]]) ->
         text = f"Circle(({x!r}, {y!r}), {radius!r})"
     else:
         obstacle, text = Polygon(points), f"Polygon({list(points)!r})"
-    world.arena = world.arena.with_obstacles(obstacle)
+    arena = world.arena.with_obstacles(obstacle)
+    if not any(arena.period) and not world._data.first_arena.contains(_along(obstacle.boundary)).any():
+        raise ValueError("the obstacle is outside of the arena; draw it inside")
+    world.arena = arena
     world.log("obstacle added", shape=shape)
     return [
         f"{MODEL}.arena = {MODEL}.arena.with_obstacles({text})", f'{MODEL}.log("obstacle added", shape={shape!r})',
     ]  # fmt: skip
+
+
+def _along(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return points on the edges of a polygon, 64 on each."""
+    share = np.arange(64)[:, None, None] / 64
+    return np.asarray(corners * (1 - share) + np.roll(corners, -1, axis=0) * share)
 
 
 def clear(world: World) -> list[str]:

@@ -8,6 +8,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any, Self
 
@@ -204,8 +205,9 @@ def _opened(page: LivePage, browser: bool, wait: bool | None) -> LivePage:
         browsers.show(page.url)
     is_interactive = hasattr(sys, "ps1") or bool(sys.flags.interactive) or hasattr(builtins, "get_ipython")
     if not is_interactive if wait is None else wait:
-        print(f"{page.url}  (Ctrl-C ends)", flush=True)
-        page.wait()
+        with page, suppress(KeyboardInterrupt):
+            print(f"{page.url}  (Ctrl-C ends)", flush=True)
+            page.wait()
     return page
 
 

@@ -18,6 +18,7 @@ SO_FAR = {
     "observed so far": "observed_fraction", "mean neighbours so far": "mean_neighbours",
     "max neighbours so far": "max_neighbours",
 }  # fmt: skip
+_EVENTS = "events "
 _NUMBERS = ("int", "float", "bool", int, float, bool)
 
 
@@ -73,7 +74,7 @@ class Measures:
             for name, column in group.columns.items():
                 if column.values.ndim == 1 and column.values.dtype.kind in "biuf":
                     found[f"{group.name} {name}, mean"] = partial(_mean, column)
-        found |= {f"events {kind}": partial(int, count) for kind, count in self._count().items()}
+        found |= {f"{_EVENTS}{kind}": partial(int, count) for kind, count in self._count().items()}
         reporters = getattr(getattr(world, "datacollector", None), "model_reporters", {})
         for name, reporter in reporters.items():
             # Those of any world are there already.
@@ -90,7 +91,8 @@ class Measures:
         known, found = self.all(), list[float]()
         for name in names:
             try:
-                value = float(known[name]())
+                # A kind of event that has not happened in this run.
+                value = 0.0 if name.startswith(_EVENTS) and name not in known else float(known[name]())
                 found.append(value if math.isfinite(value) else math.nan)
             except Exception:  # whatever the code of a user raises: a chart has a gap there, and the run goes on
                 found.append(math.nan)

@@ -702,10 +702,12 @@ class Session:
         """Return the worlds as a command, as a script or as a link, and what is not in that; for other threads."""
         if form == "link":
             return links.written(self.worlds, self._controls, running=self.is_running)
-        if form == "Python":
-            return script_of(self.worlds), []
-        said = "What was done to the world is not in the command; it is in the Python."
-        return command_of(self.worlds), [said] * any(track.journal.entries for track in self.worlds.tracks)
+        unknown = list[str]()
+        text = (script_of if form == "Python" else command_of)(self.worlds, unknown)
+        said = [f"Not in it: {'; '.join(' '.join(one.split()) for one in unknown)}."] * bool(unknown)
+        if form == "command" and any(track.journal.entries for track in self.worlds.tracks):
+            said.append("What was done to the world is not in the command; it is in the Python.")
+        return text, said
 
     def _rebuild(
         self,

@@ -8,14 +8,17 @@ import signal
 import socket
 import subprocess
 import sys
+import urllib.error
 import urllib.request
 from pathlib import Path
 
 import pytest
 
+from teamsight import CMOMMT
 from teamsight.cli import main
 from teamsight.cli.look import WatchSettings
 from teamsight.cli.options import InputError
+from teamsight.live import LivePage, watch
 
 _MODEL = """
 from teamsight import CMOMMT
@@ -105,6 +108,22 @@ def test_recorded_robots_are_served_until_ctrl_c(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate()
     assert (process.returncode, errors) == (0, "")
+
+
+def test_ctrl_c_that_comes_before_the_page_waits_is_no_error(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(LivePage, "wait", interrupted)
+    with pytest.raises(SystemExit) as left:
+        main(["watch", "--no-browser", "--port", "0", "--paused"])
+    assert not left.value.code
+    assert not capsys.readouterr().err
+    served = watch(CMOMMT, port=0, browser=False, wait=True)
+    with pytest.raises(urllib.error.URLError):
+        urllib.request.urlopen(served.url)
 
 
 @pytest.mark.parametrize(

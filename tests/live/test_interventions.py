@@ -253,6 +253,7 @@ def test_a_setting_that_has_no_room_in_the_journal_is_refused_before_it_is_set(
         ("add", {"group": 7, "x": 0, "y": 0}, "there are 2 groups"),
         ("obstruct", {"shape": "polygon", "points": [[0, 0], [1, 1], [1, 0], [0, 1]]}, "."),
         ("obstruct", {"shape": "circle", "points": [[0, 0], [5, 0]]}, "."),
+        ("obstruct", {"shape": "circle", "points": [[4.5, 4.5], [4.6, 4.5]]}, "outside of the arena"),
         ("obstruct", {"shape": "circle", "points": [[0, 0], [1, 0], [0, 1]]}, "3 for a circle"),
         ("obstruct", {"shape": "circle", "points": [[0, 0], [4, 0]]}, "would be in an obstacle; move it"),
     ],
@@ -334,9 +335,25 @@ def test_the_command_has_options_of_policies_and_says_what_it_has_not(closing: l
     Command(found.append, WatchSettings).main(words[2:], standalone_mode=False)
     assert found[0].world() == options
     # A mean is not all of a duration.
-    said = command_of(built(closing, CMOMMT, {"events": Failures(Weibull(50, 2))}))
+    unknown: list[str] = []
+    said = command_of(built(closing, CMOMMT, {"events": Failures(Weibull(50, 2))}), unknown)
     assert "--failures" not in said
     assert "# not given: events=Failures(" in said
+    assert unknown[0].startswith("events=Failures(")
+
+
+def test_an_obstacle_may_reach_beyond_the_wall(closing: list[Worlds]) -> None:
+    worlds = built(closing, CMOMMT, {"robots": 1, "targets": 1, "radius": 8.0, "seed": 3})
+    # Neither its centre nor a corner is inside of the disc.
+    do(worlds, "obstruct", shape="polygon", points=[[-9, 7.5], [9, 7.5], [0, 12]])
+    assert len(worlds.tracks[0].world.arena.obstacles) == 1
+
+
+def test_the_script_prints_a_mean_only_where_there_is_one(closing: list[Worlds]) -> None:
+    worlds = built(closing, CMOMMT, {"robots": 3})
+    assert "observed" not in script_of(worlds)
+    worlds.run(5)
+    assert "mean observed fraction {model.observed_fraction" in script_of(worlds)
 
 
 def test_words_of_a_shell_are_quoted(closing: list[Worlds]) -> None:

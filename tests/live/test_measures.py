@@ -49,6 +49,7 @@ def test_they_follow_from_the_world_its_groups_its_events_and_its_reporters() ->
 def test_events_are_counted_by_kind_also_after_a_reset() -> None:
     model = CMOMMT(robots=20, events=Failures(20.0, 10.0), seed=1)
     measures = Measures(model)
+    assert measures.read(["events failed"]) == [0.0]
     model.run(50)
     for _ in range(2):
         kinds = model.events["what"].value_counts()
