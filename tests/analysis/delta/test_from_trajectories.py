@@ -290,6 +290,21 @@ def test_robots_without_a_position_are_not_there() -> None:
         trajectory_files.check_trajectories(record.assign(x=np.nan, y=np.nan))
 
 
+def test_bearings_are_of_fewer_frames_where_they_would_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    track = trajectory_files.check_trajectories(_walk(20, 64, generator()))
+    whole = resample.neighbours_over_time(track, 1.0)
+    with monkeypatch.context() as patched:
+        # More than a quarter of them, and less than half.
+        patched.setattr(resample, "_BEARINGS", len(whole.bearings.turn) // 3)
+        thinned = resample.neighbours_over_time(track, 1.0)
+    monkeypatch.setattr(resample, "_SAMPLES", 20 * 64 // 4)
+    fourth = resample.neighbours_over_time(track, 1.0)
+    assert 0 < len(thinned.bearings.turn) < len(whole.bearings.turn)
+    for one, other in zip(thinned.bearings, fourth.bearings, strict=True):
+        assert np.array_equal(one, other)
+    assert thinned.over_time.equals(whole.over_time)
+
+
 def test_report_from_trajectories(tmp_path: Path) -> None:
     record = _walk(12, 4000, generator())
     seen: list[tuple[int, int]] = []
