@@ -798,8 +798,8 @@ class Session:
             "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
             "tasks": self._listed, "presets": list(self._presets),
             "study": self._row is not None,
-            "measures": list(dict.fromkeys(name for track in worlds.tracks for name in track.measures)),
-            "charted": list(worlds.charted),
+            "measures": list(dict.fromkeys([*(one for track in worlds.tracks for one in track.measures), *worlds.charted])),
+            "charted": [name for name, on in worlds.charted.items() if on],
             "link": links.written(worlds, self._controls, running=self.is_running)[0] if worlds.tracks else "",
         }  # fmt: skip
         self._post("state", **self._state)

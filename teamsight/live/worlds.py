@@ -381,8 +381,8 @@ class Worlds:
         The model.
     made : int
         The number of steps that all have made, or are to make before the next.
-    charted : dict of str to None
-        The names of the measures that are charted, in order.
+    charted : dict of str to bool
+        The measures that are charted, in order; False for those that no longer are, which can be charted again.
     """
 
     def __init__(
@@ -391,7 +391,7 @@ class Worlds:
         self.model, self._first, self.seed, self.every = model, settings, seed, every
         self.made = 0
         self.tracks: list[LiveTrack] = []
-        self.charted: dict[str, None] = {}
+        self.charted: dict[str, bool] = {}
 
     @property
     def settings(self) -> list[dict[str, Any]]:
@@ -409,7 +409,7 @@ class Worlds:
                 )
             tracks.append(track)
         for track in tracks:
-            track.chart(self.charted)
+            track.chart(name for name, on in self.charted.items() if on)
             track.compile()
         return tracks
 
@@ -454,18 +454,15 @@ class Worlds:
         known = dict.fromkeys(one for track in self.tracks for one in track.measures)
         # One of events is not there again before the first of them.
         checks.choice("chart", name, (*known, *self.charted) or ("nothing",))
-        if not on:
-            self.charted.pop(name, None)
-            return
         try:
-            for track in self.tracks:
+            for track in self.tracks if on else ():
                 if name in track.measures:
                     float(track.measures[name]())
         except Exception as error:  # whatever the code of a user raises
             raise ValueError(f"{name}: cannot be charted, {failure(error)}") from error
-        self.charted[name] = None
-        for track in self.tracks:
-            track.chart(self.charted)
+        self.charted[name] = on
+        for track in self.tracks if on else ():
+            track.chart([name])
 
     def change(self, tracks: list[LiveTrack], name: str, value: Any) -> None:
         """Change a parameter of some running worlds; if one refuses it, of none."""

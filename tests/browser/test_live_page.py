@@ -738,7 +738,7 @@ def test_lines_that_are_left_out_of_the_graph_are_said(page: Page, live: Callabl
     page.get_by_text(re.compile(r"120 robots at their places, [\d,]+ links, too many to draw; neighbours")).wait_for()
 
 
-def test_a_chart_of_events_can_be_taken_off_before_they_come_again(page: Page, live: Callable[..., LivePage]) -> None:
+def test_a_chart_of_events_can_be_taken_off_and_put_back_before_they_come_again(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(parameters={"robots": 20, "targets": 2, "events": Failures(5.0, 5.0)}, running=True, rate=200.0)
     page.goto(server.url)
     page.get_by_text("Charts", exact=True).click()
@@ -751,6 +751,10 @@ def test_a_chart_of_events_can_be_taken_off_before_they_come_again(page: Page, l
     page.get_by_role("checkbox", name="Events failed").uncheck()
     page.wait_for_function("() => !teamsight.view.charts.some(({ name }) => name === 'events failed')")
     page.wait_for_function("() => !teamsight.live.state.charted.length")
+    # Its box stays where it was, with the focus of who uses the keyboard.
+    assert page.evaluate("() => document.activeElement.dataset.name") == "events failed"
+    page.keyboard.press("Space")
+    page.wait_for_function("() => teamsight.view.charts.some(({ name }) => name === 'events failed')")
 
 
 def test_a_band_of_other_seeds_lies_behind_what_is_observed(page: Page, live: Callable[..., LivePage]) -> None:
