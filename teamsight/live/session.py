@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Callable, Hashable, Mapping
 from contextlib import suppress
 from functools import partial
+from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 
 from teamsight.agents.components.failures import Failures
@@ -798,7 +799,7 @@ class Session:
             "tracks": [track.state() for track in worlds.tracks], "task": model_name(worlds.model), "goal": self._goal,
             "tasks": self._listed, "presets": list(self._presets),
             "study": self._row is not None,
-            "measures": list(dict.fromkeys([*(one for track in worlds.tracks for one in track.measures), *worlds.charted])),
+            "measures": list(dict.fromkeys(chain(*(one.measures for one in worlds.tracks), worlds.charted))),
             "charted": [name for name, on in worlds.charted.items() if on],
             "link": links.written(worlds, self._controls, running=self.is_running)[0] if worlds.tracks else "",
         }  # fmt: skip
