@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 PolicyName: TypeAlias = Literal[
     "a-cmommt",
+    "adaptive-forces",
     "b-cmommt",
     "centroid",
     "evasive",

@@ -833,7 +833,7 @@ def measure(world: Any, steps: int) -> Observed:
 
 
 #: The degree of awareness of policies that are made for another than "pairwise", though they take that too.
-_DEGREES = {"evolved": "ring", "group-forces": "ring"}
+_DEGREES = {"adaptive-forces": "ring", "evolved": "ring", "group-forces": "ring"}
 #: The strongest A-CMOMMT that docs/evolved.md found, as a team.
 STRONGEST = "a-cmommt:idle=wander,idle_when=no-force,weights=shared,turn_probability=0,gain=4"
 

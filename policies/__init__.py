@@ -14,6 +14,7 @@ if __name__ != "teamsight.policies":
 if TYPE_CHECKING:
     from teamsight.core.neighbour_list import NeighbourList
     from teamsight.policies.actions import go
+    from teamsight.policies.adaptive_forces import AdaptiveForces
     from teamsight.policies.avoiding import Avoiding
     from teamsight.policies.basis import BasisBehaviours
     from teamsight.policies.braitenberg.adaptive_network import AdaptiveNetwork
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "ACmommt": "teamsight.policies.handmade.a_cmommt",
     "Action": "teamsight.policies.interface",
+    "AdaptiveForces": "teamsight.policies.adaptive_forces",
     "AdaptiveNetwork": "teamsight.policies.braitenberg.adaptive_network",
     "Avoiding": "teamsight.policies.avoiding",
     "BCmommt": "teamsight.policies.handmade.b_cmommt",
@@ -94,8 +96,8 @@ _HOMES = {
 }
 
 __all__ = [
-    "POLICIES", "ACmommt", "Action", "AdaptiveNetwork", "Avoiding", "BCmommt", "BasisBehaviours", "BoundedPreyQ",
-    "BoundedWalk", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree",
+    "POLICIES", "ACmommt", "Action", "AdaptiveForces", "AdaptiveNetwork", "Avoiding", "BCmommt", "BasisBehaviours",
+    "BoundedPreyQ", "BoundedWalk", "Centroid", "CompiledPolicy", "Evasive", "Evolved", "FixedPriority", "Floats", "FollowFree",
     "GroupForces", "LatticeWalk", "LazyQ", "LazyRegression", "LinearQ", "ModularQ", "NeighbourList", "OnlineQ",
     "PCmommt", "Percept", "PerceptOfOne", "PessimisticLazyQ", "Policy", "PolicyArrays", "PolicyState", "PreyQ",
     "RandomWalk", "SeekCharger", "SheppardLazyQ", "Stationary", "SurroundPrey", "TabularQ", "Trained", "check_policy",

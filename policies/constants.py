@@ -22,6 +22,9 @@ from teamsight.policies.compiled import CompiledPolicy
 Blocks = Mapping[str, tuple[int, ...]]
 
 
+SCHEMA = 1
+
+
 def ends(blocks: Blocks) -> list[int]:
     """Return where each part ends in the vector; the last is the size of the vector."""
     return list(accumulate(math.prod(shape) for shape in blocks.values()))
@@ -44,6 +47,8 @@ class ConstantsPolicy(CompiledPolicy):
         The file that ships.
     cure : str
         What makes such a file.
+    spreads : mapping of str to float
+        Standard deviations of the constants when a search begins, by the name of their part, where it is not 1.
     """
 
     constants: tuple[float, ...] = ()
@@ -51,6 +56,7 @@ class ConstantsPolicy(CompiledPolicy):
     blocks: ClassVar[Blocks]
     file: ClassVar[Path]
     cure: ClassVar[str]
+    spreads: ClassVar[Mapping[str, float]] = {}
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -75,6 +81,28 @@ class ConstantsPolicy(CompiledPolicy):
     def shipped(cls) -> tuple[float, ...]:
         """Return the constants that ship with the package."""
         return cls._read(cls.file)
+
+    @classmethod
+    def beginning(cls, seed: int) -> npt.NDArray[np.float64]:
+        """Return the constants with which a search begins: those that ship.
+
+        Parameters
+        ----------
+        seed : int
+            Seed of what is drawn.
+        """
+        return np.array(cls.shipped())
+
+    @classmethod
+    def deviations(cls) -> npt.NDArray[np.float64]:
+        """Return the standard deviation of each constant when a search begins."""
+        parts = [np.full(math.prod(shape), cls.spreads.get(name, 1.0)) for name, shape in cls.blocks.items()]
+        return np.concatenate(parts)
+
+    def content(self, made: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the content of a file of the constants; `made` describes how they were made."""
+        parts = {name: part.tolist() for name, part in self.parts(self.constants).items()}
+        return {"schema": SCHEMA, "made": dict(made), "constants": parts}
 
     @classmethod
     def parts(cls, constants: npt.ArrayLike) -> dict[str, npt.NDArray[np.float64]]:
@@ -126,5 +154,8 @@ class ConstantsPolicy(CompiledPolicy):
     @classmethod
     def _content(cls, content: Any) -> Mapping[str, Any]:
         """Return the parts in the content of a file."""
+        schema = content.get("schema", SCHEMA)
+        if schema != SCHEMA:
+            raise ValueError(f"has the schema {schema}, but this version reads {SCHEMA}")
         found: Mapping[str, Any] = content["constants"]
         return found

@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -58,13 +58,6 @@ TARGET_LAW, TEAMMATE_LAW, DRIVE, TARGET_HIDDEN, TARGET_OUT, TEAMMATE_HIDDEN, TEA
 
 
 _HIDDEN_SPREAD = 0.7
-
-
-def spreads() -> npt.NDArray[np.float64]:
-    """Return the relative initial standard deviation of each constant in the evolution."""
-    wide = np.ones(SIZE)
-    wide[TARGET_HIDDEN:TARGET_OUT] = wide[TEAMMATE_HIDDEN:TEAMMATE_OUT] = 2.0
-    return wide
 
 
 #: Parts of the policy whose output can be set to 0 to measure their effect.
@@ -433,8 +426,6 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         action.distance[i] = min(length * abs(constants[GAIN]), 1.0) * percept.speed[i]
 
 
-SCHEMA = 1
-
 _MADE = {"command": str, "trials": int, "robot_steps": int, "version": str}
 
 
@@ -471,15 +462,14 @@ class Evolved(ConstantsPolicy):
     blocks = BLOCKS
     file = Path(__file__).parent / "data" / "evolved.json"
     cure = "make it again with `teamsight evolve train`"
+    spreads: ClassVar[Mapping[str, float]] = {"target_hidden": 2.0, "teammate_hidden": 2.0}
 
     def start(self, size: int) -> PolicyState:
         return no_target_tracks(size, TRACKS)._replace(floats=np.zeros((size, ROWS, FIELDS)))
 
     @classmethod
-    def _content(cls, content: Any) -> Mapping[str, Any]:
-        if content["schema"] != SCHEMA:
-            raise ValueError(f"has the schema {content['schema']}, but this version reads {SCHEMA}")
-        return super()._content(content)
+    def beginning(cls, seed: int) -> npt.NDArray[np.float64]:
+        return beginning(seed)
 
 
 def made(path: str | os.PathLike[str] = Evolved.file) -> dict[str, Any]:
@@ -494,9 +484,3 @@ def made(path: str | os.PathLike[str] = Evolved.file) -> dict[str, Any]:
     if not isinstance(found, dict) or any(type(found.get(name)) is not kind for name, kind in _MADE.items()):
         raise ValueError(f"{path}: does not say how the constants were made; {Evolved.cure}")
     return found
-
-
-def to_json(constants: npt.ArrayLike, made: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of a file of constants; `made` describes how they were made."""
-    parts = {name: part.tolist() for name, part in Evolved.parts(constants).items()}
-    return {"schema": SCHEMA, "made": dict(made), "constants": parts}

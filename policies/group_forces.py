@@ -46,7 +46,7 @@ BLOCKS = {
 *_ENDS, SIZE = ends(BLOCKS)
 _LAW = 0
 (
-    _MARGIN, _BIAS, _HELD, _COMPANY, _RIVALS, _AWAY, _LEAD, _DECAY, _IDLE_TAKEN, _BUSY_TAKEN, _IDLE_TEAMMATE,
+    _MARGIN, _BIAS, _HELD, _COMPANY, _RIVALS, _AWAY, _LEAD, DECAY, _IDLE_TAKEN, _BUSY_TAKEN, _IDLE_TEAMMATE,
     _BUSY_TEAMMATE, _IDLE_FORWARD, _BUSY_FORWARD,
 ) = _ENDS  # fmt: skip
 
@@ -58,16 +58,22 @@ BY_HAND = {
     "idle_teammate": [0.0] * 3, "busy_teammate": [0.0], "idle_forward": [0.01], "busy_forward": [0.0],
 }  # fmt: skip
 
+#: The standard deviation of each constant at the start of a search, by name.
+SPREADS = dict.fromkeys(BLOCKS, 0.1) | {
+    "margin": 0.05, "bias": 0.05, "held": 0.05, "company": 0.3, "rivals": 0.3, "away": 0.3, "lead": 1.0, "decay": 0.3,
+    "idle_forward": 0.05, "busy_forward": 0.05,
+}  # fmt: skip
+
 TRACKS = 24
 # Fields of a track after its position and step.
 HELD, WEIGHT, OWN, RIVAL, RIVALS, LOAD = range(4, 10)
-_FIELDS = 10
+FIELDS = 10
 # The identity of the target of which HELD was written, after the integer fields of a track.
-_HELD_OF = 4
+HELD_OF = 4
 # Distance from a target beyond which no teammate is its rival, and that of targets without any [sensing ranges].
 _NO_RIVAL = 2.0
 _NARROWEST = 1e-3
-_FARTHEST, _OLDEST = 1.6, 30.0
+FARTHEST, OLDEST = 1.6, 30.0
 # A lost target that counts for less is left out.
 _LEAST_WEIGHT = 0.05
 # Weaker forces are rounding.
@@ -75,7 +81,7 @@ _LEAST_FORCE = 1e-6
 
 
 @inlined
-def _weigh(used: Any, floats: Any, ints: Any, decay: float) -> Any:
+def weigh(used: Any, floats: Any, ints: Any, decay: float) -> Any:
     """Write by how much each track counts; return a word with a bit for each that counts at all."""
     kept = np.uint64(0)
     while used != 0:
@@ -89,14 +95,14 @@ def _weigh(used: Any, floats: Any, ints: Any, decay: float) -> Any:
 
 
 @inlined
-def _share(i: int, kept: Any, before: Any, percept: Any, arrays: Any) -> float:
+def share(i: int, kept: Any, before: Any, fade: float, constants: Any, percept: Any, state: Any) -> float:
     """Write of each track its rivals and how far it is the robot's own; return the sum of the latter.
 
-    `before` is a word with a bit for each track that was in use at the last decision.
+    `before` is a word with a bit for each track that was in use at the last decision. A rival that is perceived no
+    longer is taken to be farther from the target by `fade` than at the last decision.
     """
-    constants = arrays.parameters
-    floats = arrays.state.floats[i]
-    ints = arrays.state.ints[i]
+    floats = state.floats[i]
+    ints = state.ints[i]
     per_range = 1.0 / percept.sensing_range[i]
     mine = 0.0
     slots = kept
@@ -105,15 +111,17 @@ def _share(i: int, kept: Any, before: Any, percept: Any, arrays: Any) -> float:
         x = floats[slot, X] * per_range
         y = floats[slot, Y] * per_range
         nearest, rivals, load = find_rivals(i, x, y, percept, floats, kept, _NO_RIVAL)
+        is_old = before >> slot & np.uint64(1) != 0 and ints[slot, HELD_OF] == ints[slot, IDENTITY]
+        if is_old:
+            nearest = min(nearest, floats[slot, RIVAL] + fade)
         floats[slot, RIVAL] = nearest
         floats[slot, RIVALS] = rivals
         floats[slot, LOAD] = load
-        is_old = before >> slot & np.uint64(1) != 0 and ints[slot, _HELD_OF] == ints[slot, IDENTITY]
         held = floats[slot, HELD] if is_old else 0.5
         lead = nearest - math.sqrt(x * x + y * y) + constants[_BIAS] + constants[_HELD] * (held - 0.5)
         held = min(max(0.5 + lead / max(abs(constants[_MARGIN]), _NARROWEST), 0.0), 1.0)
         floats[slot, HELD] = held
-        ints[slot, _HELD_OF] = ints[slot, IDENTITY]
+        ints[slot, HELD_OF] = ints[slot, IDENTITY]
         floats[slot, OWN] = held * floats[slot, WEIGHT]
         mine += floats[slot, OWN]
     return mine
@@ -134,7 +142,7 @@ def _law(constants: Any, distance: float) -> float:
 
 
 @inlined
-def _pull(idle: float, kept: Any, constants: Any, floats: Any, per_range: float) -> tuple[float, float]:
+def pull(idle: float, kept: Any, constants: Any, floats: Any, per_range: float) -> tuple[float, float]:
     """Return the sum of the forces of all tracks."""
     force_x = 0.0
     force_y = 0.0
@@ -163,7 +171,7 @@ def _pull(idle: float, kept: Any, constants: Any, floats: Any, per_range: float)
 
 
 @inlined
-def _push(i: int, idle: float, constants: Any, percept: Any) -> tuple[float, float]:
+def push(i: int, idle: float, constants: Any, percept: Any) -> tuple[float, float]:
     """Return the sum of the forces of all perceived teammates, and of that along the heading."""
     teammates = percept.teammates
     forward = idle * constants[_IDLE_FORWARD] + (1.0 - idle) * constants[_BUSY_FORWARD]
@@ -182,6 +190,17 @@ def _push(i: int, idle: float, constants: Any, percept: Any) -> tuple[float, flo
 
 
 @inlined
+def go_along(i: int, x: float, y: float, percept: Any, action: Any) -> None:
+    """Make a full step of a robot along a force; straight on without any."""
+    length = math.sqrt(x * x + y * y)
+    is_force = length > _LEAST_FORCE
+    shrink = 1.0 / length if is_force else 0.0
+    action.heading[i, 0] = x * shrink if is_force else percept.heading[i, 0]
+    action.heading[i, 1] = y * shrink if is_force else percept.heading[i, 1]
+    action.distance[i] = percept.speed[i]
+
+
+@inlined
 def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     """Make a full step of each robot along the sum of its forces; straight on without any."""
     constants = arrays.parameters
@@ -189,19 +208,14 @@ def decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
         floats = arrays.state.floats[i]
         per_range = 1.0 / percept.sensing_range[i]
         before = np.uint64(arrays.state.ints[i, 0, USED])
-        used, _ = update_target_tracks(i, percept, arrays.state, _FARTHEST * percept.sensing_range[i], _OLDEST)
-        kept = _weigh(used, floats, arrays.state.ints[i], constants[_DECAY])
-        idle = max(1.0 - _share(i, kept, before, percept, arrays), 0.0)
-        x, y = _pull(idle, kept, constants, floats, per_range)
-        push_x, push_y = _push(i, idle, constants, percept)
+        used, _ = update_target_tracks(i, percept, arrays.state, FARTHEST * percept.sensing_range[i], OLDEST)
+        kept = weigh(used, floats, arrays.state.ints[i], constants[DECAY])
+        idle = max(1.0 - share(i, kept, before, math.inf, constants, percept, arrays.state), 0.0)
+        x, y = pull(idle, kept, constants, floats, per_range)
+        push_x, push_y = push(i, idle, constants, percept)
         x += push_x
         y += push_y
-        length = math.sqrt(x * x + y * y)
-        is_force = length > _LEAST_FORCE
-        shrink = 1.0 / length if is_force else 0.0
-        action.heading[i, 0] = x * shrink if is_force else percept.heading[i, 0]
-        action.heading[i, 1] = y * shrink if is_force else percept.heading[i, 1]
-        action.distance[i] = percept.speed[i]
+        go_along(i, x, y, percept, action)
 
 
 @dataclass(frozen=True, repr=False)
@@ -233,6 +247,7 @@ class GroupForces(ConstantsPolicy):
     blocks = BLOCKS
     file = Path(__file__).parent / "data" / "group_forces.json"
     cure = "make it again with `teamsight learn imagine`"
+    spreads = SPREADS
 
     def start(self, size: int) -> PolicyState:
-        return PolicyState(np.zeros((size, TRACKS, _FIELDS)), np.zeros((size, TRACKS, _HELD_OF + 1), np.int64))
+        return PolicyState(np.zeros((size, TRACKS, FIELDS)), np.zeros((size, TRACKS, HELD_OF + 1), np.int64))

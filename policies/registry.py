@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 POLICIES: Registry[Callable[..., Policy]] = Registry(
     {
         "a-cmommt": "teamsight.policies.handmade.a_cmommt:ACmommt",
+        "adaptive-forces": "teamsight.policies.adaptive_forces:AdaptiveForces",
         "b-cmommt": "teamsight.policies.handmade.b_cmommt:BCmommt",
         "centroid": "teamsight.policies.handmade.centroid:Centroid",
         "evasive": "teamsight.policies.handmade.evasive:Evasive",

@@ -21,7 +21,7 @@ from teamsight.analysis.runs.run import Run
 from teamsight.analysis.runs.seeds import model_seed, root
 from teamsight.analysis.runs.simulate import Progress, run_all
 from teamsight.core.extras import extra
-from teamsight.policies.group_forces import BLOCKS, BY_HAND, GroupForces
+from teamsight.policies.group_forces import BY_HAND, GroupForces
 from teamsight.policies.memory import LazyMemory
 
 Floats = npt.NDArray[np.float64]
@@ -34,11 +34,6 @@ _NEAR, _FAR = 0.3, 0.7
 _IMAGINED, _CORRECTIONS = 48, 4
 # In so many worlds of each cell the last policies are compared.
 _FINAL = 8
-# The standard deviation of each constant at the start of the search, by name.
-_SPREAD = dict.fromkeys(BLOCKS, 0.1) | {
-    "margin": 0.05, "bias": 0.05, "held": 0.05, "company": 0.3, "rivals": 0.3, "away": 0.3, "lead": 1.0, "decay": 0.3,
-    "idle_forward": 0.05, "busy_forward": 0.05,
-}  # fmt: skip
 
 
 class WorldModel(NamedTuple):
@@ -262,7 +257,7 @@ def imagine(
     cma = extra("cma", "evolution", "learn imagine")
     plan = plan or Imagining()
     start = np.array(GroupForces.vector(BY_HAND))
-    spread = np.array(GroupForces.vector({name: np.full(shape, _SPREAD[name]) for name, shape in BLOCKS.items()}))
+    spread = GroupForces.deviations()
     rng, degree = np.random.default_rng(plan.seed), RingAwareness()
     options = {
         "popsize": plan.population, "randn": lambda *shape: rng.standard_normal(shape), "seed": np.nan, "verbose": -9,

@@ -1,4 +1,4 @@
-"""Evolve the constants of the evolved policy by CMA-ES, and compare them with the strongest A-CMOMMT.
+"""Evolve the constants of a policy by CMA-ES, and compare them with the strongest A-CMOMMT.
 
 The checkpoint of an evolution holds the fitness of every candidate, generation by generation. Candidates are not
 stored, because with the same seed the strategy proposes the same ones: an interrupted evolution is replayed and then
@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -40,11 +40,15 @@ from teamsight.analysis.runs.simulate import Progress, Watch, run_all
 from teamsight.analysis.stats.paired import Interval, cell_means, grid_of, includes_zero, interval_of
 from teamsight.analysis.stats.verdicts import interval_text, signed_text
 from teamsight.core.extras import extra
-from teamsight.policies.evolved import SILENCED, Evolved, beginning, made, silenced, spreads, to_json
+from teamsight.policies.adaptive_forces import PARTS, AdaptiveForces, without
+from teamsight.policies.constants import ConstantsPolicy
+from teamsight.policies.evolved import SILENCED, Evolved, made, silenced
+from teamsight.policies.group_forces import GroupForces
 from teamsight.policies.handmade.a_cmommt import OCCASIONS, WEIGHTS, ACmommt
 from teamsight.policies.handmade.forces import BEHAVIOURS
 from teamsight.policies.handmade.random_walk import RandomWalk
 from teamsight.policies.interface import Policy
+from teamsight.policies.registry import POLICIES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -56,8 +60,9 @@ Floats = npt.NDArray[np.float64]
 #: The worlds on which the evolved policy is compared.
 GRID = Grid((5, 10, 15, 20, 25, 30), tuple(float(radius) for radius in range(2, 10)))
 #: Root seeds. Each purpose has its own, so that no result is reported on worlds that shaped it.
-TRAIN, TRAIN_FURTHER, VALIDATE, SCREEN, TEST, GENERALISE = (
-    root(f"evolution: {part}") for part in ("train", "train further", "validate", "screen", "test", "generalise")
+TRAIN, TRAIN_FURTHER, VALIDATE, SCREEN, TEST, GENERALISE, ADAPTIVE = (
+    root(f"evolution: {part}")
+    for part in ("train", "train further", "validate", "screen", "test", "generalise", "adaptive forces")
 )
 CEILING = root("ceilings")
 TARGETS, STEPS, DELTA = 15, 600, 16
@@ -75,6 +80,8 @@ OPTIONS = [*RULES, *TUNED]
 USUAL = {name: getattr(ACmommt(), name) for name in TUNED}
 #: Gain [percentage points] below which no cell's interval may lie as a whole.
 WORST = -2.0
+#: Gain of the adaptive forces that was aimed at [percentage points].
+AIM = 2.2
 # Combinations of rules under which the others are screened.
 _FINALISTS = 3
 # Largest team in training, in units of R². Larger teams observe nearly all targets whatever they do.
@@ -85,6 +92,8 @@ _SCREEN_RUNS, _VALIDATE_RUNS, _CEILING_RUNS = 10, 5, 2
 #: What the page calls the A-CMOMMT that was screened best.
 STRONGEST = "a-cmommt, strongest"
 _CEILINGS = "sharing", "clairvoyant"
+#: What the page calls the adaptive forces before their search.
+_BEGUN = "adaptive-forces before the search"
 # Columns of a gain: a mean difference with its 95 % confidence interval [percentage points].
 _GAIN = ("mean", "low", "high")
 _PAGE = """
@@ -138,6 +147,23 @@ worlds (root seed {generalise}; N = 5, 10, 20, 30; R = 4, 8), without training o
 
 {generalisation}
 
+## With a memory of rivals
+
+`policy="adaptive-forces"` is [`group-forces`](imagined-worlds.md) with a memory: a target stays a teammate's for a
+while after that is perceived no longer, a robot without targets goes after one that it lost, and with one target it
+keeps moving. Each of these constants depends on how many targets and teammates the robot met lately, {size} in all.
+`{about[adaptive][command]}` began with those of `group-forces` and made {about[adaptive][trials]:,} trials in the same
+worlds as above.
+
+The rule, set before the runs with root seed {adaptive_root}, which was used for nothing else: it ships if the interval
+of its gain over `evolved` and that over `group-forces` are above 0. The aim was {aim:+g} over A-CMOMMT.
+
+{adaptive}
+
+Without a part, and without training again (root seed {validate}):
+
+{removed}
+
 ## Options of A-CMOMMT
 
 Observed targets [%] under A-CMOMMT with pairwise awareness, over the same grid (root seed {screen}). First all
@@ -186,15 +212,20 @@ def robot_steps() -> int:
     return STEPS * sum(robots for robots, _ in cells_tried())
 
 
+def kind_of(evolution: Evolution) -> type[ConstantsPolicy]:
+    """Return the class of the policy whose constants are sought."""
+    return cast("type[ConstantsPolicy]", POLICIES[evolution.policy])
+
+
 def fitness(
-    candidates: Sequence[Floats], generation: int, pool: Executor | None = None, *, root: int = TRAIN
+    candidates: Sequence[ConstantsPolicy], generation: int, pool: Executor | None = None, *, root: int = TRAIN
 ) -> list[float]:
     """Return the observed fraction of each candidate, averaged over the worlds of a generation.
 
     Parameters
     ----------
-    candidates : sequence of ndarray
-        Constants of the policy.
+    candidates : sequence of ConstantsPolicy
+        The policies that are tried.
     generation : int
         Number of the generation, which determines the worlds. All its candidates get the same worlds.
     pool : Executor, optional
@@ -202,7 +233,7 @@ def fitness(
     root : int
         Root seed of the worlds.
     """
-    teams = [_ring(Evolved(tuple(constants))) for constants in candidates]
+    teams = [_ring(policy) for policy in candidates]
     runs = [_run(team, robots, radius, root, generation) for team in teams for robots, radius in cells_tried()]
     return [sum(observed) / len(observed) for observed in _observed(runs, len(teams), pool)]
 
@@ -215,7 +246,7 @@ def _observed(
     return np.array(found).reshape(rows, -1).tolist()  # type: ignore[no-any-return]
 
 
-def _ring(policy: Evolved) -> dict[str, Any]:
+def _ring(policy: ConstantsPolicy) -> dict[str, Any]:
     return {"policy": policy, "awareness": RingAwareness(DELTA)}
 
 
@@ -249,13 +280,13 @@ def evolve(
         If the package cma is not installed.
     """
     cma = extra("cma", "evolution", "evolve")
-    rng = np.random.default_rng(evolution.seed)
+    rng, kind = np.random.default_rng(evolution.seed), kind_of(evolution)
     options = {
         "popsize": evolution.population,
         "randn": lambda *shape: rng.standard_normal(shape),
         "seed": np.nan,
         "verbose": -9,
-        "CMA_stds": spreads(),
+        "CMA_stds": kind.deviations(),
         # Do not stop: with noise, equal fitness does not mean convergence.
         "tolfun": 0, "tolfunhist": 0, "tolflatfitness": np.inf, "tolstagnation": np.inf, "tolx": 0,
     }  # fmt: skip
@@ -271,7 +302,7 @@ def evolve(
         if found is None:
             # An evolution that begins with the result of another has other worlds.
             worlds_of = TRAIN_FURTHER if evolution.start else TRAIN
-            found = fitness([np.asarray(one) for one in candidates], strategy.countiter, pool, root=worlds_of)
+            found = fitness([kind(tuple(one)) for one in candidates], strategy.countiter, pool, root=worlds_of)
             checkpoint.add({key: found})
         strategy.tell(candidates, [-value for value in found])
         yield np.array(strategy.mean, float)
@@ -279,7 +310,7 @@ def evolve(
 
 def begin(evolution: Evolution) -> Floats:
     """Return the initial mean of the search distribution."""
-    return np.array(evolution.start) if evolution.start else beginning(evolution.seed)
+    return np.array(evolution.start) if evolution.start else kind_of(evolution).beginning(evolution.seed)
 
 
 def checkpoint_in(folder: Path) -> Checkpoint:
@@ -323,26 +354,29 @@ def train(
     ValueError
         If a file in `folder` belongs to another evolution, or must not be replaced.
     """
-    settings = asdict(evolution)
+    settings, kind = asdict(evolution), kind_of(evolution)
     for name in (CONSTANTS, TRAINING):
         files.check_replaceable(folder / name, settings, force=force)
     checkpoint = checkpoint_in(folder)
     checkpoint.check()
-    policies = {"0": Evolved(tuple(begin(evolution)))}
-    further = f" --start {CONSTANTS} --spread {evolution.spread:g}" if evolution.start else ""
+    policies = {"0": kind(tuple(begin(evolution)))}
+    further = f" --start {CONSTANTS}" if evolution.start else ""
+    if evolution.spread != Evolution.spread:
+        further += f" --spread {evolution.spread:g}"
+    chosen = f" --policy {evolution.policy}" if evolution.policy != Evolution.policy else ""
     marked = {"software": "teamsight", "settings": settings}
     for number, mean in enumerate(evolve(evolution, generations, checkpoint, pool), 1):
         watch("evolving", number, generations)
         if number % _SAVE_EVERY == 0 or number == generations:
-            policies[str(number)] = Evolved(tuple(mean))
+            policies[str(number)] = kind(tuple(mean))
             about = {
-                "command": f"teamsight evolve train --generations {number} --population {evolution.population} "
+                "command": f"teamsight evolve train{chosen} --generations {number} --population {evolution.population} "
                 f"--seed {evolution.seed}{further}",
                 "trials": evolution.population * number,
                 "robot_steps": evolution.population * number * robot_steps(),
                 "version": __version__,
             }
-            files.write_json(folder / CONSTANTS, marked | to_json(mean, about), force=force)
+            files.write_json(folder / CONSTANTS, marked | policies[str(number)].content(about), force=force)
     options = options_of(screen(_SCREEN_RUNS, pool, partial(watch, "screening")))[0]
     table = compare(
         policies, options, pool, root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "validating")
@@ -387,7 +421,7 @@ class Comparison(PaperPlan):
         return {
             "runs": self.runs, "made": made(self.constants) if self.constants else made(),
             "trained": _validated(self.training)[1], "continued": _validated(self.further)[1],
-            "further": made(self.further / CONSTANTS) if self.further else None,
+            "further": made(self.further / CONSTANTS) if self.further else None, "adaptive": made(AdaptiveForces.file),
         }  # fmt: skip
 
 
@@ -414,6 +448,12 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
         {"evolved": policy}, root=GENERALISE, runs=plan.runs, variations=VARIATIONS,
         progress=partial(watch, "generalising"),
     )  # fmt: skip
+    adaptive = against(
+        _adaptive(policy), root=ADAPTIVE, runs=plan.runs, progress=partial(watch, "comparing others")
+    )
+    whole = AdaptiveForces.shipped()
+    parts_of = {"nothing": AdaptiveForces(), **{name: AdaptiveForces(without(whole, name)) for name in PARTS}}
+    removed = against(parts_of, root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "ablating others"))
     parts = {
         "screen": screened,
         "cell": by_cell(on_grid),
@@ -421,12 +461,37 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
         "ceiling": by_ceiling(possible),
         "ablation": gains_by(ablations, "policy")[["name", *_GAIN]],
         "generalisation": gains_by(elsewhere, "variation"),
+        "adaptive": by_policy(adaptive, ("evolved", "group-forces")),
+        "removed": by_policy(removed, ("nothing",)),
         "training": pd.DataFrame(_validated(plan.training)[0]),
         "further": pd.DataFrame(_validated(plan.further)[0]),
     }
     table = pd.concat([rows.assign(part=part) for part, rows in parts.items()], ignore_index=True)
     table.attrs.update(plan.conditions())
     return table
+
+
+def _adaptive(policy: Evolved) -> dict[str, ConstantsPolicy]:
+    """Return the teams that are compared with the adaptive forces."""
+    begun = AdaptiveForces(tuple(AdaptiveForces.beginning(0)))
+    return {"evolved": policy, "group-forces": GroupForces(), _BEGUN: begun, "adaptive-forces": AdaptiveForces()}
+
+
+def by_policy(table: pd.DataFrame, others: Sequence[str]) -> pd.DataFrame:
+    """Return the gain of each policy over A-CMOMMT, and over other policies of the table [percentage points].
+
+    Returns
+    -------
+    DataFrame
+        As `gains_by`, with columns "mean over", "low over" and "high over" each other policy.
+    """
+    found = gains_by(table, "policy")
+    gains = table.pivot_table(index="replicate", columns="policy", values="difference", sort=False)
+    for other in others:
+        over = [interval_of(100.0 * (gains[name] - gains[other]).to_numpy()) for name in found["name"]]
+        for part, values in zip(_GAIN, zip(*over, strict=True), strict=True):
+            found[f"{part} over {other}"] = values
+    return found
 
 
 def by_ceiling(table: pd.DataFrame) -> pd.DataFrame:
@@ -591,7 +656,7 @@ VARIATIONS = (
 
 
 def compare(
-    policies: Mapping[str, Evolved],
+    policies: Mapping[str, ConstantsPolicy],
     options: Mapping[str, Any],
     pool: Executor | None = None,
     *,
@@ -604,7 +669,7 @@ def compare(
 
     Parameters
     ----------
-    policies : mapping of str to Evolved
+    policies : mapping of str to ConstantsPolicy
         The policies by name.
     options : mapping
         Options of A-CMOMMT.
@@ -699,6 +764,8 @@ def page_values(table: pd.DataFrame, plan: Comparison | None = None) -> dict[str
         "smallest": _gain(worst), "below": (cells["high"] < WORST).sum() or "none", "surface": _surface(cells),
         "worlds": len(cells_tried()), "robot_steps": _billions(made["robot_steps"]),
         "ceiling": _ceiling(parts["ceiling"]) if "ceiling" in parts else "",
+        "size": len(AdaptiveForces.shipped()), "adaptive_root": ADAPTIVE, "aim": AIM,
+        "adaptive": _over(parts["adaptive"], ("evolved", "group-forces")), "removed": _over(parts["removed"], ("nothing",)),
         "training": validated.get("training", ""), "continued": validated.get("further", ""),
         "ablations": _table(["removed"], parts["ablation"], lambda row: [row["name"]]),
         "generalisation": _table(
@@ -752,6 +819,20 @@ def _table(columns: list[str], rows: pd.DataFrame, of: Callable[[Any], list[str]
     """Return a table of gains, with the columns that `of` returns for a row before them."""
     cells = ([*of(row), _gain(row)] for _, row in rows.iterrows())
     return markdown.table([*columns, "gain, 95 % interval [pp]"], cells)
+
+
+def _over(rows: pd.DataFrame, others: Sequence[str]) -> str:
+    """Return the table of gains over A-CMOMMT and over other policies."""
+
+    def cell(row: Any, of: str) -> str:
+        return interval_text(Interval(*(row[f"{name}{of}"] for name in _GAIN)), digits=2)
+
+    columns = ["policy", "gain over A-CMOMMT [pp]", *(f"more than `{other}`" for other in others)]
+    cells = (
+        [row["name"], cell(row, ""), *("" if row["name"] == other else cell(row, f" over {other}") for other in others)]
+        for _, row in rows.iterrows()
+    )
+    return markdown.table(columns, cells)
 
 
 def _points(points: pd.DataFrame) -> str:

@@ -32,6 +32,7 @@ POLICY = {
     "lattice-walk": "#DDCC77",
     "ppo": "#6699CC",
     "group-forces": "#994F00",
+    "adaptive-forces": "#5D3A9B",
 }
 #: The colour of targets, which is that of no policy and no degree.
 TARGETS = "#d1242f"

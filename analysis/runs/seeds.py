@@ -41,6 +41,7 @@ ROOTS: Mapping[str, tuple[int, ...]] = MappingProxyType(
         "evolution: test": (-25,),
         "evolution: generalise": (-26,),
         "evolution: train further": (-27,),
+        "evolution: adaptive forces": (-28,),
         "designed feature": (-51,),
         "pursuit: constants": (-71,),
         "toward the evolved policy": (-43,),

@@ -1,4 +1,4 @@
-"""``teamsight evolve train`` and ``test``: find the constants of the policy 'evolved', and compare them."""
+"""``teamsight evolve train`` and ``test``: find the constants of a policy, and compare them."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class TrainSettings(Evolution, Works, Writes):
     generations : int
         Total number of generations.
     start : Path, optional
-        Constants that 'evolve train' wrote, with which to begin.
+        Constants of this policy that 'evolve train' wrote, with which to begin.
     """
 
     out: Folder = Path("evolution")
     generations: Annotated[int, Allowed(least=1, most=MOST)] = 400
-    start: Annotated[File | None, Allowed(shown="the forces of A-CMOMMT")] = None  # type: ignore[assignment]
+    start: Annotated[File | None, Allowed(shown="what the policy declares")] = None  # type: ignore[assignment]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ class TestSettings(Works, Writes):
 
 
 def train(settings: TrainSettings) -> None:
-    """Evolve the constants of the policy 'evolved'.
+    """Evolve the constants of a policy.
 
     Runs CMA-ES, then validates the constants of every hundredth generation on other worlds. Writes constants.json,
     training.json and a checkpoint. The same command continues an interrupted evolution; with more --generations it
@@ -69,15 +69,15 @@ def train(settings: TrainSettings) -> None:
       teamsight evolve train --generations 20 --population 10 --out small
       teamsight evolve train --start evolution/constants.json \\
           --spread 0.03 --out further
+      teamsight evolve train --policy adaptive-forces --spread 0.6
     """
     from teamsight.analysis.papers import evolution
     from teamsight.analysis.runs.files import prepare_folder
     from teamsight.cli.show import kept_in, say, working
     from teamsight.core.extras import extra
-    from teamsight.policies.evolved import Evolved
 
-    start = Evolved.load(settings.start).constants if settings.start else ()
-    plan = Evolution(settings.population, settings.spread, settings.seed, start)
+    start = evolution.kind_of(settings).load(settings.start).constants if settings.start else ()
+    plan = Evolution(settings.population, settings.spread, settings.seed, start, settings.policy)
     extra("cma", "evolution", "evolve")
     folder = prepare_folder(settings.out)
     with working(settings, lambda: kept_in(folder, "finished", "generations")) as (watch, pool):

@@ -190,6 +190,7 @@ _CMOMMT: dict[str, dict[str, Any]] = {
     "nobody moves": {"policy": "stationary", "robots": 3, "awareness": "none"},
     "evolved": {"policy": "evolved", "awareness": "ring"}, "evolved, pairwise": {"policy": Evolved(), "awareness": "pairwise"},
     "group forces": {"policy": "group-forces", "awareness": "ring"},
+    "adaptive forces": {"policy": "adaptive-forces", "awareness": "ring"},
     "lazy, collective": {"policy": "lazy-collective", "awareness": "none"},
     "lazy, cooperative": {"policy": "lazy-cooperative", "awareness": "ring"},
     "sensor": {"policy": "a-cmommt", "awareness": "pairwise", "sensor": Sensor(2.0, 0.1, delay=2)},

@@ -21,7 +21,7 @@ from teamsight.analysis.runs import checkpoint
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.processes import WorkerPool
 from teamsight.policies import ACmommt, Stationary
-from teamsight.policies.evolved import Evolved, made, to_json
+from teamsight.policies.evolved import Evolved, made
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 SMALL = Evolution(population=4)
@@ -51,7 +51,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     monkeypatch.setattr(evolution, "STEPS", 30)
     numbers: list[int] = []
 
-    def fitness(candidates: list[np.ndarray], generation: int, pool: WorkerPool | None, *, root: int) -> list[float]:
+    def fitness(candidates: list[Evolved], generation: int, pool: WorkerPool | None, *, root: int) -> list[float]:
         numbers.append(generation)
         return original(candidates, generation, pool, root=root)
 
@@ -96,9 +96,10 @@ def test_another_evolution_is_not_mixed_in(tmp_path: Path, tried: list[int], mon
 @pytest.mark.usefixtures("few_worlds")
 def test_a_generation_has_the_same_worlds_for_all_and_the_next_has_others() -> None:
     constants = evolution.begin(SMALL)
-    (alone,) = evolution.fitness([constants], 0)
-    assert evolution.fitness([0.9 * constants, constants], 0)[1] == alone
-    assert evolution.fitness([constants], 1) != [alone]
+    one, other = Evolved(tuple(constants)), Evolved(tuple(0.9 * constants))
+    (alone,) = evolution.fitness([one], 0)
+    assert evolution.fitness([other, one], 0)[1] == alone
+    assert evolution.fitness([one], 1) != [alone]
 
 
 def test_the_interval_rests_on_the_replicates() -> None:
@@ -125,13 +126,15 @@ def test_what_training_finds_can_be_evaluated(tmp_path: Path) -> None:
     assert points[1]["robot_steps"] == 2 * 4 * evolution.robot_steps()
     evaluate(tmp_path, watch=lambda phase, done, total: phases.append(phase), constants=constants, training=tmp_path,
              runs=2)  # fmt: skip
-    assert list(dict.fromkeys(phases)) == ["evolving", "screening", "validating", "comparing", "ablating", "planning", "generalising"]
+    assert list(dict.fromkeys(phases)) == ["evolving", "screening", "validating", "comparing", "ablating", "planning", "generalising", "comparing others",
+                                           "ablating others"]
     table = pd.read_parquet(tmp_path / "evolved.parquet")
     assert table.attrs["made"]["command"] == "teamsight evolve train --generations 2 --population 4 --seed 1"
     counts = table["part"].value_counts().to_dict()
     # 24 rules, and the further constants under the best 3: as many as 19 gains and turn probabilities if it wanders.
     assert 24 + 3 * 4 <= counts.pop("screen") <= 24 + 3 * 19
-    assert counts == {"cell": 4, "overall": 1, "ceiling": 5, "ablation": 5, "training": 2, "generalisation": 21}
+    assert counts == {"cell": 4, "overall": 1, "ceiling": 5, "ablation": 5, "training": 2, "generalisation": 21, "adaptive": 4,
+                      "removed": 4}
     assert table.attrs["trained"] == json.loads(training.read_text(encoding="utf-8"))["options"]
     assert table[table["part"] == "generalisation"]["name"].tolist() == [one.name for one in VARIATIONS]
     assert "# The evolved policy" in (tmp_path / "evolved.md").read_text(encoding="utf-8")
@@ -181,7 +184,7 @@ def test_evaluation_refuses_a_damaged_training_file_before_it_begins(content: st
 
 def test_evaluation_refuses_constants_of_unknown_origin_before_it_begins(tmp_path: Path) -> None:
     file = tmp_path / "constants.json"
-    file.write_text(json.dumps({**to_json(Evolved().constants, {}), "made": {}}))
+    file.write_text(json.dumps({**Evolved().content({}), "made": {}}))
     with pytest.raises(ValueError, match=r"constants.json: does not say.*evolve train"):
         evaluate(tmp_path, constants=file)
 

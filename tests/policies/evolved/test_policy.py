@@ -14,7 +14,7 @@ from naive.evolved import EvolvedRobot
 from naive.watched import watch
 
 from teamsight import CMOMMT
-from teamsight.policies.evolved import SIZE, Evolved, beginning, silenced, to_json
+from teamsight.policies.evolved import SIZE, Evolved, beginning, silenced
 
 RULES = [Evolved(), Evolved(tuple(beginning(3))), Evolved(tuple(np.random.default_rng(5).normal(0, 0.5, SIZE)))]
 
@@ -28,7 +28,7 @@ def test_the_rule_is_that_of_its_slow_twin(policy: Evolved, awareness: str) -> N
 def test_the_file_brings_the_constants_back_to_the_last_bit(tmp_path: Path) -> None:
     constants = generator().normal(size=SIZE)
     path = tmp_path / "rule.json"
-    path.write_text(json.dumps(to_json(constants, {})), encoding="utf-8")
+    path.write_text(json.dumps(Evolved(tuple(constants)).content({})), encoding="utf-8")
     assert Evolved.load(path).constants == tuple(constants)
     assert Evolved.load(path) == Evolved(tuple(constants)) != Evolved()
 
@@ -52,7 +52,7 @@ def test_what_is_shipped_is_the_default_and_says_what_made_it() -> None:
     ],
 )
 def test_a_bad_file_is_refused(change: Any, message: str, tmp_path: Path) -> None:
-    content = to_json(beginning(1), {})
+    content = Evolved(tuple(beginning(1))).content({})
     change(content)
     path = tmp_path / "rule.json"
     path.write_text(json.dumps(content), encoding="utf-8")
@@ -62,7 +62,7 @@ def test_a_bad_file_is_refused(change: Any, message: str, tmp_path: Path) -> Non
 
 def test_half_a_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rule.json"
-    path.write_text(json.dumps(to_json(beginning(1), {}))[:500], encoding="utf-8")
+    path.write_text(json.dumps(Evolved(tuple(beginning(1))).content({}))[:500], encoding="utf-8")
     with pytest.raises(ValueError, match="holds no constants of Evolved"):
         Evolved.load(path)
 
