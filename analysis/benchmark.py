@@ -42,7 +42,7 @@ from teamsight.analysis.stats.paired import Interval, interval_of
 from teamsight.analysis.stats.verdicts import plus_minus
 from teamsight.core import checks
 from teamsight.core.version import __version__
-from teamsight.policies import GroupForces, evolved
+from teamsight.policies import AdaptiveForces, GroupForces, evolved
 from teamsight.policies.compiled import decides_in_kernel
 from teamsight.policies.interface import Policy
 from teamsight.policies.lazy.lazy_regression import LazyRegression
@@ -281,6 +281,10 @@ ENTRANTS: Mapping[str, Entrant] = {
     "group-forces, guessed": Entrant(
         "group-forces", "ring", {"constants": GroupForces.load(GroupForces.file.with_name("guessed.json")).constants},
         about="its control: the same search in worlds of a guess, without transitions",
+    ),
+    "adaptive-forces": Entrant(
+        "adaptive-forces", "ring", transitions=evolved.made(AdaptiveForces.file)["robot_steps"],
+        about="87 constants by CMA-ES, with a memory of rivals",
     ),
     "sharing": Entrant("sharing", most=4, about="planner: knows what some robot senses or sensed"),
     "informed": Entrant("informed", most=4, about="planner: knows where all targets are"),

@@ -765,7 +765,8 @@ def page_values(table: pd.DataFrame, plan: Comparison | None = None) -> dict[str
         "worlds": len(cells_tried()), "robot_steps": _billions(made["robot_steps"]),
         "ceiling": _ceiling(parts["ceiling"]) if "ceiling" in parts else "",
         "size": len(AdaptiveForces.shipped()), "adaptive_root": ADAPTIVE, "aim": AIM,
-        "adaptive": _over(parts["adaptive"], ("evolved", "group-forces")), "removed": _over(parts["removed"], ("nothing",)),
+        "adaptive": _over(parts["adaptive"], ("evolved", "group-forces")),
+        "removed": _over(parts["removed"], ("nothing",)),
         "training": validated.get("training", ""), "continued": validated.get("further", ""),
         "ablations": _table(["removed"], parts["ablation"], lambda row: [row["name"]]),
         "generalisation": _table(

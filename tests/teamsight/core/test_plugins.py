@@ -199,7 +199,7 @@ for settings in (
         "policy='number': its policy=3: must be a name, a Policy, or a callable f(percept, rng) -> (turn, distance)",
         "awareness='number': this plug-in is no class derived from teamsight.agents.awareness.Awareness",
         "policy_options: 'still' has no option 'x'; it has no options",
-        "policy='stil': unknown; did you mean 'still'? known are a-cmommt, b-cmommt, centroid, evasive, evolved, "
+        "policy='stil': unknown; did you mean 'still'? known are a-cmommt, adaptive-forces, b-cmommt, centroid, evasive, evolved, "
         "group-forces, hungry, lattice-walk, lazy-collective, lazy-cooperative, made, number, p-cmommt, ppo, random-walk, stationary, still, walk",
         "awareness='your-ring': unknown; did you mean 'my-ring'? known are my-ring, nearest, none, number, pairwise, relayed, ring, shared",
     ], done.stderr  # fmt: skip
