@@ -448,12 +448,6 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
         {"evolved": policy}, root=GENERALISE, runs=plan.runs, variations=VARIATIONS,
         progress=partial(watch, "generalising"),
     )  # fmt: skip
-    adaptive = against(
-        _adaptive(policy), root=ADAPTIVE, runs=plan.runs, progress=partial(watch, "comparing others")
-    )
-    whole = AdaptiveForces.shipped()
-    parts_of = {"nothing": AdaptiveForces(), **{name: AdaptiveForces(without(whole, name)) for name in PARTS}}
-    removed = against(parts_of, root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "ablating others"))
     parts = {
         "screen": screened,
         "cell": by_cell(on_grid),
@@ -461,8 +455,7 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
         "ceiling": by_ceiling(possible),
         "ablation": gains_by(ablations, "policy")[["name", *_GAIN]],
         "generalisation": gains_by(elsewhere, "variation"),
-        "adaptive": by_policy(adaptive, ("evolved", "group-forces")),
-        "removed": by_policy(removed, ("nothing",)),
+        **of_adaptive_forces(policy, against, plan.runs, watch),
         "training": pd.DataFrame(_validated(plan.training)[0]),
         "further": pd.DataFrame(_validated(plan.further)[0]),
     }
@@ -471,10 +464,21 @@ def find(plan: Comparison, pool: Executor | None, watch: Watch, checkpoint: Chec
     return table
 
 
-def _adaptive(policy: Evolved) -> dict[str, ConstantsPolicy]:
-    """Return the teams that are compared with the adaptive forces."""
+def of_adaptive_forces(
+    policy: Evolved, against: Callable[..., pd.DataFrame], runs: int, watch: Watch
+) -> dict[str, pd.DataFrame]:
+    """Return the gains of the adaptive forces and of others, and those without parts; see `compare` for `against`."""
+    whole = AdaptiveForces()
     begun = AdaptiveForces(tuple(AdaptiveForces.beginning(0)))
-    return {"evolved": policy, "group-forces": GroupForces(), _BEGUN: begun, "adaptive-forces": AdaptiveForces()}
+    teams = {"evolved": policy, "group-forces": GroupForces(), _BEGUN: begun, "adaptive-forces": whole}
+    rest = {name: AdaptiveForces(without(whole.constants, name)) for name in PARTS}
+    found = against(teams, root=ADAPTIVE, runs=runs, progress=partial(watch, "comparing others"))
+    removed = against(
+        {"nothing": whole, **rest}, root=VALIDATE, runs=_VALIDATE_RUNS, progress=partial(watch, "ablating others")
+    )
+    return {
+        "adaptive": by_policy(found, ("evolved", "group-forces")), "removed": by_policy(removed, ("nothing",))
+    }  # fmt: skip
 
 
 def by_policy(table: pd.DataFrame, others: Sequence[str]) -> pd.DataFrame:
