@@ -804,7 +804,8 @@ def _findings(results: Results) -> dict[str, str]:
     ]
     return {
         "evolved_base": more("evolved", law, base),
-        "search": more("group-forces", law), "guess": more("group-forces", "group-forces, guessed"),
+        "search": more("group-forces", law), "adaptive": more("adaptive-forces", law),
+        "guess": more("group-forces", "group-forces, guessed"),
         "ppo": more("ppo", "a-cmommt", base), "ppo_varied": more("ppo", "a-cmommt", base_names(False)),
         "billion": more("ppo-many-teams", "ppo"),
         "evolved_way": f"{way_text(results.way('evolved'))} %", "law_way": f"{way_text(results.way(law))} %",
@@ -852,7 +853,7 @@ has {STEPS} steps, a scenario {RUNS} runs; of planners fewer, {_FEW} (8 were
 planned, and cut for time).
 - **Seeds** come from the root {minus(str(ROOT))}, which served no other purpose: no shipped policy was trained or
 tuned on these worlds.
-- **Score.** Observed targets in %, mean of all scenarios with equal weights. A team is better than another if the 95 %
+- **Score.** Observed targets in %, equally weighted mean of all scenarios. A team is better than another if the 95 %
 interval of their paired difference excludes 0.
 - **Way.** The share of the way from the random walk to the [clairvoyant planner](ceilings.md), over the scenarios and
 runs that planners have. They show what is possible at least; `teleport` is a proven bound, at every 20th tick.
@@ -890,14 +891,15 @@ Observed targets [%]; no half interval of a ranked team is wider than {{widest}}
 - **A law of one line is hard to beat.** `follow-free` makes full steps along the sum of the forces f = d of free
 targets. `group-forces`, with 25 constants from a search in [imagined worlds](imagined-worlds.md), observes {{search}}
 points more, but {{guess}} than its control, the same search without transitions: the gain is the search's (one search
-each). Over N × R alone `evolved` {{evolved_base}}.
+each). [`adaptive-forces`](evolved.md), sought in true worlds: {{adaptive}}. Over N × R alone `evolved`
+{{evolved_base}}.
 - **`ppo`** observes {{ppo}} points more than A-CMOMMT's defaults over N × R, {{ppo_varied}} elsewhere; 500
 times the steps add {{billion}}.
 - **Awareness is worth {{unaware}} points** to the law, over the best unaware one.
 - **There is room.** `follow-free` goes {{law_way}} of the way to the clairvoyant team, `evolved` {{evolved_way}}. In
 own-speeds `informed` observes {{weak}} points more than it: plans are not optimal.
 
-What was tried, and failed:
+What failed:
 
 {{tried}}
 
