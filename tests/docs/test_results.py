@@ -251,6 +251,9 @@ def cells_of_the_evolution(table: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, 
             found = evolution.compare({"evolved": Evolved()}, root=evolution.GENERALISE, variations=(one,), **how)
             made = evolution.gains_by(found, "variation").reset_index(drop=True)
             yield made, general[general["name"] == one.name][made.columns].reset_index(drop=True)
+    against = partial(evolution.compare, options=options)
+    for part, made in evolution.of_adaptive_forces(Evolved(), against, how["runs"], lambda *done: None).items():
+        yield made, table[table["part"] == part][made.columns].reset_index(drop=True)
 
 
 def cell_of_ceilings(table: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, pd.DataFrame]]:

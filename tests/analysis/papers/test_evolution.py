@@ -102,6 +102,17 @@ def test_a_generation_has_the_same_worlds_for_all_and_the_next_has_others() -> N
     assert evolution.fitness([one], 1) != [alone]
 
 
+@pytest.mark.usefixtures("few_worlds", "few_options")
+@pytest.mark.parametrize("policy", ["adaptive-forces", "group-forces"])
+def test_the_constants_of_another_policy_are_sought_too(policy: Any, tmp_path: Path) -> None:
+    plan = Evolution(population=4, spread=0.5, policy=policy)
+    train(plan, 1, tmp_path)
+    kind = evolution.kind_of(plan)
+    assert kind.load(tmp_path / "constants.json") != kind(tuple(evolution.begin(plan)))
+    command = f"teamsight evolve train --policy {policy} --generations 1 --population 4 --seed 1 --spread 0.5"
+    assert made(tmp_path / "constants.json")["command"] == command
+
+
 def test_the_interval_rests_on_the_replicates() -> None:
     table = pd.DataFrame(
         {
