@@ -38,14 +38,6 @@ def test_without_what_is_added_it_is_the_policy_of_groups() -> None:
     assert np.array_equal(*(world.robots.position for world in worlds))
 
 
-def test_steps_and_a_run_give_the_same_bits() -> None:
-    one, other = (CMOMMT(robots=6, targets=9, radius=3, policy="adaptive-forces", awareness="ring", rng=4) for _ in range(2))
-    one.run(60)
-    for _ in range(60):
-        other.step()
-    assert one.robots.position.tobytes() == other.robots.position.tobytes()
-
-
 def test_it_keeps_the_contract() -> None:
     check_policy(AdaptiveForces())
     check_policy(drawn(1))

@@ -35,8 +35,9 @@ def test_the_rule_is_that_of_its_slow_twin(policy: GroupForces, awareness: str) 
     watch(policy, GroupForcesRobot, awareness, 1e-5)
 
 
-def test_steps_and_a_run_give_the_same_bits() -> None:
-    one, other = (CMOMMT(robots=6, targets=9, radius=3, policy="group-forces", awareness="ring", rng=4) for _ in range(2))
+@pytest.mark.parametrize("policy", ["group-forces", "adaptive-forces"])
+def test_steps_and_a_run_give_the_same_bits(policy: str) -> None:
+    one, other = (CMOMMT(robots=6, targets=9, radius=3, policy=policy, awareness="ring", rng=4) for _ in range(2))
     one.run(60)
     for _ in range(60):
         other.step()
