@@ -656,30 +656,6 @@ def outdated(results: Results) -> dict[str, Entrant]:
     }
 
 
-#: Degrees of awareness that a policy is given if its user names none: the first that fits.
-_TRIED = ("pairwise", "none", "ring", "shared", "nearest")
-
-
-def fitting(policy: Any, options: Mapping[str, Any] | None = None) -> Entrant:
-    """Return a team with the first degree of awareness that its policy takes.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is no policy, or takes none of them.
-    """
-    made = policy_of(policy, options)
-    refused: list[Exception] = []
-    for name in _TRIED:
-        try:
-            CMOMMT(policy=made, awareness=name, rng=0).close()
-        except ValueError as error:
-            refused.append(error)
-        else:
-            return Entrant(policy, name, options or {}, transitions=None)
-    raise refused[0]
-
-
 def is_compiled(entrant: Entrant) -> bool:
     """Return whether a team decides without Python."""
     return bool(entrant.learned) or decides_in_kernel(policy_of(entrant.policy, entrant.options))

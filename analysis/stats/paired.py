@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ CELL = ("robots", "radius")
 _PAIR = ["robots", "targets", "radius", "replicate", "seed"]
 
 
-def half_width(se: NDArray[np.float64], count: NDArray[np.int64], level: float = 0.95) -> NDArray[np.float64]:
+def half_width(se: NDArray[np.float64], count: NDArray[Any], level: float = 0.95) -> NDArray[np.float64]:
     """Return half the width of Student's confidence interval, which is infinite for a single run."""
     from scipy.special import stdtrit  # which takes long to import
 

@@ -150,12 +150,14 @@ def _name(settings: BenchmarkSettings, results: Results) -> str:
 
 def _entrant(settings: BenchmarkSettings) -> Entrant:
     """Return the team that is entered."""
-    from teamsight.analysis.benchmark import Entrant, fitting
+    from teamsight.agents.resolve import policy_of
+    from teamsight.analysis.benchmark import Entrant
+    from teamsight.analysis.ceilings import fitting
 
     options = settings.own("policy")
-    if settings.awareness is None:
-        return fitting(settings.policy, options)
-    degree = AWARENESS[settings.awareness](**settings.own("awareness"))
+    degree: Any = settings.awareness and AWARENESS[settings.awareness](**settings.own("awareness"))
+    if degree is None:
+        degree = fitting(policy_of(settings.policy, options))
     return Entrant(settings.policy, degree, options, transitions=None)
 
 

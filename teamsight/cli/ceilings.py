@@ -25,7 +25,8 @@ class CeilingSettings(Works, Writes):
     Parameters
     ----------
     policies : tuple of str
-        Policies to compare, with options after a colon; the first is the reference.
+        Policies to compare, also as module:Class or file.py:Class, with options after a colon; the first is the
+        reference.
     ceilings : tuple of str
         Teams that know more.
     robots : tuple of int
@@ -71,6 +72,7 @@ def ceilings(settings: CeilingSettings) -> None:
       teamsight ceilings
       teamsight ceilings a-cmommt:gain=4,idle=wander evolved \\
           --robots 5,10 --radius 3,5,8 --out results
+      teamsight ceilings evolved examples/enter.py:Chase:gain=0.5
     """
     from teamsight.analysis.ceilings import OBSERVED, RESULTS, compare, draw
     from teamsight.analysis.plot.style import to_picture

@@ -14,7 +14,8 @@ import pytest
 
 from teamsight import CMOMMT
 from teamsight.agents.awareness import PairwiseAwareness, RelayedAwareness, RingAwareness
-from teamsight.analysis import benchmark
+from teamsight.agents.resolve import policy_of
+from teamsight.analysis import benchmark, ceilings
 from teamsight.analysis.benchmark import BOUND, CEILING, ENTRANTS, FLOOR, RUNS, SCENARIOS, STEPS, Entrant, Results
 from teamsight.policies import CompiledPolicy
 
@@ -207,11 +208,11 @@ def test_what_is_written_can_be_read_and_another_version_is_refused(tmp_path: Pa
 
 
 def test_a_policy_is_given_the_first_degree_that_it_takes() -> None:
-    assert benchmark.fitting("a-cmommt").awareness == "pairwise"
-    assert benchmark.fitting("b-cmommt").awareness == "shared"
     follow = "teamsight.policies.handmade.follow_free:FollowFree"
-    assert benchmark.fitting(follow).awareness == "ring"
-    assert benchmark.fitting(follow, {"teammates": 0}).awareness == "none"
+    for policy, options, degree in (
+        ("a-cmommt", {}, "pairwise"), ("b-cmommt", {}, "shared"), (follow, {}, "ring"), (follow, {"teammates": 0}, "none"),
+    ):  # fmt: skip
+        assert ceilings.fitting(policy_of(policy, options)) == degree
 
 
 def test_a_team_that_some_scenario_refuses_is_refused_before_it_runs() -> None:

@@ -11,6 +11,8 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import ndtr, ndtri, stdtrit
+from scipy.stats import qmc, ttest_ind
 
 from teamsight import CMOMMT, Box, Disc
 from teamsight.analysis.ceilings import (
@@ -24,6 +26,7 @@ from teamsight.analysis.ceilings import (
     Observed,
     Plans,
     Walkers,
+    _over,
     compare,
     measure,
     most_covered,
@@ -265,14 +268,16 @@ def test_means_over_cells_count_cells_alike() -> None:
     slow, ceiling, teleport = standings(table, overall=True)
     assert slow.observed.mean == pytest.approx(45.0)
     assert ceiling.more.mean == pytest.approx(35.0)
-    # The variance of each cell's mean is 100 and 0, and Student's quantile for two degrees of freedom is 4.303.
-    assert ceiling.more.high - ceiling.more.mean == pytest.approx(4.3027 * math.sqrt(0 + 100) / 2, rel=1e-4)
+    # The variance of each cell's mean is 0 and 100, so one degree of freedom is left: Student's quantile is 12.706.
+    assert ceiling.more.high - ceiling.more.mean == pytest.approx(12.7062 * math.sqrt(0 + 100) / 2, rel=1e-4)
     assert (slow.share, ceiling.share, teleport.observed.mean) == ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 100.0)
     # From 45 to 80 teleport gains 55: 70 and 50 in one cell, 50 and 30 in the other, where the ways are 40, 40, 40, 20.
     assert teleport.share.mean == pytest.approx(55 / 35)
     left = [(gain - 55 / 35 * way) / 35 for gain, way in ((80, 40), (60, 40), (50, 40), (30, 20))]
-    error = math.sqrt(sum((left[at] - left[at + 1]) ** 2 / 4 for at in (0, 2))) / 2
-    assert teleport.share.high - teleport.share.mean == pytest.approx(4.3027 * error, rel=1e-4)
+    squares = [(left[at] - left[at + 1]) ** 2 / 4 for at in (0, 2)]
+    error = math.sqrt(sum(squares)) / 2
+    quantile = stdtrit(sum(squares) ** 2 / sum(one**2 for one in squares), 0.975)
+    assert teleport.share.high - teleport.share.mean == pytest.approx(quantile * error, rel=1e-4)
     assert share_text(teleport.share) == f"157 % ({100 * teleport.share.low:.0f} to {100 * teleport.share.high:.0f})"
     assert [share_text(one.share) for one in (slow, ceiling)] == ["0 %", "100 %"]
     assert standings(table, "clairvoyant", overall=True)[0].more.mean == pytest.approx(-35.0)
@@ -280,6 +285,30 @@ def test_means_over_cells_count_cells_alike() -> None:
     assert alone.observed.high == math.inf
     without = standings(table[table["team"] == "slow"], overall=True)[0]
     assert [share_text(one.share) for one in (alone, without)] == ["0 %", ""]
+
+
+@pytest.mark.short
+def test_an_interval_over_two_cells_is_that_of_welch() -> None:
+    rng = np.random.default_rng(1)
+    one, other = rng.normal(0.0, 1.0, 7), rng.normal(1.0, 4.0, 5)
+    welch = ttest_ind(one, -other, equal_var=False).confidence_interval()
+    assert _over([one, other])[1:] == pytest.approx([welch.low / 2, welch.high / 2], rel=1e-9)
+    assert _over([np.ones(2), np.zeros(3)]) == (0.5, 0.5, 0.5)
+
+
+@pytest.mark.short
+@pytest.mark.parametrize("spread", [1.0, 0.9, 0.7, 0.5])
+def test_intervals_of_two_runs_in_each_cell_hold_the_mean_often_enough(spread: float) -> None:
+    """For cells whose standard deviations differ: by a fixed set of points in place of chance."""
+    cells, points = 8, 511
+    sigma = spread ** np.arange(cells)
+    # The difference of two runs decides how wide the interval is, and the mean is normal whatever that is.
+    # The first point of the sequence is 0, which has no quantile.
+    level = qmc.Sobol(cells, scramble=False).fast_forward(1).random(points)
+    halves = ndtri(level) * sigma / math.sqrt(2.0)
+    wide = np.array([_over([np.array([-half, half]) for half in point]).high for point in halves])
+    se = math.sqrt(float((sigma**2).sum()) / 2.0) / cells
+    assert 0.95 <= float((2.0 * ndtr(wide / se) - 1.0).mean()) <= 0.99
 
 
 @pytest.mark.short

@@ -49,6 +49,40 @@ def test_a_grid_is_summed_up_and_written(tmp_path: Path, capsys: pytest.CaptureF
     assert not (tmp_path / "ceilings.checkpoint").exists()
 
 
+MINE = """
+from dataclasses import dataclass
+from typing import Annotated
+
+from teamsight import Allowed
+from teamsight.policies import Action, Policy
+
+@dataclass(frozen=True)
+class Drift(Policy):
+    gain: Annotated[float, Allowed(least=0, most=1)] = 0.5
+
+    def decide(self, percept, state, noise):
+        return Action(percept.heading, percept.speed * self.gain), state
+"""
+
+
+def test_a_policy_of_ones_own_is_a_team(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "drifts_of_ceilings.py"
+    file.write_text(MINE)
+    names = [f"{file}:Drift", f"{file}:Drift:gain=1", "drifts_of_ceilings:Drift:gain=0.5"]
+    assert call(*names, "--ceilings", "sharing", *SMALL) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[3:5]] == names[1:]
+    assert lines[4].endswith(" +0.0 (+0.0 to +0.0)")
+    assert not lines[3].endswith(" +0.0 (+0.0 to +0.0)")
+    for wrong, message in (
+        (f"{file}:Drift:gian=1", "did you mean 'gain'"), (f"{file}:Drift:gain=7", "gain=7"),
+        (f"{file}:Drift:gain", "NAME=VALUE"), (f"{file}:Other", "has no 'Other'"),
+        (f"{tmp_path}/no.py:Drift", "there is no file"), (str(file), "add the name in it"),
+    ):  # fmt: skip
+        assert call(wrong, *SMALL) != 0
+        assert message in " ".join(capsys.readouterr().err.split())
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
