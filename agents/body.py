@@ -45,7 +45,7 @@ def checked_positions(arena: Arena, value: npt.ArrayLike, shape: tuple[int, ...]
     inside = arena.contains(position) & np.isfinite(position).all(axis=-1)
     if not inside.all():
         wrong = position[~inside][0] if position.ndim == 2 else position
-        raise ValueError(f"position={tuple(wrong.tolist())}: must be two finite numbers inside {arena}")
+        raise ValueError(f"position={tuple(wrong.tolist())}: must be two finite numbers inside the arena, {arena}")
     return np.array(np.broadcast_to(position, shape))
 
 

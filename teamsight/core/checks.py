@@ -9,6 +9,7 @@ import secrets
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from numbers import Integral, Real
+from types import MappingProxyType
 from typing import Any
 
 #: Seeds are kept as 64-bit integers.
@@ -20,6 +21,22 @@ _MOST_SHOWN = 60
 # Python refuses to write a larger integer in decimal: it takes quadratic time.
 _MOST_BITS = 256
 _ANY_NUMBER: Any = (Real, Decimal)
+# What an error has for those who write Python or commands. Texts in quotes stay as they are; an example of code follows
+# ", as in"; a value that `shown` has cut says nothing without its end.
+_NESTED = r"\((?:[^()]|\([^()]*\))*\)"
+_OF_CODE = re.compile(
+    rf"""
+    (?<!\w)(?P<text>'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*")(?!\w)
+    |(?P<left_out>,\ as\ in\ (?:{_NESTED}|[^,;()])+|\ \(--[^)]*\))
+    |(?<![\w.-])(?P<cut>[a-z_][\w.]*)=(?!['"])[^…]{{0,{_MOST_SHOWN}}}…(?=:\ )
+    |(?<![\w.-])(?P<given>[a-z_][\w.]*)=(?=\S)
+    |(?<![\w./-])(?P<bare>[a-z]\w*(?:\.\w+)?)(?![\w/(-]|\.\w)
+    |\b(?P<made>[A-Z]\w*)\((?=\w+=)
+    |\)\.(?P<method>\w+)\(
+    |<(?P<agent>[A-Z][^<>]*)>
+    """,
+    re.VERBOSE,
+)
 
 
 def shown(value: Any, most: int = _MOST_SHOWN) -> str:
@@ -42,6 +59,32 @@ def shown(value: Any, most: int = _MOST_SHOWN) -> str:
     except Exception:  # whatever the object of a user raises
         return f"({type(value).__name__})"
     return text if len(text) <= most else f"{text[: most - 1]}…"
+
+
+def in_words(error: str, labels: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return an error as people read it who have not written the arguments that it names.
+
+    Errors of teamsight write what was given as Python does: ``sensing_range=-1``, ``Disc(radius=5.0)``.
+
+    Parameters
+    ----------
+    error : str
+        The error.
+    labels : mapping of str to str
+        What they read in place of the name of an argument; by default the name, with spaces.
+    """
+
+    def word(found: re.Match[str]) -> str:
+        kind, text = str(found.lastgroup), found[str(found.lastgroup)]
+        spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", text.replace("_", " "))
+        return {
+            "text": found[0], "left_out": "", "cut": labels.get(text, spaced), "agent": text,
+            "given": f"{labels.get(text, spaced)} ", "made": f"{spaced.lower()} (", "method": f") {spaced} (",
+            # A word of the sentence may be called like an argument.
+            "bare": labels.get(text, text) if "_" in text or "." in text else text,
+        }[kind]  # fmt: skip
+
+    return _OF_CODE.sub(word, error)
 
 
 def count(name: str, value: Any, *, least: int = 1, most: int | None = None, cure: str = "") -> int:

@@ -172,6 +172,11 @@ def _attribute(owner: Any, name: str, called: str, given: str) -> Any:
         raise ValueError(f"{given}: {called} has no {name!r}; {hint.strip()}") from error
 
 
+def said(error: BaseException) -> str:
+    """Return what an error says: of wrong input its own words, of any other what `failure` returns."""
+    return str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
+
+
 def failure(error: BaseException) -> str:
     """Return an error of a user's code on one line: its kind, its message, and the file and line where it arose."""
     try:

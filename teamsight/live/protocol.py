@@ -10,9 +10,11 @@ import json
 import struct
 from collections.abc import Callable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from teamsight.core import checks
+from teamsight.core.references import said
 from teamsight.live.interventions import MOST_CORNERS
 
 #: The longest message of a page [bytes].
@@ -151,6 +153,21 @@ def _refuse(text: str) -> Any:
 def text(kind: str, **fields: Any) -> str:
     """Return a message of the server; numbers that are not finite become null."""
     return json.dumps({"type": kind, **_finite(fields)}, separators=(",", ":"), allow_nan=False)
+
+
+def refusal(error: BaseException, labels: Mapping[str, str] = MappingProxyType({}), kind: str = "") -> str:
+    """Return the message for an error, in the words of the page.
+
+    Parameters
+    ----------
+    error : BaseException
+        The error.
+    labels : mapping of str to str
+        What the page calls the arguments that it may name.
+    kind : str
+        Before it: which message of the page it answers.
+    """
+    return text("error", message=checks.in_words(" ".join(f"{kind}{said(error)}".split()), labels))
 
 
 def _finite(value: Any) -> Any:

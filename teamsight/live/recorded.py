@@ -26,7 +26,6 @@ import numpy as np
 import numpy.typing as npt
 
 from teamsight.core import checks
-from teamsight.core.references import failure
 from teamsight.core.version import __version__
 from teamsight.live import protocol
 from teamsight.view.packing import pack
@@ -552,10 +551,8 @@ class Work:
             return self._act(self.go_on)
         except LeftError:
             return []
-        except (TypeError, ValueError) as error:
-            return [protocol.text("error", message=str(error))]
         except Exception as error:  # of whatever a file holds
-            return [protocol.text("error", message=failure(error))]
+            return [protocol.refusal(error)]
 
 
 async def _apart(work: Work) -> list[str]:
@@ -737,7 +734,7 @@ class Visit:
                 return self._on_file(**fields)
             self._ask(kind, partial(getattr(self, f"_on_{kind}"), **fields))
         except (TypeError, ValueError) as error:
-            return [protocol.text("error", message=str(error))]
+            return [protocol.refusal(error)]
         return []
 
     def _ask(self, kind: str, act: Callable[[Progress], list[str]]) -> None:

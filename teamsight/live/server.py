@@ -17,7 +17,6 @@ from urllib.parse import urlsplit
 
 from teamsight.core import checks
 from teamsight.core.extras import extra
-from teamsight.core.references import failure
 from teamsight.live import protocol
 from teamsight.live.recorded import ASSETS, Desk
 from teamsight.live.security import Access
@@ -321,7 +320,7 @@ class Server:
                 else:
                     session.ask(message)
             except (TypeError, ValueError) as error:
-                await connection.send(protocol.text("error", message=str(error)))
+                await connection.send(protocol.refusal(error, session.labels))
 
     def _begin(self, kind: str, connection: ServerConnection, make: Callable[[], str]) -> None:
         """Let the answer to a message be made, which takes time; one of a kind at a time.
@@ -341,8 +340,7 @@ class Server:
         try:
             answer = await asyncio.to_thread(make)
         except Exception as error:  # whatever the texts of a model contain
-            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
-            answer = protocol.text("error", message=f"{kind}: {said}")
+            answer = protocol.refusal(error, kind=f"{kind}: ")
         with contextlib.suppress(self._websockets.exceptions.ConnectionClosed):
             await connection.send(answer)
 

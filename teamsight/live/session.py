@@ -8,7 +8,7 @@ from __future__ import annotations
 import secrets
 import threading
 import time
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Hashable, Mapping
 from contextlib import suppress
 from functools import partial
@@ -21,7 +21,7 @@ from teamsight.agents.recording.frames import FrameRecorder
 from teamsight.core import checks
 from teamsight.core.component import Component
 from teamsight.core.kernel.report import listening
-from teamsight.core.references import failure
+from teamsight.core.references import said
 from teamsight.live import links, protocol
 from teamsight.live.band import Band
 from teamsight.live.controls import Control, controls_of, model_name
@@ -437,8 +437,16 @@ class Session:
     def _show_error(self, error: BaseException) -> None:
         if not self.worlds.tracks:
             self.failure = error
-        said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
-        self._post("error", message=" ".join(said.split()))
+        self._show("error", protocol.refusal(error, self.labels))
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """What pages call each control; of two that are called alike also of whom they are."""
+        same = Counter(one.label for one in self._controls.values())
+        return {
+            name: one.label + f" of {one.section.lower()}" * (same[one.label] > 1)
+            for name, one in self._controls.items()
+        }
 
     def _say(self, number: str) -> None:
         """Say which kernel is being compiled, maybe within a step."""
@@ -664,9 +672,8 @@ class Session:
         except BaseException as error:  # of a model, for whatever reason
             made, anew = worlds.made, self._tasks[task](worlds.seed)
             self._rebuild(anew[0].settings, "", None, anew)
-            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
             raise ValueError(
-                f"This link cannot be followed beyond tick {made:,}: {said}. The page goes on with the defaults."
+                f"This link cannot be followed beyond tick {made:,}: {said(error)}. The page goes on with the defaults."
             ) from error
         self._show_frames(again=True)
         self._show_controls()

@@ -25,7 +25,7 @@ from teamsight.agents.state import State
 from teamsight.agents.world import World
 from teamsight.core import checks
 from teamsight.core.component import Component, declared
-from teamsight.core.references import failure
+from teamsight.core.references import failure, said
 from teamsight.live import interventions
 from teamsight.live.controls import model_name, seed_name
 from teamsight.live.interventions import Act, Entry, Journal
@@ -528,9 +528,8 @@ class Worlds:
                 raise
             names = " and ".join(("left", "right")[number] for number in sorted(kept))
             which = f"the {names} world" if len(self.tracks) > 1 else "the world"
-            said = str(error) if isinstance(error, (TypeError, ValueError)) else failure(error)
             raise ValueError(
-                f"{kind}: {said}; {which} may keep a part of it, since it has processes or planned functions "
+                f"{kind}: {said(error)}; {which} may keep a part of it, since it has processes or planned functions "
                 "and cannot be put back; what is half done is not in Copy as Python; Reset starts again"
             ) from error
         self.describe()

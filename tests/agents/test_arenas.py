@@ -85,7 +85,7 @@ def test_a_thousand_steps_among_obstacles_keep_everybody_free() -> None:
 def test_placements_in_an_obstacle_are_refused() -> None:
     world = World(Box(4, 4).with_obstacles(Circle((0, 0), 1)), rng=1)
     robots = world.add(Robot, 1, policy="stationary", placement=[[1.5, 0]])
-    with pytest.raises(ValueError, match=r"position=\(0\.5, 0\.0\): must be two finite numbers inside Box"):
+    with pytest.raises(ValueError, match=r"position=\(0\.5, 0\.0\): must be two finite numbers inside the arena, Box"):
         robots[0].position = (0.5, 0)
     assert robots.position.tolist() == [[1.5, 0]]
 

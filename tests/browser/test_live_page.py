@@ -182,7 +182,7 @@ def test_seeds_are_those_that_were_typed_and_sliders_say_what_they_mean(page: Pa
     assert page.locator("#tl-seed").input_value() == str(seed)
     page.locator("#tl-seed").fill(str(2**63))
     page.locator("#tl-seed").press("Enter")
-    page.get_by_role("alert").get_by_text(f"seed={2**63}: must be at most {2**63 - 1}").wait_for()
+    page.get_by_role("alert").get_by_text(f"seed {2**63}: must be at most {2**63 - 1}").wait_for()
     assert page.locator("#tl-rate").get_attribute("aria-valuetext") == "30 steps per second"
     page.locator("#tl-robots").fill("150")
     page.locator("#tl-robots").press("Enter")
@@ -224,14 +224,14 @@ def test_what_is_refused_is_said_and_changes_nothing(page: Page, live: Callable[
     alert = page.get_by_role("alert")
     page.locator("#tl-hives").fill("21")
     page.locator("#tl-hives").press("Enter")
-    alert.get_by_text("hives=21: must be at most 20; give fewer").wait_for()
+    alert.get_by_text("hives 21: must be at most 20; give fewer").wait_for()
     assert world_of(server) is world
     assert page.locator("#tl-hives").input_value() == "3"
     page.get_by_role("button", name="Dismiss").click()
     # What is no control cannot be set, and no name leads to code.
     for name, value in (("__class__", 1), ("shape", "os:system"), ("hives", "os:system")):
         page.evaluate("([name, value]) => teamsight.live.link.send('set', { name, value, track: null })", [name, value])
-        alert.get_by_text(f"{name}=" if name in ("shape", "hives") else "name=").wait_for()
+        alert.get_by_text(f"{name} " if name in ("shape", "hives") else "name ").wait_for()
     assert world_of(server) is world
     page.locator("#tl-fast").check()
     until(lambda: world_of(server).groups[0].speed[0] == 0.2)

@@ -224,7 +224,7 @@ def test_a_world_that_cannot_be_put_back_is_named(closing: list[Worlds], kind: s
 
 def test_a_refusal_touches_no_world_that_cannot_be_put_back(closing: list[Worlds]) -> None:
     worlds = built(closing, Breaking, {"seed": 5, "process": True}, {"awareness": "none"})
-    with pytest.raises(ValueError, match=r"inside Disc\(radius=5.0\)$"):
+    with pytest.raises(ValueError, match=r"inside the arena, Disc\(radius=5.0\)$"):
         do(worlds, "move", body=body(worlds.tracks[0].world, 0, 1), x=9.0, y=0.0)
     do(worlds, "remove", track=1, both=False, body=body(worlds.tracks[1].world, 0, 1))
     seen = [bits(track.world) for track in worlds.tracks]
@@ -248,7 +248,7 @@ def test_a_setting_that_has_no_room_in_the_journal_is_refused_before_it_is_set(
     ("kind", "fields", "said"),
     [
         ("move", {"body": 999, "x": 0, "y": 0}, "body=999: is not in the world any more"),
-        ("move", {"body": 1, "x": 9, "y": 0}, r"position=\(9.0, 0.0\): must be .* inside Disc"),
+        ("move", {"body": 1, "x": 9, "y": 0}, r"position=\(9.0, 0.0\): must be .* inside the arena, Disc"),
         ("switch", {"body": 1, "on": True}, "works already"), ("clear", {}, "there are no drawn obstacles"),
         ("add", {"group": 7, "x": 0, "y": 0}, "there are 2 groups"),
         ("obstruct", {"shape": "polygon", "points": [[0, 0], [1, 1], [1, 0], [0, 1]]}, "."),

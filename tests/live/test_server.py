@@ -8,6 +8,7 @@ import http.client
 import io
 import json
 import random
+import re
 import socket
 import threading
 import time
@@ -736,7 +737,7 @@ def test_options_of_a_link_become_controls(live: Callable[..., LivePage]) -> Non
 @pytest.mark.parametrize(
     ("did", "said"),
     [
-        ("2+move+7+0+1+1", "group=7: there are 2 groups"), ("2+move+0+99+1+1", "body 99 of robots"), ("2+move+0+0+99+0", "inside Disc"),
+        ("2+move+7+0+1+1", "group 7: there are 2 groups"), ("2+move+0+99+1+1", "body 99 of robots"), ("2+move+0+0+99+0", "inside the arena, disc (radius 5.0)"),
         ("2+remove+0+0*2+switch+0+0+0", "body 0 of robots"), ("0+obstruct+circle+0+0+4+0", "would be in an obstacle"), ("2+clear", "there are no drawn obstacles"),
         ("2+obstruct+polygon+0+0+1+1+1+0+0+1", "cross or touch"),
     ],
@@ -787,3 +788,31 @@ def test_a_task_is_listed_once_and_links_know_both_names(live: Callable[..., Liv
         ask(socket, "task", name="forage")
         until(socket, "state", lambda one: one["task"] == "forage")
     assert page.session.worlds.settings[0]["robots"] == 4
+
+
+def test_errors_have_the_words_of_the_page(live: Callable[..., LivePage]) -> None:
+    page = live(parameters={"robots": 3, "targets": 3})
+    world = page.session.worlds.tracks[0].world
+    (x, y), body = world.robots.position[0].tolist(), world.robots[0].unique_id
+    where = {"track": 0, "both": True, "run": page.session._run}
+    wrong = [
+        ("move", {**where, "body": body, "x": 4.9, "y": 4.9}, "position (4.9, 4.9): must be two finite numbers inside the arena, disc (radius 5.0)"),
+        ("remove", {**where, "body": 10**6}, "body 1000000: is not in the world any more"),
+        ("obstruct", {**where, "shape": "circle", "points": [[x, y], [x + 0.1, y]]}, "arena: Robot 1 of 'robots' at ("),
+        ("obstruct", {**where, "shape": "circle", "points": [[0, 0], [0, 0]]}, "radius 0.0: must be"),
+        ("clear", {**where, "track": 1}, "track 1: there is one world only; compare first"),
+        ("reel", {"run": page.session._run, "first": -1, "last": None}, "first -1: must be at least 0"),
+        ("open", {"link": "v=1&task=CMOMMT&target_policy=x"}, "This link cannot be opened: policy of targets 'x': unknown"),
+        ("set", {"name": "policy", "value": "b-cmommt", "track": None}, "use awareness 'shared'"),
+    ]  # fmt: skip
+    labels = page.session.labels
+    assert (labels["robot_speed"], labels["delta"], labels["sensing_range"]) == ("speed of robots", "δ", "sensing range")
+    wrong += [
+        ("set", {"name": name, "value": [], "track": None}, f"{labels[name]} []: ") for name in page.session._controls
+    ]
+    with opened(page) as socket:
+        for kind, fields, said in wrong:
+            ask(socket, kind, **fields)
+            message = until(socket, "error")["message"]
+            assert said in message
+            assert not re.search(r"\w=|\w\(\w|--", message), message

@@ -115,3 +115,24 @@ def test_numbers_of_all_kinds_are_numbers(value: Any) -> None:
 def test_a_count_too_large_names_limit_and_cure() -> None:
     with pytest.raises(ValueError, match=r"^n=\(about 10\^400\): must be at most 9; take another$"):
         checks.count("n", 10**400, most=9, cure="take another")
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        ("position=(4.9, 4.9): must be inside the arena, Disc(radius=5.0)", "position (4.9, 4.9): must be inside the arena, disc (radius 5.0)"),
+        ("robot_speed=-1.0: must be at least 0", "speed of robots -1.0: must be at least 0"),
+        ("policy='a=b': needs 'robot_speed'; use awareness='shared' (--awareness shared)", "policy 'a=b': needs 'robot_speed'; use awareness 'shared'"),
+        ("arena=Disc(radius=5.0).with_ob…: <Robot 1 of 'robots'> is in it; move it, as in agent.position = (0, 1), or not", "arena: Robot 1 of 'robots' is in it; move it, or not"),
+        ("Disc(radius=5.0).with_obstacles(RoundThing(x=1)): has none", "disc (radius 5.0) with obstacles (round thing (x 1)): has none"),
+        ("robot_speed: give robot_speed, not robot_id, my_robot_speed.csv or the teammates' robot_speed.", "speed of robots: give speed of robots, not robot_id, my_robot_speed.csv or the teammates' speed of robots."),
+        ("delta: the best delta is small, and policy.gain=3", "delta: the best delta is small, and gain 3"),
+    ],
+)  # fmt: skip
+def test_errors_in_the_words_of_a_page(error: str, words: str) -> None:
+    assert checks.in_words(error, {"robot_speed": "speed of robots", "delta": "δ", "policy.gain": "gain"}) == words
+
+
+@given(st.text().map(checks.shown), st.sampled_from(["radius", "robot_speed", "a.b"]))
+def test_a_text_that_was_given_stays_as_it_is(value: str, name: str) -> None:
+    assert checks.in_words(f"{name}={value}: is refused") == f"{name.replace('_', ' ')} {value}: is refused"
