@@ -32,6 +32,11 @@ _USUAL = 0.99
 _LONG, _FAR = 10.0, 0.5
 # Median speeds of robots that move [m/s]: small robots, of 3 cm, make 1 cm a second, and hardly a drone makes 50 m.
 _SLOWEST, _FASTEST = 3e-3, 50.0
+# Whole times at least so far apart, of robots that would then make at most so many m/s, may be milliseconds.
+_FEW, _USUALLY_FASTEST = 10.0, 20.0
+# Positions may be pixels if they span this much: whole ones, and others if none is negative and a video would have
+# recorded so often [seconds], and is not larger.
+_WHOLE_SPAN, _VIDEO_SPAN, _VIDEO, _MOST_PIXELS = 100.0, 200.0, 0.2, 8192.0
 # Degrees of latitude and longitude: a team is within 10 km, and farther from the origin than that by this factor.
 _MOST_DEGREES, _DEGREES_AWAY = 0.1, 100.0
 # Times since 1970, by the number of units in a second; of this century until 2100.
@@ -101,13 +106,37 @@ def speed_doubt(trajectories: pd.DataFrame, motion: Motion) -> str:
     """
     speeds = (motion.length / motion.wait)[motion.length > 0]
     speed = float(np.median(speeds)) * epoch(trajectories)[1] if len(speeds) else 0.0
-    if not speed or _SLOWEST <= speed <= _FASTEST or _looks_like_degrees(trajectories, motion):
+    if not speed or _looks_like_degrees(trajectories, motion):
         return ""
+    if _SLOWEST <= speed <= _FASTEST:
+        return _unit_doubt(trajectories, motion, speed)
     which, limit = ("fast", f"above {_FASTEST:g}") if speed > _FASTEST else ("slow", f"below {_SLOWEST:g}")
     return (
         f"Check the units: in metres and seconds robots would move {_rounded(speed)} m/s (median of those that move), "
         f"{limit}, too {which} for robots. Are times in days or milliseconds, or positions in millimetres or pixels? "
         "The awareness range and the window must have the units of the file."
+    )
+
+
+def _unit_doubt(trajectories: pd.DataFrame, motion: Motion, speed: float) -> str:
+    """Say if times look like milliseconds, or positions like pixels, though robots would be neither slow nor fast."""
+    unit, per_second = epoch(trajectories)
+    wait, narrow = float(np.median(motion.wait)), min(motion.span)
+    time, place = trajectories["time"], trajectories[["x", "y"]]
+    is_whole = bool((place.dropna() % 1 == 0).all(axis=None))
+    least, most = float(place.min().min()), float(place.max().max())
+    is_video = wait / per_second <= _VIDEO and least >= 0 and most <= _MOST_PIXELS and narrow >= _VIDEO_SPAN
+    if not unit and (time % 1 == 0).all() and wait >= _FEW and 1000 * speed <= _USUALLY_FASTEST:
+        seen = f"times are whole numbers {wait:g} apart, taken as seconds"
+        other = f"milliseconds, in which robots would move {_rounded(1000 * speed)} m/s in place of {_rounded(speed)}"
+    elif is_video or (is_whole and narrow >= _WHOLE_SPAN):
+        seen = f"positions are {'whole ' * is_whole}numbers over {_size(motion.span)}, taken as metres"
+        other = "pixels or millimetres"
+    else:
+        return ""
+    return (
+        f"Check the units: {seen}. If they are {other}, δ is right only if the awareness range and the "
+        "window are in the units of the file too: give them so, or convert the column."
     )
 
 

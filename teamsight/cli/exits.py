@@ -14,24 +14,18 @@ import os
 import re
 import shutil
 import sys
-import sysconfig
 import traceback
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn, TextIO
+from typing import NoReturn, TextIO
 
 import click
 
 from teamsight.cli.options import InputError, usage
 from teamsight.core.interrupts import is_interrupt
 from teamsight.core.plain_text import broken_lines
-
-if TYPE_CHECKING:
-    from teamsight.analysis.runs.executor import JobError
+from teamsight.core.references import place_of
 
 WRONG_INPUT, INTERRUPTED = 2, 130
-
-_PACKAGE = Path(__file__).resolve().parents[1]
 
 _COMPLETE = "every file written so far is complete"
 # A line that is too long keeps its end, which is the cure.
@@ -112,7 +106,7 @@ def lines(error: Exception) -> list[str]:
     if isinstance(error, InputError):
         return list(map(one_line, error.messages))
     text = str(error)
-    if isinstance(error, JobError) and (place := _place_of_job(error)):
+    if isinstance(error, JobError) and (place := _place(error)):
         text = f"{text} (in {place}; TEAMSIGHT_TRACEBACK=1 shows how it came there)"
     elif isinstance(error, OSError):
         text = f"{error.filename or 'a file'}: {error.strerror or error}"
@@ -123,7 +117,7 @@ def lines(error: Exception) -> list[str]:
         isinstance(error, ValueError | TypeError | JobError)
         or (isinstance(error, ModuleNotFoundError) and error.name is None)
     ):
-        place = _place_outside(error)
+        place = _place(error)
         whose = f"in {place}; TEAMSIGHT_TRACEBACK=1 shows how it came there" if place else (
             "a bug in teamsight: please report it, with the output under TEAMSIGHT_TRACEBACK=1"
         )
@@ -131,29 +125,17 @@ def lines(error: Exception) -> list[str]:
     return [one_line(text)]
 
 
-def _place_outside(error: Exception) -> str:
-    """Return the file and line in the code of the user, a model for example, that raised an error; "" if none did."""
-    for frame, line in reversed([*traceback.walk_tb(error.__traceback__)]):
-        file = frame.f_code.co_filename
-        if frame.f_globals.get("__name__", "").partition(".")[0] == "teamsight":
-            return ""
-        if not file.startswith(_libraries()):
-            return f"{file}:{line}"
-    return ""
+def _place(error: Exception) -> str:
+    """Return the file and line in the code of the user that raised an error; "" if none did.
 
+    A job may have failed in another process, whose traceback is a text.
+    """
+    from teamsight.analysis.runs.executor import JobError
 
-def _place_of_job(error: JobError) -> str:
-    """Return the same of a job that failed, perhaps in another process, from its traceback as a text."""
-    for file, line in reversed(re.findall(r'^  File "(.+)", line (\d+)', str(error.__cause__ or ""), re.MULTILINE)):
-        if Path(file).is_relative_to(_PACKAGE):
-            return ""
-        if not file.startswith(_libraries()):
-            return f"{file}:{line}"
-    return ""
-
-
-def _libraries() -> tuple[str, ...]:
-    return "<", *{sysconfig.get_paths()[name] for name in ("stdlib", "purelib", "platlib")}
+    of_job = re.findall(r'^  File "(.+)", line (\d+)', str(error.__cause__ or ""), re.MULTILINE)
+    own = [(frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__)]
+    found = place_of(of_job if isinstance(error, JobError) else own)
+    return f"{found[0]}:{found[1]}" if found else ""
 
 
 def printable(text: str) -> str:

@@ -7,9 +7,11 @@ import importlib.util
 import os
 import re
 import sys
+import sysconfig
+import traceback
 from collections.abc import Iterable
 from pathlib import Path
-from types import ModuleType, TracebackType
+from types import ModuleType
 from typing import Any
 
 from teamsight.core import checks
@@ -60,6 +62,7 @@ _FORM = re.compile(r"[^\W\d]\w*(\.[^\W\d]\w*)*:[^\W\d]\w*(\.[^\W\d]\w*)*")
 # The same object in a file, after the name of an option or alone: "--policy=folder/file.py:Name".
 _IN_FILE = re.compile(r"(?P<option>--[\w.-]+=)?(?P<file>[^=]*[^=./\\])\.py:(?P<name>[^\W\d][\w.]*)")
 _LONGEST = 500
+_PACKAGE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")
 # Folders that `search_in` has added to the path, and those that it was given last.
 _added: list[str] = []
 _latest: list[str] = []
@@ -185,20 +188,26 @@ def failure(error: BaseException) -> str:
         text = "(its message cannot be shown)"
     if isinstance(error, SyntaxError):  # names file and line itself
         return f"{type(error).__name__}: {text}"
-    place = _place(error.__traceback__)
-    return f"{type(error).__name__}{': ' if text else ''}{text}{f' ({place})' if place else ''}"
+    found = place_of((frame.f_code.co_filename, line) for frame, line in traceback.walk_tb(error.__traceback__))
+    place = f" ({os.path.basename(found[0])}, line {found[1]})" if found else ""
+    return f"{type(error).__name__}{': ' if text else ''}{text}{place}"
 
 
-def _place(traceback: TracebackType | None) -> str:
-    """Return "file, line 3" of the innermost frame that is not part of Python's import."""
-    place = ""
-    while traceback is not None:
-        file = traceback.tb_frame.f_code.co_filename
-        imports = file.startswith("<frozen") or os.path.basename(os.path.dirname(file)) == "importlib"
-        if file != __file__ and not imports:
-            place = f"{os.path.basename(file)}, line {traceback.tb_lineno}"
-        traceback = traceback.tb_next
-    return place
+def place_of(frames: Iterable[tuple[str, int]]) -> tuple[str, int] | None:
+    """Return the file and line in the code of a user at which an error arose, or None if teamsight raised it.
+
+    Parameters
+    ----------
+    frames : iterable of (str, int)
+        File and line of each call, the outermost first. What a library raises counts for the code that calls it.
+    """
+    libraries = "<", *{sysconfig.get_paths()[name] for name in ("stdlib", "purelib", "platlib")}
+    for file, line in reversed([*frames]):
+        if file.startswith(_PACKAGE):
+            return None
+        if not file.startswith(libraries):
+            return file, line
+    return None
 
 
 def reference_to(obj: object, what: str = "policy") -> str:

@@ -156,8 +156,10 @@ class RecordedTeam:
 
     def __init__(self, name: str, trajectories: pd.DataFrame) -> None:
         from teamsight.analysis.delta.resample import make_grid, trajectory_starts
+        from teamsight.analysis.delta.trajectory_notes import epoch
 
         self.name, self.table = name, trajectories
+        self._since, self._per_second = epoch(trajectories)
         self.grid = make_grid(trajectories)
         if self.grid.robots > _MOST_ROBOTS:
             raise ValueError(
@@ -215,7 +217,7 @@ class RecordedTeam:
         yield "Rate", self._rate()
         spans = (grid.length - 1) * grid.step
         pieces = f" in {len(spans):,} {'runs or ' * several}pieces" * (len(spans) > 1)
-        since, per_second = self._epoch()
+        since, per_second = self._since, self._per_second
         begin, end = (f"{time:.12g}" for time in (table["time"].min(), table["time"].max()))
         when = f" ({_short(spans.sum() / per_second)} s)" if since else f", time {begin} to {end}"
         yield "Duration", f"{_short(spans.sum())}{when}{pieces}"
@@ -236,7 +238,7 @@ class RecordedTeam:
         step, own = self.grid.interval, self._own_intervals()
         usual = {name: float(np.median(wait)) for name, wait in own if len(wait)}
         low, high = min(usual, key=usual.__getitem__), max(usual, key=usual.__getitem__)
-        known, per_second = self._epoch()
+        known, per_second = self._since, self._per_second
         text = (
             f"a position every {_short(step)} ({_short(per_second / step)} a second"
             f"{'' if known else ', if times are seconds'})"
@@ -295,12 +297,6 @@ class RecordedTeam:
         k = int(np.abs(late).argmax())
         when = "after" if late[k] > 0 else "before"
         return f"robot {_name(who[k])} starts {_short(abs(late[k]))} {when} the others (their median)"
-
-    def _epoch(self) -> tuple[str, float]:
-        """Return what `trajectory_notes.epoch` does."""
-        from teamsight.analysis.delta.trajectory_notes import epoch
-
-        return epoch(self.table)
 
     def report(self, choice: Choice, progress: Progress = lambda done, total: None) -> DeltaReport:
         """Return the report on δ; another risk needs no other count.
@@ -367,7 +363,7 @@ class RecordedTeam:
         """Say that what was seen is no estimate of δ, and how long a record would be that supports one."""
         if report.time_needed is None or report.recorded is None:
             return "What was seen is no estimate of δ."
-        known, per_second = self._epoch()
+        known, per_second = self._since, self._per_second
         needed, now = (_short(time / per_second) for time in (report.time_needed, report.recorded))
         unit = " s" * bool(known)
         return (
@@ -395,7 +391,7 @@ class RecordedTeam:
             block.position[(np.arange(len(block.time)) + block.first) % every == 0] for block in blocks(table, grid)
         ])  # fmt: skip
         # Times since 1970 are too long to read, and where they begin is among the facts.
-        origin = grid.start[0] if self._epoch()[0] else 0.0
+        origin = grid.start[0] if self._since else 0.0
         clock = Clock(grid.step, grid.split(False).tolist(), (grid.start - origin).tolist())
         scene = replace(self._scene(choice, names, place), every=every, clock=clock)
         frames = []

@@ -20,15 +20,15 @@ from teamsight.world import Torus
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
-_PLACE = """([x, y]) => {
-  const { arena, canvas } = teamsight.view.tracks[0], { layout } = arena, at = arena.transform(), box = canvas.getBoundingClientRect();
+_PLACE = """([x, y, track]) => {
+  const { arena, canvas } = teamsight.view.tracks[track], { layout } = arena, at = arena.transform(), box = canvas.getBoundingClientRect();
   return [box.left + (at.left + (x - at.x) * at.scale) / arena.ratio, box.top + (at.top - (y - at.y) * at.scale) / arena.ratio];
 }"""
 
 
-def pixel(page: Page, place: Any) -> list[float]:
+def pixel(page: Page, place: Any, track: int = 0) -> list[float]:
     """Return where a place of the arena is on the screen."""
-    found: list[float] = page.evaluate(_PLACE, [float(place[0]), float(place[1])])
+    found: list[float] = page.evaluate(_PLACE, [float(place[0]), float(place[1]), track])
     return found
 
 
@@ -44,8 +44,8 @@ def drag(page: Page, *places: Any) -> None:
     page.mouse.up()
 
 
-def click(page: Page, place: Any) -> None:
-    page.mouse.move(*pixel(page, place))
+def click(page: Page, place: Any, track: int = 0) -> None:
+    page.mouse.move(*pixel(page, place, track))
     page.mouse.down()
     page.mouse.up()
 
@@ -197,9 +197,22 @@ def test_two_worlds_meet_the_same_interventions(page: Page, live: Callable[..., 
     settled(page, server)
     page.get_by_role("radio", name="right").check()
     choose(page, "switch")
-    click(page, world_of(server).robots[0].position)
+    click(page, world_of(server, 1).robots[0].position, track=1)
     until(lambda: not world_of(server, 1).robots[0].active)
     assert world_of(server).robots[0].active
+    # A click in the other world turns to it, and so do its settings and the selection.
+    settled(page, server)
+    click(page, world_of(server).robots[0].position)
+    until(lambda: not world_of(server).robots[0].active)
+    assert page.get_by_role("radio", name="left").is_checked()
+    assert page.locator("#tl-awareness").input_value() == "pairwise"
+    choose(page, "look")
+    click(page, world_of(server, 1).robots[1].position, track=1)
+    page.wait_for_function("() => teamsight.view.selected.track === 1 && teamsight.view.selected.slot === 1")
+    assert page.get_by_role("radio", name="right").is_checked()
+    assert page.locator("#tl-awareness").input_value() == "none"
+    page.get_by_role("radio", name="left").check()
+    page.wait_for_function("() => teamsight.view.selected.track === 0 && teamsight.view.selected.slot === 1")
 
 
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])

@@ -209,6 +209,25 @@ def test_speeds_of_no_robot_are_a_caution() -> None:
         assert sum(text.startswith("Check the units") for text in cautions) == number, second
 
 
+# Time between positions, factor of lengths, the origin, and whether positions are whole numbers.
+@pytest.mark.parametrize(
+    ("second", "metre", "origin", "whole", "said"),
+    [
+        (0.04, 0.1, 0.0, False, ""), (0.04, 1.0, 50.0, False, ""), (1.0, 0.5, 0.0, False, ""), (0.5, 0.15, -3.0, False, ""),
+        (10.0, 10.0, 0.0, False, ""), (1.0, 1.0, 0.0, True, ""), (30.0, 3.0, 0.0, True, ""), (0.1, 5.0, -40.0, False, ""),
+        (40.0, 3.5, 0.0, False, "times are whole numbers 40 apart, taken as seconds"), (20.0, 2.0, 9.0, False, "milliseconds"),
+        (0.15, 60.0, 300.0, False, "positions are numbers"), (0.1, 40.0, 600.0, True, "positions are whole numbers"), (1.0, 90.0, 0.0, True, "pixels"),
+    ],
+)  # fmt: skip
+def test_units_that_look_like_others_are_a_caution(second: float, metre: float, origin: float, whole: bool, said: str) -> None:
+    table = table_of(10, frames=200)
+    place = table[["x", "y"]] * metre + origin
+    table = table.assign(time=(10 * table["time"] * second).round(9), **(place.round() if whole else place))
+    cautions = [text for text in team_of(table).answer(Choice())["cautions"] if text.startswith("Check the units")]
+    assert len(cautions) == bool(said), cautions
+    assert all(said in text and "in the units of the file too" in text for text in cautions)
+
+
 def test_each_run_is_played_and_all_count() -> None:
     table = pd.concat([table_of(run="a"), table_of(robots=3, frames=80, run="b")])
     team = team_of(table)

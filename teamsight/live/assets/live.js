@@ -213,7 +213,7 @@ class Controls {
     this.compare.addEventListener("change", () => { this.touch("two"); page.link.send("compare", { on: this.compare.checked }); });
     const choice = (value, text) => {
       const input = make("input", { type: "radio", name: "tl-side", value: String(value), checked: value === null });
-      input.addEventListener("change", () => { this.side = value; this.showValues(); });
+      input.addEventListener("change", () => this.turnTo(value));
       return make("label", {}, input, text);
     };
     this.sides = make("div", { class: "tl-sides", role: "radiogroup", "aria-label": "Settings of", hidden: true },
@@ -221,6 +221,18 @@ class Controls {
     return make("div", { class: "tl-compare" },
       make("div", { class: "tl-field" }, make("label", { for: "tl-compare" }, "two worlds, same noise"), this.compare), this.sides);
   }
+
+  // Settings and interventions are those of this world, or of both if null. What is selected is in it too.
+  turnTo(side) {
+    const { view } = this.page, { track, slot } = view.selected;
+    this.side = side;
+    for (const input of this.sides.querySelectorAll("input")) input.checked = input.value === String(side);
+    this.showValues();
+    if (side !== null && slot !== null && track !== side) view.select(side, view.tracks[side].scene.slots[slot] ? slot : null);
+  }
+
+  // Somebody has clicked in a world: if one is chosen, it is that one from now on.
+  clickedIn(track) { if (this.side !== null && this.side !== track) this.turnTo(track); }
 
   // Calls at most every few milliseconds, the last time with the last value.
   soon(key, act) {
@@ -430,11 +442,7 @@ class Controls {
     if (document.activeElement !== this.every) this.every.value = state.every;
     if (!this.isTouched("two")) this.compare.checked = state.two;
     this.sides.hidden = state.tracks.length < 2;
-    if (state.tracks.length < 2 && this.side !== null) {
-      this.side = null;
-      this.sides.querySelector("input").checked = true;
-      this.showValues();
-    }
+    if (state.tracks.length < 2 && this.side !== null) this.turnTo(null);
   }
 
   // What the worlds do: how fast they are, once that is measured, or why they stand still.
@@ -922,6 +930,7 @@ class Laboratory {
     if (!at) return;
     event.stopPropagation();
     event.preventDefault();
+    this.page.controls.clickedIn(at.t);
     const track = this.page.view.tracks[at.t], id = at.slot === null ? null : track.scene.slots[at.slot].id;
     this.held = { ...at, id, pointer: event.pointerId, way: [[at.px, at.py]], last: at, shape: this.overlay(track) };
     event.target.setPointerCapture(event.pointerId);
@@ -1111,7 +1120,10 @@ class Page {
     this.start = new Start(this, this.controls.start);
     Object.assign(this.transport, { play: () => this.play(), pause: () => this.pause(), step: (count) => this.step(count) });
     view.transport = this.transport;
-    view.onselect = () => this.graph.soon();
+    view.onselect = ({ track, slot }) => {
+      if (slot !== null) this.controls.clickedIn(track);
+      this.graph.soon();
+    };
     this.watchPosition();
     this.link = new Link(this);
     // Left as it is, the browser may keep a copy of the page with a socket that is dead.

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from teamsight.core import references
+from teamsight.core import checks, references
 from teamsight.policies import ACmommt
 
 pytestmark = pytest.mark.short
@@ -175,3 +175,13 @@ def test_a_module_that_is_found_elsewhere_is_refused(folder: Path, monkeypatch: 
         references.load("odd_twin:x")
     references.search_in([])
     assert references.load("odd_twin:x") == "a/odd_twin.py"
+
+
+def test_what_teamsight_refuses_has_no_place_in_our_files() -> None:
+    with pytest.raises(ValueError, match="must be at least 1") as raised:
+        checks.count("n", 0)
+    assert references.failure(raised.value) == "ValueError: n=0: must be at least 1"
+    mine, library = ("/home/me/mine.py", 3), (checks.difflib.__file__, 9)
+    ours = checks.__file__, 5
+    assert references.place_of([ours, mine, library]) == mine
+    assert references.place_of([mine, ours, library]) is None
