@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from teamsight.core import checks
+from teamsight.core import checks, interrupts
 from teamsight.core.status_line import StatusLine, has_reader, seconds
 from teamsight.core.version import __version__
 from teamsight.view.page import SOFTWARE, Track
@@ -155,7 +155,9 @@ def _mp4(drawing: Drawing, fps: float, title: str, progress: Progress) -> bytes:
         with contextlib.closing(writer):
             writer.send(None)
             for picture in _pictures(drawing, 1, progress):
-                writer.send(np.ascontiguousarray(picture))
+                # Of a part of a picture, after Ctrl-C, ffmpeg would print two lines.
+                with interrupts.deferred():
+                    writer.send(np.ascontiguousarray(picture))
         return place.read_bytes()
 
 

@@ -869,11 +869,14 @@ def test_a_film_of_chosen_ticks_is_saved(
         until(lambda tick=tick: world_of(server).tick == tick)
         settled(page, server)
     page.get_by_role("button", name="Save film").click()
-    page.get_by_text("6 frames: GIF, 480 pixels wide, 0.3 s long. Ticks 0 to 5 are kept.").wait_for()
+    page.get_by_text("6 frames: GIF, 480 pixels wide, 0.3 s long, about 0.0 MB. Ticks 0 to 5 are kept.").wait_for()
     assert (page.get_by_label("from tick").input_value(), page.get_by_label("to tick").input_value()) == ("0", "5")
     page.get_by_label("from tick").fill("2")
     page.get_by_label("to tick").fill("4")
     page.get_by_text("3 frames: GIF").wait_for()
+    many = {**server.session.reel(server.session._run), "bytes": 25_000_000}
+    page.evaluate("reel => teamsight.live.on_reel(reel)", many)
+    page.get_by_text("about 25.0 MB, large for a mail or a page: choose fewer ticks. Ticks").wait_for()
     shot(page, "live-film")
     # What a field does not allow, and what the server refuses, are sentences.
     page.get_by_label("to tick").fill("9")

@@ -473,6 +473,8 @@ class Controls {
 
 // Part: film.
 
+const LARGE_FILM = 20e6, megabytes = (bytes) => `${(bytes / 1e6).toFixed(1)} MB`;
+
 class Film {
   constructor(page, controls) {
     Object.assign(this, { page, controls, isBusy: false });
@@ -524,7 +526,7 @@ class Film {
     this.page.link.send("reel", this.ticks);
   }
 
-  describe({ first, last, oldest, newest, frames, pictures, most, ending, seconds, width }) {
+  describe({ first, last, oldest, newest, frames, pictures, most, ending, seconds, bytes, width }) {
     for (const [input, value] of [[this.first, first], [this.last, last]]) {
       if (this.isNewest) input.value = value;
       Object.assign(input, { min: oldest, max: Math.max(newest, input.max || 0) });
@@ -532,7 +534,7 @@ class Film {
     this.isNewest = false;
     const count = (value, what) => `${value.toLocaleString("en")} ${what}${value === 1 ? "" : "s"}`;
     const thinned = pictures < frames ? `, of which ${count(pictures, "frame")} are drawn, evenly, since a film has at most ${most.toLocaleString("en")}` : "";
-    setText(this.said, `${count(frames, "frame")}${thinned}: ${ending}, ${width.toLocaleString("en")} pixels wide, ${seconds.toLocaleString("en")} s long. ` +
+    setText(this.said, `${count(frames, "frame")}${thinned}: ${ending}, ${width.toLocaleString("en")} pixels wide, ${seconds.toLocaleString("en")} s long, about ${megabytes(bytes)}${bytes > LARGE_FILM ? ", large for a mail or a page: choose fewer ticks" : ""}. ` +
       `Ticks ${oldest.toLocaleString("en")} to ${newest.toLocaleString("en")} are kept.`);
   }
 
@@ -1298,7 +1300,7 @@ class Page {
 
   on_film({ name, content }) {
     const bytes = Uint8Array.from(atob(content), (one) => one.charCodeAt(0));
-    this.controls.film.end(`Saved: ${(bytes.length / 1e6).toFixed(1)} MB.`);
+    this.controls.film.end(`Saved: ${megabytes(bytes.length)}.`);
     this.view.download(new Blob([bytes], { type: name.endsWith(".mp4") ? "video/mp4" : "image/gif" }), name);
   }
 
