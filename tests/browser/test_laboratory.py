@@ -278,8 +278,8 @@ def test_a_damaged_link_is_a_sentence_and_the_page_goes_on(page: Page, live: Cal
     ("link", "said"),
     [
         ("v=1&task=CMOMMT&tick=3&did=2+move+0+99+0+0", "cannot be followed beyond tick 2: body 99 of robots"),
-        ("v=1&task=CMOMMT&tick=3&did=2+eval+0", "cannot be opened: did='eval': unknown"),
-        ("v=1&task=CMOMMT&policy=a-cmommt&policy.gain=<b>", "cannot be opened: policy.gain='<b>'"),
+        ("v=1&task=CMOMMT&tick=3&did=2+eval+0", "cannot be opened: did 'eval': unknown"),
+        ("v=1&task=CMOMMT&policy=a-cmommt&policy.gain=<b>", "cannot be opened: policy.gain '<b>'"),
         ("v=1&task=CMOMMT&did=" + 5000 * "x", "cannot be opened: it has 5,020 characters, at most 4,000"),
     ],
 )  # fmt: skip
