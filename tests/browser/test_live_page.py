@@ -249,7 +249,7 @@ def test_what_is_refused_is_said_in_view(new_page: browsing.Pages, live: Callabl
     # The panel at its end on a wide screen, the arena above it on a phone.
     page.evaluate("() => { document.querySelector('.ts-controls').scrollTop = 9999; scrollTo(0, 0); }")
     page.evaluate("() => teamsight.live.link.send('task', { name: 'nothing' })")
-    page.get_by_text("task='nothing': unknown").wait_for()
+    page.get_by_text("task 'nothing': unknown").wait_for()
     assert page.evaluate("""() => {
       const { left, top } = document.querySelector(".tl-alert").getBoundingClientRect();
       return Boolean(document.elementFromPoint(left + 20, top + 12)?.closest(".tl-alert"));
