@@ -762,7 +762,7 @@ def test_a_band_of_other_seeds_lies_behind_what_is_observed(page: Page, live: Ca
     shown(page, server)
     page.get_by_text("Charts", exact=True).click()
     page.get_by_role("button", name="Run for a band").click()
-    page.get_by_text("ticks=0: nothing has been run yet").wait_for()
+    page.get_by_text("ticks 0: nothing has been run yet").wait_for()
     page.get_by_label("runs", exact=True).fill("9")
     page.get_by_label("ticks", exact=True).fill("60")
     page.get_by_role("button", name="Run for a band").click()
