@@ -53,8 +53,7 @@ class Teams:
         self.first = self._row([env.reset(seed * 1_000_000)[0] for env in self.envs])
 
     def _row(self, parts: list[npt.NDArray[Any]]) -> Any:
-        # Nearness in place of distance: 0 where nothing is sensed.
-        return 1 - torch.from_numpy(np.concatenate([one.reshape(-1, one.shape[-1]) for one in parts]))
+        return torch.from_numpy(np.concatenate([one.reshape(-1, one.shape[-1]) for one in parts]))
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, float]:
         """Return observations, rewards, ends of episodes, last observations of those, and the share observed."""
@@ -125,7 +124,7 @@ def train(scenarios: list[dict[str, Any]], total: int, seed: int) -> tuple[Netwo
 def save(actor: Network, path: str) -> None:
     """Write the weights as `Trained` reads them."""
     layers = {f"{name.split('.')[1]}_{int(name[0]) // 2}": one.numpy() for name, one in actor.state_dict().items()}
-    np.savez(path, degree="ring", **layers)
+    np.savez(path, degree="ring", encoding="nearness", **layers)
 
 
 def observed(policy: Any, awareness: str) -> npt.NDArray[np.float64]:

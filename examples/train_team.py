@@ -26,7 +26,7 @@ SIZE = 3 * (SECTORS // 2 + 1)
 def decide(weights: Floats, observations: npt.NDArray[np.float32]) -> Floats:
     """Return actions, shape (candidates, …, 2), for weights (candidates, SIZE), observations (candidates, …, 32)."""
     of_targets, of_teammates, ahead = np.split(weights, 3, axis=-1)
-    near = 1 - observations.reshape(len(weights), -1, 2 * SECTORS)
+    near = observations.reshape(len(weights), -1, 2 * SECTORS)
     scores = near[..., :SECTORS] @ of_targets[:, SIDE][:, AROUND].swapaxes(1, 2)
     scores += near[..., SECTORS:] @ of_teammates[:, SIDE][:, AROUND].swapaxes(1, 2)
     pull = (scores + ahead[:, None, SIDE]) @ DIRECTIONS

@@ -25,6 +25,8 @@ Layer = tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]
 
 #: The largest number of inputs or neurons of a layer.
 MOST_NEURONS = 512
+#: What observations of environments say of a distance in ranges: 1 − it, 0 where nothing is sensed; or the distance.
+ENCODINGS = ("nearness", "distance")
 #: What a layer of a network answers to: a way ahead and a way to the left.
 OUTPUTS = 2
 
@@ -40,14 +42,16 @@ _CURE = "give a file as examples/train_ppo.py writes it"
 @inlined
 def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
     """Write the actions: each layer is a sum over its inputs that are not 0, which few inputs of the first are."""
-    sizes = arrays.parameters
+    is_near = arrays.parameters[0] > 0.0
+    sizes = arrays.parameters[1:]
     weights = arrays.table
     before = scratch(MOST_NEURONS, np.float64)
     after = scratch(MOST_NEURONS, np.float64)
     last = sizes.shape[0] - 2
     for i in range(percept.heading.shape[0]):
         for k in range(int(sizes[0])):
-            before[k] = 1.0 - float(percept.situation[i, k])
+            value = float(percept.situation[i, k])
+            before[k] = 1.0 - value if is_near else value
         row = 0
         for layer in range(last + 1):
             outputs = int(sizes[layer + 1])
@@ -68,14 +72,16 @@ def _decide(percept: Any, arrays: Any, noise: Any, action: Any) -> None:
 class Trained(CompiledPolicy):
     """Go where a network of rectified linear units says, from the situation of the robot.
 
-    Its inputs are 1 − the situation: 0 where nothing is sensed, and the more the nearer. Its two outputs are an action
-    of the form "vector" of environments: the way ahead and to the left, in speeds.
+    Its inputs are the observations that environments have by default: 1 − the situation, 0 where nothing is sensed, and
+    the more the nearer. Its two outputs are an action of the form "vector" of environments: the way ahead and to the
+    left, in speeds.
 
     Parameters
     ----------
     file : str
         The weights: an ``.npz`` file with ``degree``, the name of the degree of awareness, and of each layer k from 0
-        on ``weight_k``, shape (outputs, inputs), and ``bias_k``, shape (outputs,), as torch has them. By default those
+        on ``weight_k``, shape (outputs, inputs), and ``bias_k``, shape (outputs,), as torch has them. It may have
+        ``encoding``, that of the observations: "nearness", as if there is none, or "distance". By default the weights
         shipped, which ``examples/train_ppo.py`` made for `RingAwareness(16)` from 2 × 10⁶ steps of robots; "many-teams"
         are those that it made from 10⁹ steps of seven teams.
 
@@ -85,6 +91,8 @@ class Trained(CompiledPolicy):
         The weights and the bias of each layer, float32.
     degree : str
         The name of the degree of awareness.
+    encoding : {"nearness", "distance"}
+        Whether it reads 1 − the situation, or the situation.
     inputs : int
         The width of the situation.
 
@@ -105,11 +113,13 @@ class Trained(CompiledPolicy):
 
     kernel = _decide
     layers: ClassVar[tuple[Layer, ...]] = ()
+    encoding: ClassVar[str] = "nearness"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        degree, layers = _read(SHIPPED.get(self.file) or Path(self.file))
-        for name, value in (("degree", degree), ("layers", layers), ("inputs", layers[0][0].shape[1])):
+        degree, encoding, layers = _read(SHIPPED.get(self.file) or Path(self.file))
+        found = {"degree": degree, "encoding": encoding, "layers": layers, "inputs": layers[0][0].shape[1]}
+        for name, value in found.items():
             object.__setattr__(self, name, value)
 
     @property
@@ -121,8 +131,8 @@ class Trained(CompiledPolicy):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """The number of inputs, and of the outputs of each layer."""
-        return (float(self.inputs), *(float(len(bias)) for _, bias in self.layers))
+        """Whether it reads nearness, the number of inputs, and of the outputs of each layer."""
+        return (float(self.encoding == "nearness"), float(self.inputs), *(float(len(bias)) for _, bias in self.layers))
 
     @property
     def table(self) -> npt.NDArray[np.float32]:
@@ -133,7 +143,9 @@ class Trained(CompiledPolicy):
 
     @property
     def _digest(self) -> str:
-        return hashlib.blake2b(str(self.degree).encode() + self.table.tobytes(), digest_size=4).hexdigest()
+        # Files of nearness do not say so if they are old, and are known by the same digest.
+        read = str(self.degree) + ("" if self.encoding == "nearness" else self.encoding)
+        return hashlib.blake2b(read.encode() + self.table.tobytes(), digest_size=4).hexdigest()
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Trained) and self._digest == other._digest
@@ -147,15 +159,19 @@ class Trained(CompiledPolicy):
         return f"Trained(<{self._digest}>)"
 
 
-def _read(path: Path) -> tuple[str, tuple[Layer, ...]]:
-    """Return the degree and the layers of a file."""
+def _read(path: Path) -> tuple[str, str, tuple[Layer, ...]]:
+    """Return the degree, the encoding and the layers of a file."""
     with files.open_regular(path) as file:
         try:
             with np.load(file, allow_pickle=False) as found:
                 content = {name: found[name] for name in found.files}
-                degree = str(content["degree"])
+                degree, encoding = str(content["degree"]), str(content.get("encoding", "nearness"))
         except (*_UNREADABLE, zipfile.BadZipFile, zlib.error, tokenize.TokenError) as error:
             raise ValueError(f"{path}: holds no trained network ({error}); {_CURE}") from error
+    if encoding not in ENCODINGS:
+        raise ValueError(
+            f"{path}: encoding={encoding!r} is unknown; give that of the environment, {' or '.join(map(repr, ENCODINGS))}"
+        )
     layers: list[Layer] = []
     while f"weight_{len(layers)}" in content:
         at = len(layers)
@@ -174,7 +190,7 @@ def _read(path: Path) -> tuple[str, tuple[Layer, ...]]:
     if not layers or len(layers[-1][1]) != OUTPUTS:
         last = len(layers[-1][1]) if layers else 0
         raise ValueError(f"{path}: the last layer has {last} outputs; it must have {OUTPUTS}, ahead and to the left")
-    known = {"degree", *(f"{name}_{at}" for name in ("weight", "bias") for at in range(len(layers)))}
+    known = {"degree", "encoding", *(f"{name}_{at}" for name in ("weight", "bias") for at in range(len(layers)))}
     if left := sorted(content.keys() - known):
         raise ValueError(f"{path}: {left[0]!r} is no part of its {len(layers)} layers, numbered from 0; {_CURE}")
-    return degree, tuple(layers)
+    return degree, encoding, tuple(layers)

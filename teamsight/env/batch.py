@@ -114,7 +114,8 @@ class Place:
         self._tick = self._row = 0
         world._engine.prepare()
         team = [other for other in world.groups if group.team is not None and other.team == group.team]
-        self._observation = Observation(group, sum(map(len, team)), self._settings.layout)
+        size, settings = sum(map(len, team)), self._settings
+        self._observation = Observation(group, size, settings.layout, settings.encoding)
         return self._observation
 
     def can_stand_for_others(self) -> bool:

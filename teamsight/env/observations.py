@@ -22,14 +22,17 @@ if TYPE_CHECKING:
     from teamsight.agents.group import Group
 
 _LAYOUTS = ("sectors", "nearest")
-#: Numbers for each body that the layout "nearest" shows: whether there is one, and where, ahead and to the left.
+#: Numbers for each body that the layout "nearest" shows: whether there is one or how near, and where, ahead and left.
 PER_BODY = 3
 _Shown = Annotated[int, Allowed(least=0, most=10_000)]
 
 
 @dataclass(frozen=True)
 class Nearest(Component):
-    """The layout that lists the nearest bodies: for each, 1, and its place ahead and to the left in ranges; else 0.
+    """The layout that lists the nearest bodies, with three numbers each: how near, and where; all 0 if there is none.
+
+    The first is 1 − the distance in ranges, or with ``encoding="distance"`` 1; the others are its place ahead and to the
+    left in ranges.
 
     Parameters
     ----------
@@ -80,7 +83,7 @@ def layout_of(value: LayoutLike) -> Nearest | None:
 
 @kernel
 def _list_nearest(
-    row: Any, first: int, most: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float
+    row: Any, first: int, most: int, heading: Any, seen: Any, edges: tuple[int, int], reach: float, near: bool
 ) -> None:
     """Write the nearest bodies of a neighbour list to ``row[first:]``; those as near come in the list's order."""
     for place in range(most):
@@ -92,34 +95,36 @@ def _list_nearest(
         x = seen.offset[best, 0] / reach
         y = seen.offset[best, 1] / reach
         at = first + PER_BODY * place
-        row[at] = 1.0
+        row[at] = 1.0 - seen.distance[best] / reach if near else 1.0
         row[at + 1] = x * heading[0] + y * heading[1]
         row[at + 2] = y * heading[0] - x * heading[1]
 
 
 def _show_nearest(address: int) -> int:
-    """Write the layout "nearest"; the parameters are its three numbers, and whether all teammates are shown."""
+    """Write the layout "nearest"; the parameters are its three numbers, whether all teammates are shown, and nearness."""
     seen = sensing_at(address)
     scene, parameters, situation = seen.scene, seen.parameters, seen.situation
     targets = int(parameters[0])
     teammates = int(parameters[1])
     relayed = int(parameters[2])
+    near = parameters[4] > 0.0
     for i in range(situation.shape[0]):
         row = situation[i]
         heading = scene.heading[i]
         edges = (scene.targets.start[i], scene.targets.start[i + 1])
-        _list_nearest(row, 0, targets, heading, scene.targets, edges, scene.sensing_range[i] * scene.farthest)
+        reach = scene.sensing_range[i] * scene.farthest
+        _list_nearest(row, 0, targets, heading, scene.targets, edges, reach, near)
         at = PER_BODY * targets
         reach = scene.awareness_range[i] * scene.farthest
         if parameters[3] > 0.0:
             edges = (scene.teammates.start[i], scene.teammates.start[i + 1])
-            _list_nearest(row, at, teammates, heading, scene.teammates, edges, reach)
+            _list_nearest(row, at, teammates, heading, scene.teammates, edges, reach, near)
         else:
             edges = (seen.teammates.start[i], seen.teammates.start[i + 1])
-            _list_nearest(row, at, teammates, heading, seen.teammates, edges, reach)
+            _list_nearest(row, at, teammates, heading, seen.teammates, edges, reach, near)
         edges = (seen.relayed.start[i], seen.relayed.start[i + 1])
         at += PER_BODY * teammates
-        _list_nearest(row, at, relayed, heading, seen.relayed, edges, reach)
+        _list_nearest(row, at, relayed, heading, seen.relayed, edges, reach, near)
     return 0
 
 
@@ -128,8 +133,8 @@ def _nearest_entry() -> Entry:
     return Entry(_show_nearest)
 
 
-class WithRays(NamedTuple):
-    """The record of observations that end with the readings of a lidar.
+class Encoded(NamedTuple):
+    """The record of observations that are made of others: with the readings of a lidar, as nearness, or both.
 
     Attributes
     ----------
@@ -138,9 +143,11 @@ class WithRays(NamedTuple):
     rest : ndarray, shape (n, rest), float32
         The rest.
     readings : ndarray, shape (n, rays), float64
-        Distances [length].
+        Distances of the lidar [length].
     range : float
         The range of the lidar [length].
+    near : int
+        The first of the values that are shown as 1 − themselves; all after it are.
     situation : ndarray, shape (n, width), float32
         The observations: the rest, and distances in ranges.
     """
@@ -150,15 +157,16 @@ class WithRays(NamedTuple):
     rest: Annotated[npt.NDArray[np.float32], "n", "rest"]
     readings: Annotated[npt.NDArray[np.float64], "n", "rays"]
     range: float
+    near: int
     situation: Annotated[npt.NDArray[np.float32], "n", "width"]
 
 
-_WITH_RAYS = Record(WithRays)
-_with_rays_at = _WITH_RAYS.at
+_ENCODED = Record(Encoded)
+_encoded_at = _ENCODED.at
 
 
-def _show_with_rays(address: int) -> int:
-    here = _with_rays_at(address)
+def _encode(address: int) -> int:
+    here = _encoded_at(address)
     call(here.show, here.seen)
     rest = here.rest.shape[1]
     for i in range(here.situation.shape[0]):
@@ -167,12 +175,15 @@ def _show_with_rays(address: int) -> int:
             row[k] = here.rest[i, k]
         for j in range(here.readings.shape[1]):
             row[rest + j] = here.readings[i, j] / here.range
+        # Of the float32, so that both encodings add up to 1 to the last bit.
+        for k in range(here.near, row.shape[0]):
+            row[k] = 1.0 - row[k]
     return 0
 
 
 @cache
-def _rays_entry() -> Entry:
-    return Entry(_show_with_rays)
+def _encoded_entry() -> Entry:
+    return Entry(_encode)
 
 
 class Observation:
@@ -186,6 +197,8 @@ class Observation:
         The number of robots of their team.
     layout : Nearest or None
         The layout; None for situation vectors.
+    encoding : {"nearness", "distance"}
+        What is said of distances.
 
     Attributes
     ----------
@@ -199,15 +212,19 @@ class Observation:
         The kernel that writes the observations, on the record of `seen`.
     """
 
-    def __init__(self, group: Group, team_size: int, layout: Nearest | None) -> None:
+    def __init__(self, group: Group, team_size: int, layout: Nearest | None, encoding: str) -> None:
         self._layout, self._degree, self._group = layout, group.awareness, group
+        self._is_near = encoding == "nearness"
         self.teammates = max(team_size - 1, 0)
         self._rest = check_width(group.awareness, max(team_size, 1)) if layout is None else layout.width
         self.width = self._rest + (group.lidar.rays if group.lidar else 0)
         needs_lists = layout is not None and (layout.teammates or layout.relayed)
         self.perceive = perceive_entry(group.awareness) if needs_lists else None
         self._show_rest = situate_entry(group.awareness) if layout is None else _nearest_entry()
-        self.show = _rays_entry() if group.lidar else self._show_rest
+        # A list is written in its encoding.
+        self._near = (0 if layout is None else self._rest) if self._is_near else self.width
+        self._is_plain = group.lidar is None and self._near == self.width
+        self.show = self._show_rest if self._is_plain else _encoded_entry()
         # Readings of sensors of this package are at most the range, with noise too.
         self._is_limited = type(group.awareness).__module__.startswith("teamsight.agents.awareness.") and all(
             channel.sensor is None or type(channel.sensor) is Sensor for channel in group.channels.values()
@@ -216,16 +233,17 @@ class Observation:
     def seen(self, sensing: Packed[Sensing], situation: Any) -> Packed[Any]:
         """Return the record of a group with which `show` writes into `situation`, shape (robots, width), float32."""
         lidar, value = self._group.lidar, sensing.value
-        rest = situation if lidar is None else np.zeros((len(situation), self._rest), np.float32)
+        rest = situation if self._is_plain else np.zeros((len(situation), self._rest), np.float32)
         value = value._replace(situation=rest)
-        if self._layout is not None:
-            numbers = (self._layout.targets, self._layout.teammates, self._layout.relayed, self._degree.shows_teammates)
+        if (layout := self._layout) is not None:
+            numbers = layout.targets, layout.teammates, layout.relayed, self._degree.shows_teammates, self._is_near
             value = value._replace(parameters=np.array(numbers, float))
         seen = type(sensing)(sensing.record, value)
-        if lidar is None:
+        if self._is_plain:
             return seen
-        readings = self._group.bodies.lidar
-        return _WITH_RAYS.pack(WithRays(self._show_rest, seen, rest, readings, float(lidar.range), situation))
+        readings = self._group.bodies.lidar if lidar else np.zeros((len(situation), 0))
+        reach = float(lidar.range) if lidar else 1.0
+        return _ENCODED.pack(Encoded(self._show_rest, seen, rest, readings, reach, self._near, situation))
 
     def space(self) -> gymnasium.spaces.Box:
         """Return a new space of the observations of one robot."""
@@ -240,6 +258,9 @@ class Observation:
         first = self._layout.targets if self._degree.spreads else len(most) - self._layout.relayed
         most[first:, 1:] = np.inf
         least = -most
+        # How near what is farther than a range is has no limit, either.
         least[:, 0] = 0.0
+        if self._is_near:
+            least[first:, 0] = -np.inf
         rays = np.zeros(self.width - self._rest, np.float32)
         return spaces.Box(np.append(least, rays), np.append(most, rays + 1), dtype=np.float32)

@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from teamsight.agents.attributes import AwarenessLike
 from teamsight.agents.awareness import AWARENESS, Awareness
@@ -17,10 +17,11 @@ from teamsight.agents.reused_worlds import ReusedWorlds
 from teamsight.agents.teammates import of_team
 from teamsight.agents.world import World
 from teamsight.core import checks
-from teamsight.core.component import Component, Count, declared
+from teamsight.core.component import Allowed, Component, Count, declared
 from teamsight.env.actions import ActionForm, ActionLike
 from teamsight.env.observations import LayoutLike, Nearest, layout_of
 from teamsight.env.rewards import Reward, RewardLike, reward_of
+from teamsight.policies.trained import ENCODINGS
 from teamsight.tasks.model import TaskModel
 from teamsight.tasks.named import task_of
 from teamsight.tasks.task import Task
@@ -55,6 +56,8 @@ class Settings:
         Its degree of awareness; None for that of the model.
     layout : Nearest or None
         The layout of observations.
+    encoding : {"nearness", "distance"}
+        What they say of distances.
     form : ActionForm
         The form of actions.
     reward : callable
@@ -68,6 +71,7 @@ class Settings:
     group: str | None
     degree: Awareness | None
     layout: Nearest | None
+    encoding: str
     form: ActionForm
     reward: Reward
     max_cycles: int
@@ -136,6 +140,10 @@ class Environment(Component):
     layout : {"sectors", "nearest"} or Nearest
         How observations show it: the situation vectors of the degree, which begin with 16 sectors of targets; or lists
         of the nearest targets and teammates, as ``Nearest(targets=5, teammates=5)``. docs/environments.md has a table.
+    encoding : {"nearness", "distance"}
+        What observations say of a distance d in ranges: 1 − d, from 0 where nothing is sensed to 1 at the robot; or d,
+        which is 1 where nothing is sensed. It holds for all values of sectors, for the readings of a lidar, and for the
+        first number of each body of "nearest".
     action : {"vector", "continuous", "grid", "heading"} or ActionGrid
         The form of actions: the way ahead and to the left, both in [−1, 1] and in units of the speed, which is the
         farthest; rotation and distance, both in [−1, 1], for −π to π and 0 to the speed; the number of an action of a
@@ -158,6 +166,7 @@ class Environment(Component):
     observation: AwarenessLike | None = "ring"
     delta: Delta | None = None
     layout: LayoutLike = "sectors"
+    encoding: Annotated[str, Allowed(choices=ENCODINGS)] = "nearness"
     action: ActionLike = "vector"
     reward: RewardLike = "alone"
     max_cycles: Count = 600
@@ -187,8 +196,8 @@ class Environment(Component):
         else:
             _check_call(model, given)
         return Settings(
-            model or CMOMMT, given, called, degree, layout_of(self.layout), form, reward_of(self.reward),
-            self.max_cycles,
+            model or CMOMMT, given, called, degree, layout_of(self.layout), self.encoding, form,
+            reward_of(self.reward), self.max_cycles,
         )  # fmt: skip
 
 

@@ -10,8 +10,9 @@ import pytest
 from naive import environments as naive
 
 from teamsight import CMOMMT, Lidar, Sensor
-from teamsight.agents.awareness import RingAwareness
-from teamsight.env import Nearest, parallel_env
+from teamsight.agents.awareness import OWN_SECTORS, Awareness, RingAwareness, situate_targets
+from teamsight.core.kernel import kernel
+from teamsight.env import Nearest, gymnasium_env, parallel_env, vector_env
 
 CROWD: dict[str, Any] = {"robots": 12, "targets": 30, "radius": 2.5}
 
@@ -34,7 +35,8 @@ def test_a_degree_as_an_object() -> None:
 @pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared", "relayed"])
 def test_nearest_lists_what_the_percept_shows(degree: str) -> None:
     layout = Nearest(4, 3, 5)
-    env, rng = parallel_env(**CROWD, observation=degree, layout=layout), np.random.default_rng(1)
+    former: dict[str, Any] = {"observation": degree, "layout": layout, "encoding": "distance"}
+    env, rng = parallel_env(**CROWD, **former), np.random.default_rng(1)
     observations, _ = env.reset(seed=1)
     filled = 0
     for _ in range(10):
@@ -55,9 +57,11 @@ def test_nearest_lists_what_the_percept_shows(degree: str) -> None:
     assert (filled > 0).tolist() == [True, degree != "none", degree in ("shared", "relayed")]
 
 
+@pytest.mark.parametrize("encoding", ["nearness", "distance"])
 @pytest.mark.parametrize("layout", ["sectors", Nearest(2, 1, 1)])
-def test_observations_end_with_the_lidar_in_ranges(layout: Any) -> None:
+def test_observations_end_with_the_lidar_in_ranges(layout: Any, encoding: str) -> None:
     given: dict[str, Any] = {**CROWD, "robot_radius": 0.1, "layout": layout, "observation": "shared"}
+    given["encoding"] = encoding
     env, other = parallel_env(**given, lidar=Lidar(12, 1.5)), parallel_env(**given)
     observations, _ = env.reset(seed=1)
     before, _ = other.reset(seed=1)
@@ -67,13 +71,60 @@ def test_observations_end_with_the_lidar_in_ranges(layout: Any) -> None:
         assert readings.min() < 0.5
         for i, (agent, shown) in enumerate(observations.items()):
             assert np.array_equal(shown[:-12], before[agent])
-            assert np.array_equal(shown[-12:], (readings[i] / 1.5).astype(np.float32))
+            far = (readings[i] / 1.5).astype(np.float32)
+            assert np.array_equal(shown[-12:], far if encoding == "distance" else 1 - far)
             space = env.observation_space(agent)
             assert space.shape == shown.shape
             assert space.contains(shown)
             assert (space.low[-12:].tolist(), space.high[-12:].tolist()) == ([0.0] * 12, [1.0] * 12)
         actions = dict(zip(env.agents, rng.uniform(-1, 1, (12, 2)), strict=True))
         observations, before = env.step(actions)[0], other.step(actions)[0]
+
+
+@kernel
+def situate_far(scene: Any, parameters: Any, situation: Any) -> None:
+    situate_targets(scene, parameters, situation)
+    situation[:, OWN_SECTORS] = -2.5
+
+
+class OfOnesOwn(Awareness):
+    """A degree whose values are not from 0 to 1."""
+
+    situate = situate_far
+    added = 1
+
+
+@pytest.mark.parametrize("layout", ["sectors", Nearest(4, 3, 5)])
+@pytest.mark.parametrize("degree", ["none", "ring", "nearest", "pairwise", "shared", "relayed", OfOnesOwn()])
+@pytest.mark.parametrize("more", [{}, {"lidar": Lidar(8, 1.5), "robot_radius": 0.1, "sensor": Sensor(range_noise=0.3)}])
+def test_nearness_is_one_minus_distance_on_all_paths(layout: Any, degree: Any, more: dict[str, Any]) -> None:
+    given: dict[str, Any] = {**CROWD, **more, "layout": layout, "observation": degree, "max_cycles": 8}
+    near, far = vector_env(2, **given), vector_env(2, **given, encoding="distance")
+    alone, robots = parallel_env(**given), gymnasium_env(2, **given, autoreset="same-step")
+    rng, shown, other = np.random.default_rng(3), near.reset(seed=4)[0], far.reset(seed=4)[0]
+    single, rows = alone.reset(seed=4)[0], robots.reset(seed=4)[0]
+    for _ in range(12):
+        if layout == "sectors":
+            assert np.array_equal(shown, 1 - other)
+        else:
+            lists, of_far = (one[..., : layout.width].reshape(2, 12, -1, 3) for one in (shown, other))
+            assert np.array_equal(lists[..., 1:], of_far[..., 1:])
+            distance = np.hypot(of_far[..., 1], of_far[..., 2])
+            assert lists[..., 0] == pytest.approx(of_far[..., 0] * (1 - distance), abs=1e-6)
+            assert np.array_equal(shown[..., layout.width :], 1 - other[..., layout.width :])
+        assert np.array_equal(shown[0], list(single.values()))
+        assert np.array_equal(shown.reshape(24, -1), rows)
+        for env, values in ((near, shown), (far, other)):
+            assert env.observation_space.low.shape == values.shape[2:]
+            assert ((values >= env.observation_space.low) & (values <= env.observation_space.high)).all()
+        actions = rng.uniform(-1, 1, (2, 12, 2)).astype(np.float32)
+        single = alone.step(dict(zip(alone.possible_agents, actions[0], strict=True)))[0]
+        rows, made, others = robots.step(actions.reshape(24, 2))[0], near.step(actions), far.step(actions)
+        shown, other = made.observations, others.observations
+        assert np.array_equal(made.rewards, others.rewards)
+        if made.truncated[0]:
+            assert np.array_equal(made.info["final_observations"][0], list(single.values()))
+            single = alone.reset()[0]
 
 
 @dataclass(frozen=True)
@@ -111,6 +162,7 @@ def test_the_state_has_all_bodies() -> None:
         ({"observation": "none", "delta": 8}, ValueError, "delta=8: applies to observation='ring' or observation='nearest'; leave it out"),
         ({"delta": 0}, ValueError, "delta=0: must be at least 1"),
         ({"layout": "near"}, ValueError, "layout='near'.*nearest"),
+        ({"encoding": "nearnes"}, ValueError, "encoding='nearnes'.*did you mean 'nearness'"),
         ({"robots": 0}, ValueError, "robots=0: must be at least 1"),
         ({"max_cycles": 0}, ValueError, "max_cycles=0: must be at least 1"),
         ({"render_mode": "ansi"}, ValueError, "render_mode='ansi'.*rgb_array"),

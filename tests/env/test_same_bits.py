@@ -45,7 +45,7 @@ def test_the_actions_of_a_policy_give_its_world(degree: str, kind: dict[str, Any
     env = parallel_env(observation=degree, action="heading", **kind)
     observations, _ = env.reset(seed=7)
     for _ in range(30):
-        assert np.array_equal(list(observations.values()), situations(model))
+        assert np.array_equal(list(observations.values()), 1 - situations(model))
         model.step()
         observations, *_, infos = env.step(dict(zip(env.agents, headings(model), strict=True)))
         assert infos["robot_0"]["observed"] == model.observed

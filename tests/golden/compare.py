@@ -208,15 +208,16 @@ def analyses() -> Iterator[tuple[str, str]]:
 
 
 def rollouts() -> Iterator[tuple[str, str]]:
-    """Yield the fingerprints of rollouts of the three environments."""
+    """Yield the fingerprints of rollouts of the three environments, and of their defaults."""
     import numpy as np
 
+    from teamsight import Lidar
     from teamsight.env import gymnasium_env, parallel_env, vector_env
 
     rng = np.random.default_rng(1)
     one = parallel_env(
         robots=4, targets=6, max_cycles=20, action="heading", reward="observed", observation="ring",
-        target_policy="evasive",
+        encoding="distance", target_policy="evasive",
     )  # fmt: skip
     observations, _ = one.reset(seed=7)
     seen = list(observations.values())
@@ -224,20 +225,31 @@ def rollouts() -> Iterator[tuple[str, str]]:
         made = one.step({name: rng.uniform(-1, 1, 3) for name in one.agents})
         seen += [value for part in made[:4] for value in part.values()]
     yield "parallel_env", digest(seen)
-    many = vector_env(6, robots=3, targets=5, max_cycles=15, action="continuous", reward="observed")
+    many = vector_env(
+        6, robots=3, targets=5, max_cycles=15, action="continuous", reward="observed", encoding="distance"
+    )
     first, _ = many.reset(seed=3)
     seen = [first]
     for _ in range(40):
         step = many.step(rng.uniform(-1, 1, (6, 3, 2)))
         seen += [step.observations, step.rewards, step.terminated, step.truncated]
     yield "vector_env", digest(seen)
-    shared = gymnasium_env(4, model="pursuit", max_cycles=15, action="continuous", reward="observed")
+    shared = gymnasium_env(
+        4, model="pursuit", max_cycles=15, action="continuous", reward="observed", encoding="distance"
+    )
     first, _ = shared.reset(seed=3)
     shared.action_space.seed(5)
     seen = [first]
     for _ in range(40):
         seen += shared.step(shared.action_space.sample())[:4]
     yield "gymnasium_env", digest(seen)
+    seen = []
+    for settings in ({}, {"layout": "nearest", "observation": "shared", "lidar": Lidar(8, 2.0), "robot_radius": 0.2}):
+        default = vector_env(4, robots=3, targets=5, max_cycles=15, **settings)
+        seen.append(default.reset(seed=3)[0])
+        for _ in range(20):
+            seen += default.step(rng.uniform(-1, 1, (4, 3, 2)))[:4]
+    yield "the defaults of environments", digest(seen)
 
 
 def fingerprints(results: Path | None) -> Iterator[tuple[str, str]]:

@@ -33,7 +33,8 @@ def written(path: Path, sizes: tuple[int, ...] = (32, 9, 7, 2), degree: str = "r
 
 def way(policy: Trained, situation: Any) -> Any:
     """The slow twin: the forward pass in NumPy, shape (robots, 2)."""
-    found = 1.0 - np.asarray(situation, float)
+    found = np.asarray(situation, float)
+    found = found if policy.encoding == "distance" else 1.0 - found
     for k, (weight, bias) in enumerate(policy.layers):
         found = found @ weight.T.astype(float) + bias
         if k < len(policy.layers) - 1:
@@ -74,15 +75,18 @@ def test_the_rule_is_that_of_its_slow_twin(sizes: Any, tmp_path: Path) -> None:
     assert watched.decisions == 120
 
 
-def test_both_paths_and_an_environment_have_the_same_bits(tmp_path: Path) -> None:
-    policy = Trained(written(tmp_path / "one.npz"))
+@pytest.mark.parametrize("encoding", [None, "nearness", "distance"])
+def test_both_paths_and_an_environment_have_the_same_bits(encoding: str | None, tmp_path: Path) -> None:
+    policy = Trained(written(tmp_path / "one.npz", encoding=encoding))
     run, stepped = (CMOMMT(robots=4, targets=6, radius=2.0, policy=policy, awareness="ring", seed=5) for _ in range(2))
     run.run(30)
-    env = vector_env(1, robots=4, targets=6, radius=2.0, max_cycles=40)
+    assert (policy == Trained(written(tmp_path / "old.npz"))) == (encoding != "distance")
+    env = vector_env(1, robots=4, targets=6, radius=2.0, max_cycles=40, encoding=encoding or "nearness")
     observations, _ = env.reset(seed=5)
     for _ in range(30):
         stepped.step()
-        actions = way(policy, observations)
+        # A network reads observations as they are.
+        actions = way(policy, observations if encoding == "distance" else 1 - observations)
         observations = env.step(actions / np.maximum(np.hypot(*actions.T).T[..., None], 1.0)).observations
     assert run.robots.position.tobytes() == stepped.robots.position.tobytes()
     # The environment's actions are rounded otherwise: the forward pass is NumPy's.
@@ -124,6 +128,7 @@ def test_what_is_shipped_observes_more_than_a_random_walk() -> None:
     ("change", "message"),
     [
         ({"degree": None}, "holds no trained network"),
+        ({"encoding": "far"}, "encoding='far' is unknown; give that of the environment, 'nearness' or 'distance'"),
         ({"weight_0": None}, "the last layer has 0 outputs"),
         ({"bias_1": None}, r"layer 1 has weights of the shape \(7, 9\) and a bias of \(\)"),
         ({"weight_1": np.zeros((7, 8))}, r"layer 1 has weights of the shape \(7, 8\)"),
