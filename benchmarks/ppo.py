@@ -1,10 +1,12 @@
 """What lets PPO learn to observe targets: rewards, layouts, actions and settings, one after the other.
 
-It needs teamsight[env,rl]: python benchmarks/ppo.py FILE [SEEDS]. Each row adds a line of JSON to FILE: what was
-changed, the share that the team observed while it was trained, by agent-steps, and what its most probable actions
-observe in 32 worlds of other seeds. `NEWCOMER` is what a newcomer would take: observations as they are, a normal
-distribution of standard deviation 1 and the settings that CleanRL has; the last two are the same with the defaults that
-environments have now, as they are and as nearness. The others change one or two things of a tuned training.
+It needs teamsight[env,rl]: python benchmarks/ppo.py FILE [SEEDS [FIRST]], with the number of the first row, from the
+end if it is below 0. Each row adds a line of JSON to FILE: what was changed, the share that the team observed while it
+was trained, by agent-steps, and what its most probable actions observe in 32 worlds of other seeds. `NEWCOMER` is what
+a newcomer would have taken with the former defaults: a normal distribution of standard deviation 1 and the settings
+that CleanRL has; then come two with the action and reward that are the defaults now, in both encodings. The last gives
+environments no settings at all, and clips actions as CleanRL does. All others change one or two things of a tuned
+training.
 """
 
 import json
@@ -20,23 +22,27 @@ from torch.distributions import Categorical, Independent, Normal
 from teamsight.env import vector_env
 
 TEAM = {"robots": 5, "targets": 10}
-NEWCOMER: dict[str, Any] = {
-    "action": "continuous", "reward": "observed", "layout": "sectors", "max_cycles": 600, "worlds": 16, "rollout": 128,
-    "total": 300_000, "discount": 0.99, "rate": 3e-4, "minibatches": 4, "nearness": False, "spread": 0.0,
+CLEANRL: dict[str, Any] = {
+    "worlds": 16, "rollout": 128, "discount": 0.99, "rate": 3e-4, "minibatches": 4, "spread": 0.0,
+}  # fmt: skip
+NEWCOMER: dict[str, Any] = CLEANRL | {
+    "action": "continuous", "reward": "observed", "layout": "sectors", "max_cycles": 600, "total": 300_000,
+    "encoding": "distance",
 }  # fmt: skip
 TUNED = NEWCOMER | {
     "action": "vector", "reward": "share", "worlds": 64, "rollout": 64, "total": 600_000, "discount": 0.95,
-    "rate": 1e-3, "minibatches": 8, "nearness": True, "spread": -0.7,
+    "rate": 1e-3, "minibatches": 8, "encoding": "nearness", "spread": -0.7,
 }  # fmt: skip
-#: What environments have by default now.
+#: Two of what environments have by default now.
 DEFAULTS: dict[str, Any] = {"action": "vector", "reward": "alone"}
 ACTIONS, REWARDS = ("vector", "continuous", "grid"), ("share", "alone", "observed", "gain")
 ROWS: list[dict[str, Any]] = [
     *({"action": action, "reward": reward} for action in ACTIONS for reward in REWARDS),
     *({"layout": "nearest", "reward": reward} for reward in ("share", "alone", "observed")),
-    {"nearness": False}, {"discount": 0.9}, {"discount": 0.99}, {"spread": 0.0}, {"max_cycles": 100}, {"rate": 3e-4},
-    NEWCOMER, {"reward": "alone", "nearness": False},
-    *({**NEWCOMER, **DEFAULTS, "total": 1_200_000, "nearness": nearness} for nearness in (False, True)),
+    {"encoding": "distance"}, {"discount": 0.9}, {"discount": 0.99}, {"spread": 0.0}, {"max_cycles": 100},
+    {"rate": 3e-4}, NEWCOMER, {"reward": "alone", "encoding": "distance"},
+    *({**NEWCOMER, **DEFAULTS, "total": 1_200_000, "encoding": one} for one in ("distance", "nearness")),
+    {**CLEANRL, "action": "default", "total": 1_200_000},
 ]  # fmt: skip
 
 
@@ -52,9 +58,11 @@ def network(inputs: int, outputs: int, last: float) -> Any:
 
 
 def made(settings: dict[str, Any], worlds: int, **more: Any) -> Any:
-    """Return the worlds; a vector is given as a rotation and a distance."""
+    """Return the worlds; a vector is given as a rotation and a distance, unless all is by default."""
+    if settings["action"] == "default":
+        return vector_env(worlds, **TEAM, **more)
     action = "grid" if settings["action"] == "grid" else "continuous"
-    chosen = {name: settings[name] for name in ("reward", "layout", "max_cycles")}
+    chosen = {name: settings[name] for name in ("reward", "layout", "encoding", "max_cycles")}
     return vector_env(worlds, **TEAM, **(chosen | {"action": action} | more))
 
 
@@ -62,16 +70,10 @@ def given(settings: dict[str, Any], actions: Any) -> Any:
     """Return actions as the worlds take them."""
     if settings["action"] == "grid":
         return actions
-    if settings["action"] == "continuous":
+    if settings["action"] in ("continuous", "default"):
         return np.clip(actions, -1, 1)
     x, y = actions[..., 0], actions[..., 1]
     return np.stack([np.arctan2(y, x) / np.pi, 2 * np.minimum(np.hypot(x, y), 1) - 1], -1)
-
-
-def shown(settings: dict[str, Any], observations: Any) -> Any:
-    """Return observations as the networks read them."""
-    seen = torch.from_numpy(observations)
-    return 1 - seen if settings["nearness"] else seen
 
 
 def evaluated(settings: dict[str, Any], actor: Any) -> float:
@@ -80,7 +82,7 @@ def evaluated(settings: dict[str, Any], actor: Any) -> float:
     observations, _ = env.reset(range(900_000, 900_032))
     with torch.no_grad():
         for _ in range(600):
-            found = actor(shown(settings, observations))
+            found = actor(torch.from_numpy(observations))
             step = env.step(given(settings, (found.argmax(-1) if settings["action"] == "grid" else found).numpy()))
             observations, total = step.observations, total + step.info["observed"].mean() / 600
     return float(total)
@@ -109,7 +111,7 @@ def trained(settings: dict[str, Any], seed: int) -> tuple[Any, list[tuple[int, f
         observed = 0.0
         with torch.no_grad():
             for t in range(steps):
-                seen[t] = shown(settings, observations)
+                seen[t] = torch.from_numpy(observations)
                 policy = distribution(actor(seen[t]))
                 action = policy.sample()
                 actions[t], chances[t], values[t] = action, policy.log_prob(action), critic(seen[t])[..., 0]
@@ -117,9 +119,9 @@ def trained(settings: dict[str, Any], seed: int) -> tuple[Any, list[tuple[int, f
                 observations, rewards[t] = step.observations, torch.from_numpy(step.rewards)
                 over[t] = torch.from_numpy(step.terminated | step.truncated)[:, None]
                 if over[t].any():
-                    after[t] = critic(shown(settings, step.info["final_observations"]))[..., 0]
+                    after[t] = critic(torch.from_numpy(step.info["final_observations"]))[..., 0]
                 observed += step.info["observed"].mean() / steps
-            following, carried = critic(shown(settings, observations))[..., 0], torch.zeros(shape[1:])
+            following, carried = critic(torch.from_numpy(observations))[..., 0], torch.zeros(shape[1:])
             advantage = torch.zeros(shape)
             for t in reversed(range(steps)):
                 following = torch.where(over[t] > 0, after[t], following)
@@ -145,9 +147,9 @@ def trained(settings: dict[str, Any], seed: int) -> tuple[Any, list[tuple[int, f
 
 def main() -> None:
     torch.set_num_threads(1)
-    seeds = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    seeds, first = (*map(int, sys.argv[2:4]), *(1, 0)[len(sys.argv) - 2 :])
     for seed in range(1, seeds + 1):
-        for row in ROWS:
+        for row in ROWS[first:]:
             settings, begun = TUNED | row, time.process_time()
             actor, curve = trained(settings, seed)
             taken = round(time.process_time() - begun, 1)

@@ -170,7 +170,7 @@ def _read(path: Path) -> tuple[str, str, tuple[Layer, ...]]:
             raise ValueError(f"{path}: holds no trained network ({error}); {_CURE}") from error
     if encoding not in ENCODINGS:
         raise ValueError(
-            f"{path}: encoding={encoding!r} is unknown; give that of the environment, {' or '.join(map(repr, ENCODINGS))}"
+            f"{path}: encoding={encoding!r} is unknown; give that of the environment, {' or '.join(ENCODINGS)}"
         )
     layers: list[Layer] = []
     while f"weight_{len(layers)}" in content:

@@ -31,8 +31,8 @@ _Shown = Annotated[int, Allowed(least=0, most=10_000)]
 class Nearest(Component):
     """The layout that lists the nearest bodies, with three numbers each: how near, and where; all 0 if there is none.
 
-    The first is 1 − the distance in ranges, or with ``encoding="distance"`` 1; the others are its place ahead and to the
-    left in ranges.
+    The first is 1 − the distance in ranges, or with ``encoding="distance"`` 1; the others are its place ahead and to
+    the left in ranges.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def _list_nearest(
 
 
 def _show_nearest(address: int) -> int:
-    """Write the layout "nearest"; the parameters are its three numbers, whether all teammates are shown, and nearness."""
+    """Write the layout "nearest"; the parameters are its three numbers, if all teammates are shown, and nearness."""
     seen = sensing_at(address)
     scene, parameters, situation = seen.scene, seen.parameters, seen.situation
     targets = int(parameters[0])
@@ -168,16 +168,21 @@ _encoded_at = _ENCODED.at
 def _encode(address: int) -> int:
     here = _encoded_at(address)
     call(here.show, here.seen)
-    rest = here.rest.shape[1]
+    rest, rays = here.rest.shape[1], here.readings.shape[1]
+    one = np.float32(1.0)
     for i in range(here.situation.shape[0]):
         row = here.situation[i]
-        for k in range(rest):
-            row[k] = here.rest[i, k]
-        for j in range(here.readings.shape[1]):
-            row[rest + j] = here.readings[i, j] / here.range
-        # Of the float32, so that both encodings add up to 1 to the last bit.
-        for k in range(here.near, row.shape[0]):
-            row[k] = 1.0 - row[k]
+        # From 0 on, so that the compiler knows that no index is negative, and makes SIMD code.
+        if here.near == 0:
+            for k in range(rest):
+                row[k] = one - here.rest[i, k]
+        else:
+            for k in range(rest):
+                row[k] = here.rest[i, k]
+        for j in range(rays):
+            # Rounded first, so that nearness is 1 − the other encoding to the last bit.
+            reading = np.float32(here.readings[i, j] / here.range)
+            row[rest + j] = reading if rest + j < here.near else one - reading
     return 0
 
 

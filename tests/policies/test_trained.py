@@ -129,7 +129,7 @@ def test_what_is_shipped_observes_more_than_a_random_walk() -> None:
     ("change", "message"),
     [
         ({"degree": None}, "holds no trained network"),
-        ({"encoding": "far"}, "encoding='far' is unknown; give that of the environment, 'nearness' or 'distance'"),
+        ({"encoding": "far"}, "encoding='far' is unknown; give that of the environment, nearness or distance"),
         ({"weight_0": None}, "the last layer has 0 outputs"),
         ({"bias_1": None}, r"layer 1 has weights of the shape \(7, 9\) and a bias of \(\)"),
         ({"weight_1": np.zeros((7, 8))}, r"layer 1 has weights of the shape \(7, 8\)"),
