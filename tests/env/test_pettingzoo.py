@@ -17,10 +17,9 @@ from pettingzoo.utils import aec_to_parallel, wrappers
 from teamsight import CMOMMT, Failures
 from teamsight.env import ActionGrid, Nearest, env, parallel_env, rendering
 
-pytestmark = pytest.mark.filterwarnings("error::UserWarning")
+# A robot that senses nothing observes zeros.
+pytestmark = pytest.mark.filterwarnings("error::UserWarning", "ignore:Observation numpy array is all zeros")
 
-# Nothing is sensed there.
-ZEROS = pytest.mark.filterwarnings("ignore:Observation numpy array is all zeros")
 KINDS: list[dict[str, Any]] = [
     {},
     {"observation": "none", "action": "grid"},
@@ -38,14 +37,12 @@ def test_passes_the_tests_of_pettingzoo(kind: dict[str, Any]) -> None:
     parallel_seed_test(lambda: parallel_env(**kind, max_cycles=60), 100)
 
 
-@ZEROS
 def test_agents_in_turn_pass_them_too() -> None:
     # PettingZoo reports that observations are no pictures.
     api_test(env(robots=3, max_cycles=20), 60)
     seed_test(lambda: env(robots=3, max_cycles=20), 40)
 
 
-@ZEROS
 def test_pettingzoos_wrappers_take_it() -> None:
     for wrapped in (
         wrappers.BaseParallelWrapper(parallel_env(robots=3, max_cycles=10)),
