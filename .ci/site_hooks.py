@@ -136,6 +136,15 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     return rewritten(f"docs/{place}", place, markdown)
 
 
+def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Let the names of settings break over lines at the heads of tables, between their words."""
+
+    def breaking(found: re.Match[str]) -> str:
+        return found[1] + re.sub("[_(=]", r"\g<0><wbr>", found[2])
+
+    return re.sub(r"(<th\b[^>]*>)([^<]*)(?=</th>)", breaking, html)
+
+
 def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
     """Name the file in links to the first page, which lead to a folder: opened from a disk, it would be listed.
 

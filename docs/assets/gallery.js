@@ -80,8 +80,25 @@ if (cards.length) {
 
 })();
 
-// Code that is wider than the page scrolls by keyboard, too. The theme sets and removes the attribute.
+// Code and tables that are wider than the page scroll by keyboard, too. The theme sets and removes the attribute of code.
 addEventListener("load", () => setTimeout(() => {
   for (const code of document.querySelectorAll("pre > code")) code.tabIndex = 0;
+  const boxes = [...document.querySelectorAll(".md-typeset__scrollwrap")];
+  const names = new Map();
+  const reach = new ResizeObserver((changes) => {
+    for (const { target } of changes) {
+      // A stop of the keyboard only where there is something to scroll.
+      const wide = target.scrollWidth > target.clientWidth;
+      for (const [name, value] of [["tabindex", "0"], ["role", "region"], ["aria-label", names.get(target)]]) {
+        if (wide) target.setAttribute(name, value);
+        else target.removeAttribute(name);
+      }
+    }
+  });
+  boxes.forEach((box, number) => {
+    const heads = [...box.querySelectorAll("th")].slice(0, 2).map((head) => head.textContent.trim()).filter(Boolean);
+    names.set(box, `Table ${number + 1}: ${heads.join(", ")} …`);
+    reach.observe(box);
+  });
   document.documentElement.dataset.reach = "set";
 }, 500));

@@ -26,7 +26,7 @@ RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa"]
 LOOKS = [(size, dark) for size in (browsing.WIDE, browsing.PHONE) for dark in (False, True)]
 NAMES = [f"{'phone' if size == browsing.PHONE else 'wide'}-{'dark' if dark else 'light'}" for size, dark in LOOKS]
 #: Pages of the site, one of each kind.
-PAGES = ["index", "gallery", "tutorial", "tasks/index", "reference/index", "watch"]
+PAGES = ["index", "gallery", "tutorial", "tasks/index", "reference/index", "watch", "relatives"]
 
 looks = pytest.mark.parametrize(("size", "dark"), LOOKS, ids=NAMES)
 

@@ -149,3 +149,27 @@ def test_tab_goes_through_a_recording_in_a_page(page: Page, served: str) -> None
         seen += 1
         assert seen < 100, "the keyboard does not leave the recording"
     assert seen > 10
+
+
+# The pages with the widest tables.
+@pytest.mark.parametrize("name", ["calibration", "reference-results", "relatives", "tasks/gathering", "tasks/pursuit"])
+def test_tables_fit_a_screen_and_scroll_in_their_box_on_a_phone(
+    new_page: browsing.Pages, served: str, name: str
+) -> None:
+    wider = "boxes => boxes.filter(box => box.scrollWidth > box.clientWidth).length"
+    for size in (browsing.WIDE, browsing.PHONE):
+        page = new_page(size=size)
+        page.goto(f"{served}{name}.html")
+        page.wait_for_selector("html[data-reach]")
+        boxes = page.locator(".md-typeset__scrollwrap")
+        assert boxes.count() > 0
+        assert page.evaluate("document.documentElement.scrollWidth - innerWidth") <= 0
+        regions = page.get_by_role("region", name="Table ")
+        if size == browsing.WIDE:
+            assert boxes.evaluate_all(wider) == regions.count() == 0
+            continue
+        assert boxes.evaluate_all(wider) == regions.count() > 0
+        regions.first.focus()
+        page.keyboard.press("ArrowRight")
+        page.wait_for_function("() => document.activeElement.scrollLeft > 0")
+        assert browsing.unreached(page, ".md-content") == []
