@@ -13,7 +13,7 @@ import re
 import runpy
 import sys
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -461,12 +461,134 @@ def _closed_form() -> bytes:
     return to_picture(figure)
 
 
+def _table_of(page: str, head: str) -> list[list[str]]:
+    """Return the cells of the table of a page whose head begins so, with its head."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    lines = text[text.index(f"| {head} |") :].split("\n\n")[0].splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    return [rows[0], *rows[2:]]
+
+
+def _numbers(cell: str) -> list[float]:
+    """Return the numbers of a cell: a value, and half of its interval if it has one."""
+    return [float(number) for number in re.findall(r"-?[\d.]+", cell.replace("−", "-"))]
+
+
+def _intervals(axes: Any, names: Sequence[str], cells: Sequence[str], colour: str, shift: float = 0) -> None:
+    """Draw differences, one below the other, with their intervals; those that include 0 are open."""
+    for place, cell in enumerate(cells):
+        value, half = _numbers(cell)
+        fill = colour if abs(value) > half else "white"
+        axes.errorbar(value, place + shift, xerr=half, fmt="o", color=colour, mfc=fill, ms=5, lw=1.4)
+    axes.axvline(0, color="0.35", lw=1)
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.tick_params(labelsize=8)
+
+
+def _relatives() -> bytes:
+    """Draw the table of the page: how much more than A-CMOMMT each policy observes, but the random walk."""
+    from matplotlib.figure import Figure
+
+    from teamsight.analysis.plot.style import plain
+
+    (_, _, _, _, *policies), *rows = _table_of("relatives.md", "radius | awareness_range")
+    figure = Figure((7.4, 3.2), dpi=200, layout="constrained")
+    names = [f"R = {radius}, range {reach}" for radius, reach, *_ in rows]
+    panels = figure.subplots(1, len(policies), sharex=True, sharey=True)
+    for column, (axes, policy) in enumerate(zip(panels, policies, strict=True)):
+        _intervals(axes, names, [row[4 + column] for row in rows], "#0072B2")
+        axes.set_title(policy.replace("(", "\n("), fontsize=8.5)
+        axes.set_xticks((-0.05, 0, 0.05), ("−0.05", "0", "0.05"), size=7)
+        plain(axes)
+    figure.supxlabel("observed fraction, minus that of a-cmommt (help: minus that of BCmommt(answer=0))", fontsize=9)
+    return to_picture(figure)
+
+
+def _imagined_worlds() -> bytes:
+    """Draw both tables of the page: what imagined worlds give, and what the parts of the policy are worth."""
+    from matplotlib.figure import Figure
+
+    from teamsight.analysis.plot.style import plain
+
+    gains = _table_of("imagined-worlds.md", "what is different")
+    parts = _table_of("imagined-worlds.md", "as at the start")
+    figure = Figure((7.4, 5.6), dpi=200, layout="constrained")
+    above, below = figure.add_gridspec(2, 1, height_ratios=(6, 17)).subplots()
+    names, by_hand, guessed = zip(*(cells[:1] + cells[2:4] for cells in gains[1:]), strict=True)
+    _intervals(above, names, by_hand, "#0072B2", -0.15)
+    _intervals(above, names, guessed, "#D55E00", 0.15)
+    above.text(0.985, 0.16, "minus law by hand", color="#0072B2", size=8.5, ha="right", transform=above.transAxes)
+    above.text(0.985, 0.04, "minus guessed model", color="#B34700", size=8.5, ha="right", transform=above.transAxes)
+    above.set_title("learned in imagined worlds, by what is different [pp]", fontsize=9.5, loc="left")
+    _intervals(below, [cells[0] for cells in parts[2:]], [cells[2] for cells in parts[2:]], "#882255")
+    below.set_title("minus the whole, with one part as at the start [pp]", fontsize=9.5, loc="left")
+    plain(above)
+    plain(below)
+    return to_picture(figure)
+
+
+def _claims() -> bytes:
+    """Draw the table of the page: the gain from awareness against the radius, for both learners."""
+    from matplotlib.figure import Figure
+
+    from teamsight.analysis.plot.style import RADIUS_LABEL, plain
+
+    (_, *radii), *rows = _table_of("claims.md", "R")
+    figure = Figure((6.4, 3.0), dpi=200, layout="constrained")
+    axes = figure.add_subplot()
+    for (name, *cells), colour, above in zip(rows, ("#767676", "#0072B2"), (-12, 7), strict=True):
+        gains = [_numbers(cell)[0] for cell in cells]
+        axes.plot([float(radius) for radius in radii], gains, "o-", color=colour)
+        axes.annotate(name, (6, gains[5]), (0, above), textcoords="offset points", color=colour, ha="center")
+    axes.axhline(0, color="0.35", lw=1)
+    axes.set(xlabel=RADIUS_LABEL, ylabel="gain from awareness [pp]", ylim=(-3, 20))
+    plain(axes)
+    return to_picture(figure)
+
+
+def _calibration() -> bytes:
+    from teamsight.analysis.papers.calibration import draw
+
+    return to_picture(draw(pd.read_parquet(ROOT / "docs" / "calibration.parquet")))
+
+
+def _other_simulators() -> bytes:
+    """Draw the numbers of inputs that the page names."""
+    from matplotlib.figure import Figure
+
+    from teamsight.analysis.plot.style import plain
+
+    text = " ".join((ROOT / "docs" / "other-simulators.md").read_text(encoding="utf-8").split())
+    found = [
+        re.search(pattern, text)
+        for pattern in (
+            r"6 nearest\]\(\S+\) has (\d+) inputs, one of all 7 allies (\d+), the window (\d+)",
+            r"3 nearest has (\d+) inputs, all four teammates (\d+), the lidar (\d+)",
+        )
+    ]
+    names = [("list of the 6 nearest", "all 7 allies", "window"), ("list of the 3 nearest", "all 4 teammates", "lidar")]
+    figure = Figure((7.0, 1.9), dpi=200, layout="constrained")
+    titles = ("SISL pursuit, 8 pursuers", "VMAS discovery, 5 agents")
+    for axes, title, bars, numbers in zip(figure.subplots(1, 2), titles, names, found, strict=True):
+        assert numbers is not None, title
+        inputs = [int(number) for number in numbers.groups()]
+        axes.bar_label(axes.barh(bars, inputs, color=["#0072B2", "#56B4E9", "#767676"]), padding=3)
+        axes.invert_yaxis()
+        axes.set_title(title, fontsize=9.5)
+        axes.set(xlabel="inputs", xlim=(0, 1.15 * max(inputs)))
+        plain(axes)
+    return to_picture(figure)
+
+
 #: What draws a picture at once, most from the committed tables.
 DRAWN: dict[str, Callable[[], bytes]] = {
     **_of_papers(),
     "avoiding.png": _avoiding,
     "awareness.png": _awareness,
     "bodies.png": _bodies,
+    "calibration.png": _calibration,
+    "claims.png": _claims,
     "closed-form.png": _closed_form,
     "controllers.png": _controllers,
     "delta.png": _delta,
@@ -476,11 +598,14 @@ DRAWN: dict[str, Callable[[], bytes]] = {
     "figure-3.png": _figure_3,
     "hops.png": _hops,
     "ceilings.png": _ceilings,
+    "imagined-worlds.png": _imagined_worlds,
     "lazy-q.png": _lazy_q,
     "lidar.png": _lidar,
     "learning.png": _learning,
     "learning-curves.png": _learning_curves,
+    "other-simulators.png": _other_simulators,
     "reference-results.png": _reference_results,
+    "relatives.png": _relatives,
     "social-card.png": _social_card,
     "tasks.png": _tasks,
     "tutorial.png": _tutorial,

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, product
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from teamsight.agents.cmommt import DEFAULTS
@@ -21,12 +22,16 @@ from teamsight.analysis.papers.reproduction import Paper, PaperPlan
 from teamsight.analysis.papers.touzet2000.claims import CLAIMS, Claim, needed
 from teamsight.analysis.papers.touzet2000.experiments import LEARNED, experiments_of
 from teamsight.analysis.plot import markdown
+from teamsight.analysis.plot.style import canvas
 from teamsight.analysis.runs.checkpoint import Checkpoint
 from teamsight.analysis.runs.executor import Executor
 from teamsight.analysis.runs.experiment import Tables, make_tables
 from teamsight.analysis.runs.grid import Grid
 from teamsight.analysis.runs.seeds import ROOTS
 from teamsight.analysis.runs.simulate import Watch
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
 
 #: Values that are searched; of equal settings the first wins. Targets are slower than robots, as in the paper: their
 #: speed is given as a ratio.
@@ -106,6 +111,8 @@ setting: {hang}.
 
 Share of root seeds of the report under which a claim holds under the best setting with this gain, and of all screened
 settings with it:
+
+![The table below: the share of seeds, and of settings, under which each claim holds, by gain](images/calibration.png)
 
 {by_gain}
 
@@ -328,13 +335,9 @@ def page_values(table: pd.DataFrame, plan: PaperPlan) -> dict[str, Any]:
     """Return the values of the page about a table that `search` returned."""
     screened, final, report = (table[table["phase"] == phase.name] for phase in (SCREEN, FINAL, REPORT))
     best = best_of(final)
-    like = report[(report[[*best]].drop(columns="gain") == report[[*best]].drop(columns="gain").iloc[0]).all(axis=1)]
-    gains, claims = sorted(VALUES["gain"]), _claims_of(report)
-    shares = {
-        name: [[_share(of.loc[of["gain"] == gain, name]) for gain in gains] for of in (like, screened)]
-        for name in claims
-    }
-    hang = [name for name, (reported, _) in shares.items() if len({*reported} - {_UNKNOWN}) > 1]
+    like = _like_the_best(table)
+    shares = _by_gain(table)
+    hang = [name for name, *shares in shares.values.tolist() if len({*shares[: len(VALUES["gain"])]} - {_UNKNOWN}) > 1]
     searched = table[table["phase"] != _BESIDE]
     never = [name for name in _claims_of(table) if not searched[name].eq(True).any()]
     effects = (
@@ -352,10 +355,7 @@ def page_values(table: pd.DataFrame, plan: PaperPlan) -> dict[str, Any]:
         "in_final": _beside_the_defaults(best, final, "In the final"),
         "in_report": _beside_the_defaults(best, report, "In the report, on worlds that chose nothing,"),
         "no_longer": _no_longer_judged(table), "hang": ", ".join(hang) or "none",
-        "by_gain": markdown.table(
-            ["claim", *(f"{where}gain {gain:g}" for where in ("", "screened, ") for gain in gains)],
-            ([name, *reported, *everywhere] for name, (reported, everywhere) in shares.items()),
-        ),
+        "by_gain": markdown.table([*shares], shares.values.tolist()),
         "unsearched": _unsearched(table, like[like["gain"] == best["gain"]]),
         "ranking": markdown.table(
             [*PARAMETERS, "hold", "distance", "differ"], map(_row, ranked(final).to_dict("records"))
@@ -364,6 +364,46 @@ def page_values(table: pd.DataFrame, plan: PaperPlan) -> dict[str, Any]:
         "screened": len(screened), "never": ", ".join(never) or "none",
         "pairs": "\n".join(f"- {' and '.join(pair)}" for pair in never_together(searched)) or "- none",
     }  # fmt: skip
+
+
+def _like_the_best(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of the report that differ from the best setting in the gain at most."""
+    best, report = best_of(table[table["phase"] == FINAL.name]), table[table["phase"] == REPORT.name]
+    others = [name for name in best if name != "gain"]
+    return report[(report[others] == report[others].iloc[0]).all(axis=1)]
+
+
+def _by_gain(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the share of root seeds, and of screened settings, under which a claim holds with each gain, as texts."""
+    like, screened = _like_the_best(table), table[table["phase"] == SCREEN.name]
+    columns = {"claim": _claims_of(table[table["phase"] == REPORT.name])}
+    for where, of in (("", like), ("screened, ", screened)):
+        for gain in sorted(VALUES["gain"]):
+            shares = [_share(of.loc[of["gain"] == gain, name]) for name in columns["claim"]]
+            columns[f"{where}gain {gain:g}"] = shares
+    return pd.DataFrame(columns)
+
+
+def draw(table: pd.DataFrame, plan: PaperPlan | None = None) -> Canvas:
+    """Return the claims that hold with each gain, as a map; for the parameters see `page_values`."""
+    by_gain = _by_gain(table)
+    names, *columns = (by_gain[name].tolist() for name in by_gain)
+    texts = [["nan" if text == _UNKNOWN else text.removesuffix(" %") for text in one] for one in columns]
+    shares = np.array(texts, np.float64).T
+    figure = canvas(6.4, 5.6)
+    figure.set(dpi=200, layout_engine="constrained")
+    axes = figure.add_subplot()
+    axes.imshow(shares, aspect="auto", cmap="Blues", vmin=0, vmax=100)
+    for (row, column), share in np.ndenumerate(shares):
+        colour = "white" if share > 55 else "black"
+        axes.text(column, row, columns[column][row], ha="center", va="center", size=8, color=colour)
+    axes.axvline(len(VALUES["gain"]) - 0.5, color="black", lw=1.5)
+    axes.set_yticks(range(len(names)), names, size=8)
+    heads = [head.replace(", ", ",\n") if "," in head else f"best setting,\n{head}" for head in [*by_gain][1:]]
+    axes.set_xticks(range(len(heads)), heads, size=8)
+    axes.xaxis.tick_top()
+    axes.tick_params(length=0)
+    return figure
 
 
 def _listed(values: Iterable[Any]) -> str:
@@ -437,6 +477,6 @@ def _share(holds: pd.Series[bool]) -> str:
 
 #: The search, as what it makes: the table of all trials, and the page about them.
 SEARCH = Paper(
-    plan=PaperPlan, name="calibration", template=_PAGE, values=page_values, figures={},
+    plan=PaperPlan, name="calibration", template=_PAGE, values=page_values, figures={"images/calibration": draw},
     make=lambda plan, *how: search(*how), sentences=lambda table, plan: [f"best: {best_of(table)}"],
 )  # fmt: skip

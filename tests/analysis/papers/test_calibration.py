@@ -244,7 +244,7 @@ def test_an_interrupted_search_continues_with_the_runs_that_it_kept(
         return made[-1]
 
     monkeypatch.setattr(calibration, "search", search)
-    paper = replace(SEARCH, values=lambda table, plan: {}, template="a page")
+    paper = replace(SEARCH, values=lambda table, plan: {}, template="a page", figures={})
     with pytest.raises(KeyboardInterrupt):
         paper.reproduce(paper.plan(), tmp_path)
     assert paper.checkpoint(tmp_path).count() == 2 * len(PHASE.roots) * len(SMALL.cells)
