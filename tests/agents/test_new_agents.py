@@ -137,7 +137,7 @@ def test_a_class_that_decides_needs_no_policy() -> None:
     home.add(Asking, 1)
     with pytest.raises(RuntimeError, match=r"super\(\).decide.*Asking was added without a policy; give one"):
         home.step()
-    with pytest.raises(TypeError, match=r"policy: is missing, and Robot does not override decide;.* a-cmommt, b-cmommt"):
+    with pytest.raises(TypeError, match=r"policy: is missing, and Robot does not override decide;.* a-cmommt, adaptive-forces, b-cmommt"):
         home.add(Robot, 1)
     with pytest.raises(ValueError, match="policy_options=.*give policy too"):
         home.add(Own, 1, policy_options={"idle": "stay"})

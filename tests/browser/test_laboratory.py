@@ -335,7 +335,7 @@ def test_a_copied_link_leads_to_what_was_done(new_page: browsing.Pages, live: Ca
 
 def test_a_link_to_a_late_tick_shows_its_progress(page: Page, live: Callable[..., LivePage]) -> None:
     server = live(parameters={"robots": 4})
-    shown(page, server, "#v=1&task=CMOMMT&seed=5&robots=4&tick=1000000")
+    page.goto(server.url + "#v=1&task=CMOMMT&seed=5&robots=4&tick=1000000")
     page.get_by_text("Running to tick 1,000,000").wait_for()
     page.get_by_role("button", name="Reset").click()
     until(lambda: world_of(server).tick == 0)

@@ -906,7 +906,8 @@ def test_a_film_shows_its_progress_and_is_cancelled(
     def film(progress: Callable[[int, int], object], **ticks: Any) -> tuple[str, bytes]:
         progress(30, 120)
         assert go_on.wait(PATIENCE)
-        progress(31, 120)
+        # It ends when it is cancelled, however late the server hears of it.
+        until(lambda: progress(31, 120))
         return "film.gif", b""
 
     monkeypatch.setattr(server.session, "film", film)
