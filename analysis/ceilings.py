@@ -1026,8 +1026,8 @@ def _over(cells: Sequence[Floats]) -> Interval:
     -----
     Cells differ in their variance, so there are fewer degrees of freedom than runs less cells (F. E. Satterthwaite,
     "An approximate distribution of estimates of variance components", 1946). From two runs in each cell there are more
-    of them than estimated here, so such an interval holds the mean more often than in 95 of 100 cases, up to 98; less
-    often, down to 90, if the variance of one cell is a hundred times that of each other.
+    of them than estimated here, so such an interval holds the mean more often than in 95 of 100 cases; less often if
+    the variance of one cell is far larger than that of all others.
     """
     if len(cells) == 1:
         return interval_of(cells[0])
